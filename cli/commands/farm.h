@@ -1,0 +1,37 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "cli/client.h"
+
+namespace parray {
+
+/// Which coordinator a client command talks to.
+class FarmOptions {
+ public:
+  void add_to(CLI::App& command);
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+ private:
+  std::string address_ = "tcp://127.0.0.1:7400";
+};
+
+/// A client of the coordinator at an address, over ZeroMQ. Interruptible: its requests throw
+/// Interrupted once a deferred signal has come.
+class FarmClient {
+ public:
+  /// Throws InputError when the address is none. Does not wait for the coordinator.
+  explicit FarmClient(const std::string& address);
+
+  Client& operator*() { return client_; }
+  Client* operator->() { return &client_; }
+
+ private:
+  std::unique_ptr<Link> link_;
+  SteadyClock clock_;
+  Client client_;
+};
+
+}  // namespace parray

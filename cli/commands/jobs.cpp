@@ -1,0 +1,49 @@
+#include <iostream>
+#include <memory>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/farm.h"
+#include "cli/commands/options.h"
+#include "cli/commands/printing.h"
+#include "cli/text.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+struct JobsCommand {
+  FarmOptions farm;
+  bool as_json = false;
+};
+
+int jobs(const JobsCommand& command) {
+  FarmClient client(command.farm.address());
+  const nlohmann::json list = client->jobs();
+  if (command.as_json) {
+    print_json(list);
+    return 0;
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const nlohmann::json& map : list) {
+    const JobStatus job = job_status(map);
+    rows.push_back({std::to_string(job.id), printable(job.state), progress_cell(job),
+                    left_cell(job), std::to_string(job.priority),
+                    std::to_string(job.width) + " x " + std::to_string(job.height),
+                    std::to_string(job.samples_per_pixel), printable(job.name)});
+  }
+  std::cout << table_text(
+      {"JOB", "STATE", "DONE", "LEFT", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
+  return 0;
+}
+
+}  // namespace
+
+void add_jobs(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand("jobs", "List the coordinator's jobs");
+  const auto options = std::make_shared<JobsCommand>();
+  add_json(*command, options->as_json);
+  options->farm.add_to(*command);
+  command->callback([options, &chosen] { chosen = [options] { return jobs(*options); }; });
+}
+
+}  // namespace parray

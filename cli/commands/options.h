@@ -1,0 +1,70 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "cli/delivery.h"
+#include "common/scene/settings.h"
+
+/// Options that several commands share, declared once. What an option cannot take ends the parsing
+/// with CLI::ValidationError, which names it, before any work is done. The objects keep what was
+/// given; they must stay where they are while the command line is parsed.
+namespace parray {
+
+/// An option whose value is a whole number from `least` to `most`, in plain decimal digits. (The
+/// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.)
+CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
+                              std::uint64_t most, std::function<void(std::uint64_t)> set,
+                              const std::string& description);
+
+/// The scene file to work on.
+void add_scene(CLI::App& command, std::string& scene);
+
+/// The number of a job, as `submit` prints it.
+void add_job(CLI::App& command, std::uint64_t& job);
+
+/// How a scene is rendered. What is not given stays as the scene has it.
+class RenderOptions {
+ public:
+  void add_to(CLI::App& command);
+
+  /// The scene's settings with the options laid over them. Throws InputError, naming the options,
+  /// when the whole is not possible.
+  [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
+
+ private:
+  std::optional<std::uint32_t> width_;
+  std::optional<std::uint32_t> height_;
+  std::optional<std::uint32_t> samples_per_pixel_;
+  std::optional<std::uint32_t> max_depth_;
+  std::optional<std::uint64_t> seed_;
+  std::optional<Precision> precision_;
+  std::optional<AcceleratorKind> accelerator_;
+  std::optional<SchedulePolicy> schedule_;
+  std::optional<RowOrder> row_order_;
+};
+
+/// Where the picture and the report go, and whether progress is shown.
+class OutputOptions {
+ public:
+  /// `image_required`: without -o the command makes no sense.
+  void add_to(CLI::App& command, bool image_required);
+  /// -o and --report; for commands that need another option to make them meaningful.
+  [[nodiscard]] CLI::Option* image_option() const { return image_option_; }
+  [[nodiscard]] CLI::Option* report_option() const { return report_option_; }
+
+  [[nodiscard]] OutputPaths paths() const { return {image_, report_}; }
+
+ private:
+  std::string image_;
+  std::string report_;
+  CLI::Option* image_option_ = nullptr;
+  CLI::Option* report_option_ = nullptr;
+};
+
+void add_quiet(CLI::App& command, bool& quiet);
+void add_json(CLI::App& command, bool& as_json);
+
+}  // namespace parray

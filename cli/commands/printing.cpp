@@ -1,0 +1,46 @@
+#include "cli/commands/printing.h"
+
+#include <iostream>
+
+#include "cli/text.h"
+#include "common/base/printable.h"
+
+namespace parray {
+
+using nlohmann::json;
+
+void print_json(const json& document) {
+  std::cout << document.dump(2, ' ', false, json::error_handler_t::replace) << "\n";
+}
+
+std::string progress_cell(const JobStatus& job) {
+  return std::to_string(static_cast<int>(100 * job.progress)) + " %";
+}
+
+std::string left_cell(const JobStatus& job) {
+  return job.ended() || job.seconds_left < 0 ? "" : duration_text(job.seconds_left);
+}
+
+void print_job(const json& map, bool as_json) {
+  if (as_json) {
+    print_json(map);
+    return;
+  }
+  const JobStatus job = job_status(map);
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"job", std::to_string(job.id)},
+      {"name", printable(job.name)},
+      {"state", printable(job.state)},
+      {"priority", std::to_string(job.priority)},
+      {"picture", std::to_string(job.width) + " x " + std::to_string(job.height) + " pixels, " +
+                      counted(job.samples_per_pixel, "sample") + " each"},
+      {"progress", progress_cell(job)}};
+  if (!job.ended() && job.samples_per_second > 0) {
+    facts.emplace_back("speed", with_unit(job.samples_per_second, "samples/s"));
+    facts.emplace_back("time left", left_cell(job));
+  }
+  if (!job.reason.empty()) facts.emplace_back("reason", printable(job.reason, 500));
+  std::cout << list_text(facts);
+}
+
+}  // namespace parray

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/client.h"
+
+/// What the commands print on stdout.
+namespace parray {
+
+/// A JSON document, indented; bytes that are not UTF-8 become U+FFFD.
+void print_json(const nlohmann::json& document);
+
+/// A job's facts, a line each, or its map as JSON.
+void print_job(const nlohmann::json& map, bool as_json);
+
+/// A job's progress and time left: "43 %", "12 s"; empty where there is nothing to say.
+std::string progress_cell(const JobStatus& job);
+std::string left_cell(const JobStatus& job);
+
+}  // namespace parray

@@ -1,0 +1,72 @@
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/options.h"
+#include "cli/commands/rendering.h"
+#include "cli/embedded.h"
+#include "cli/interrupt.h"
+
+namespace parray {
+namespace {
+
+struct RenderCommand {
+  std::string scene;
+  RenderOptions render;
+  OutputOptions output;
+  std::optional<std::uint32_t> threads;
+  bool quiet = false;
+};
+
+Client::Options client_options(const EmbeddedFarm& farm) {
+  return {.address = "this process",
+          // It cannot be lost without farm.check() saying so; it may be busy for long.
+          .timeout = std::chrono::hours(24),
+          .poll = [&farm] {
+            check_interrupted();
+            farm.check();
+          }};
+}
+
+int render(const RenderCommand& command) {
+  const SteadyClock clock;
+  const Time started = clock.now();
+  check_outputs(command.output.paths(), command.scene);
+  Submission submission = load_submission(command.scene, command.render, 50);
+  const DeferredInterrupts deferred;
+  EmbeddedFarm farm(command.threads.value_or(available_processors()));
+  const auto link = farm.connect();
+  Client client(*link, clock, client_options(farm));
+  try {
+    const JobId job = client.submit(std::move(submission));
+    return wait_and_deliver(client, job, command.output.paths(), command.quiet, started);
+  } catch (const Interrupted&) {
+    if (!farm.stop(milliseconds(500))) {
+      // A thread is deep in a step that cannot be cut short. It holds nothing but memory.
+      std::cerr << "parray: interrupted" << std::endl;
+      std::_Exit(interrupted_status);
+    }
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand("render", "Render a scene on this machine");
+  const auto options = std::make_shared<RenderCommand>();
+  add_scene(*command, options->scene);
+  options->output.add_to(*command, true);
+  options->render.add_to(*command);
+  constexpr std::uint32_t most_threads = 4096;  // the protocol's
+  add_whole_number(
+      *command, "--threads", 1, most_threads,
+      [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
+      "Threads to trace with (default: every processor that may be used)");
+  add_quiet(*command, options->quiet);
+  command->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
+}
+
+}  // namespace parray

@@ -1,0 +1,66 @@
+#include "cli/commands/rendering.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "cli/progress.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_file.h"
+
+namespace parray {
+namespace {
+
+/// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
+/// at most a tenth to the time that a job takes.
+Time next_look(Time waited) {
+  return std::clamp(waited / 10, Time(milliseconds(2)), Time(milliseconds(250)));
+}
+
+}  // namespace
+
+Submission load_submission(const std::string& scene_file, const RenderOptions& options,
+                           std::uint32_t priority) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  const SceneFile file = read_scene_file(scene_file);
+  const ResolvedSettings resolved =
+      resolve_settings(requirements_of(file.scene), options.over(file.settings));
+  Submission submission;
+  submission.scene_bytes = scene_to_bytes(file.scene);
+  submission.name = printable(std::filesystem::path(scene_file).filename().string(), 100);
+  submission.priority = priority;
+  submission.settings = resolved.settings;
+  submission.precision_reason = resolved.precision_reason;
+  submission.load_seconds = to_seconds(clock.now() - begin);
+  return submission;
+}
+
+void wait_until_done(Client& client, JobId job, bool quiet) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  Progress progress(progress_style(quiet), stderr, terminal_columns());
+  JobStatus status;
+  for (;;) {
+    status = job_status(client.show(job));
+    const Time now = clock.now();
+    progress.show(now, status);
+    if (status.ended()) break;
+    client.rest(next_look(now - begin));
+  }
+  if (status.state != name_of(JobState::done)) {
+    throw RunError("job " + std::to_string(job) + " was not finished: " + status.state +
+                   (status.reason.empty() ? "" : ": " + printable(status.reason, 500)));
+  }
+}
+
+int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
+                     std::optional<Time> started) {
+  wait_until_done(client, job, quiet);
+  return deliver(client.fetch(job), outputs, started);
+}
+
+}  // namespace parray

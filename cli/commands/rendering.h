@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cli/client.h"
+#include "cli/commands/options.h"
+#include "cli/delivery.h"
+
+/// The steps that `render`, `submit`, `watch` and `fetch` share.
+namespace parray {
+
+/// Reads a scene, lays the options over its settings, decides what was left automatic and encodes
+/// it. Throws InputError.
+Submission load_submission(const std::string& scene_file, const RenderOptions& options,
+                           std::uint32_t priority);
+
+/// Shows a job's progress on stderr until it is done. Throws RunError when it fails or is
+/// cancelled.
+void wait_until_done(Client& client, JobId job, bool quiet);
+
+/// wait_until_done(), then fetches and delivers. Returns the exit status; `started` as deliver()
+/// has it.
+int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
+                     std::optional<Time> started);
+
+}  // namespace parray

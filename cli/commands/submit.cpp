@@ -1,0 +1,66 @@
+#include <iostream>
+#include <memory>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/farm.h"
+#include "cli/commands/options.h"
+#include "cli/commands/rendering.h"
+#include "cli/interrupt.h"
+
+namespace parray {
+namespace {
+
+struct SubmitCommand {
+  std::string scene;
+  RenderOptions render;
+  OutputOptions output;
+  FarmOptions farm;
+  std::uint32_t priority = 50;
+  bool wait = false;
+  bool quiet = false;
+};
+
+int submit(const SubmitCommand& command) {
+  const Time started = SteadyClock().now();
+  check_outputs(command.output.paths(), command.scene);
+  Submission submission = load_submission(command.scene, command.render, command.priority);
+  FarmClient client(command.farm.address());
+  const JobId job = client->submit(std::move(submission));
+  std::cout << job << std::endl;
+  if (!command.wait) return 0;
+  const DeferredInterrupts deferred;
+  try {
+    if (!command.output.image_option()->count() && !command.output.report_option()->count()) {
+      wait_until_done(*client, job, command.quiet);
+      return 0;
+    }
+    return wait_and_deliver(*client, job, command.output.paths(), command.quiet, started);
+  } catch (const Interrupted&) {
+    std::cerr << "parray: job " << job << " goes on: see parray watch " << job
+              << ", or parray cancel " << job << "\n";
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_submit(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand(
+      "submit", "Hand a scene to a coordinator; prints the number of the new job");
+  const auto options = std::make_shared<SubmitCommand>();
+  add_scene(*command, options->scene);
+  auto* wait = command->add_flag("--wait", options->wait, "Return when the job has ended");
+  options->output.add_to(*command, false);
+  options->output.image_option()->needs(wait);
+  options->output.report_option()->needs(wait);
+  add_whole_number(
+      *command, "--priority", 0, 100,
+      [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
+      "Jobs of higher priority get the workers first (default: 50)");
+  options->render.add_to(*command);
+  add_quiet(*command, options->quiet);
+  options->farm.add_to(*command);
+  command->callback([options, &chosen] { chosen = [options] { return submit(*options); }; });
+}
+
+}  // namespace parray

@@ -1,0 +1,116 @@
+#include <iostream>
+#include <memory>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/options.h"
+#include "cli/commands/printing.h"
+#include "cli/text.h"
+#include "common/base/printable.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_file.h"
+#include "common/trace/kernel.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+struct ValidateCommand {
+  std::string scene;
+  RenderOptions render;
+  bool as_json = false;
+};
+
+/// Everything that the command says.
+json facts_of(const ValidateCommand& command) {
+  const SceneFile file = read_scene_file(command.scene);
+  const Requirements needs = requirements_of(file.scene);
+  const ResolvedSettings resolved = resolve_settings(needs, command.render.over(file.settings));
+  const RenderSettings& settings = resolved.settings;
+  return {{"file", command.scene},
+          {"format", file.seed_format ? "seed" : "v1"},
+          {"width", settings.width},
+          {"height", settings.height},
+          {"samples_per_pixel", settings.samples_per_pixel},
+          {"max_depth", settings.max_depth},
+          {"seed", settings.seed},
+          {"spheres", needs.spheres},
+          {"diffuse", needs.diffuse},
+          {"metal", needs.metal},
+          {"dielectric", needs.dielectric},
+          {"materials", file.scene.materials.size()},
+          {"features", needs.features()},
+          {"smallest_radius", needs.smallest_radius},
+          {"largest_radius", needs.largest_radius},
+          {"extent", needs.extent},
+          {"spread", needs.spread()},
+          {"precision", name_of(settings.precision)},
+          {"precision_reason", resolved.precision_reason},
+          {"accelerator", name_of(settings.accelerator)},
+          {"accelerator_reason", resolved.accelerator_reason},
+          {"accelerator_bytes", make_kernel(file.scene, settings)->accelerator_bytes()},
+          {"scene_sha256", scene_identity(scene_to_bytes(file.scene))}};
+}
+
+std::string joined(const json& names) {
+  std::string text;
+  for (const json& name : names) {
+    text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::string number(const json& value) { return number_text(value.get<double>()); }
+
+std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
+
+void print_facts(const json& f) {
+  const bool any = f["spheres"] > 0;
+  std::cout << printable(f["file"].get<std::string>(), 500) << ": valid\n"
+            << list_text(
+                   {{"format", f["format"] == "seed" ? "the seed program's" : "scene JSON v1"},
+                    {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " +
+                                    counted(f["samples_per_pixel"], "sample") + " each, depth " +
+                                    count(f["max_depth"]) + ", seed " + count(f["seed"])},
+                    {"spheres", count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " +
+                                    count(f["metal"]) + " metal, " + count(f["dielectric"]) +
+                                    " dielectric"},
+                    {"materials", count(f["materials"])},
+                    {"features", joined(f["features"])},
+                    {"radii", any ? number(f["smallest_radius"]) + " to " +
+                                        number(f["largest_radius"])
+                                  : "none"},
+                    {"extent", number(f["extent"]) + " (largest coordinate that tracing meets)"},
+                    {"spread", number(f["spread"]) + " (extent / smallest radius)"},
+                    {"precision", f["precision"].get<std::string>() + ": " +
+                                      f["precision_reason"].get<std::string>()},
+                    {"accelerator", f["accelerator"].get<std::string>() + ": " +
+                                        f["accelerator_reason"].get<std::string>() + "; " +
+                                        bytes_text(f["accelerator_bytes"])},
+                    {"identity", "scene_sha256 " + f["scene_sha256"].get<std::string>()}});
+}
+
+int validate(const ValidateCommand& command) {
+  const json facts = facts_of(command);
+  if (command.as_json) {
+    print_json(facts);
+  } else {
+    print_facts(facts);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand(
+      "validate", "Check a scene file and say what it requires and what auto picks for it");
+  const auto options = std::make_shared<ValidateCommand>();
+  add_scene(*command, options->scene);
+  add_json(*command, options->as_json);
+  options->render.add_to(*command);
+  command->callback([options, &chosen] { chosen = [options] { return validate(*options); }; });
+}
+
+}  // namespace parray

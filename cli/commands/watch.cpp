@@ -1,0 +1,36 @@
+#include <iostream>
+#include <memory>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/farm.h"
+#include "cli/commands/options.h"
+#include "cli/commands/rendering.h"
+
+namespace parray {
+namespace {
+
+struct WatchCommand {
+  std::uint64_t job = 0;
+  FarmOptions farm;
+  bool quiet = false;
+};
+
+int watch(const WatchCommand& command) {
+  FarmClient client(command.farm.address());
+  wait_until_done(*client, command.job, command.quiet);
+  return 0;
+}
+
+}  // namespace
+
+void add_watch(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand(
+      "watch", "Show a job's progress; returns when it ends: 0 if it is done, 1 if not");
+  const auto options = std::make_shared<WatchCommand>();
+  add_job(*command, options->job);
+  add_quiet(*command, options->quiet);
+  options->farm.add_to(*command);
+  command->callback([options, &chosen] { chosen = [options] { return watch(*options); }; });
+}
+
+}  // namespace parray

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "cli/client.h"
+
+namespace parray {
+
+/// Where a picture and its report go; empty: not wanted.
+struct OutputPaths {
+  std::filesystem::path image;
+  std::filesystem::path report;
+};
+
+/// Throws InputError unless both can be written, differ, and are not `scene`. Called before any
+/// work.
+void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
+
+/// Writes a finished picture and its report, and says on stdout what was written (on stderr, too,
+/// if samples were not finite). The report gets `seconds.write` and `seconds.total`: the time since
+/// `started`, or, without it, the sum of its parts.
+///
+/// Returns the program's exit status: 0, or 1 if samples were not finite. Throws RunError, and
+/// Interrupted (see cli/interrupt.h) between two strips of the image; nothing half-written stays.
+int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> started);
+
+}  // namespace parray

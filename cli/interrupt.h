@@ -1,0 +1,36 @@
+#pragma once
+
+#include <exception>
+
+namespace parray {
+
+/// The user, or the system, has asked the program to stop. Not a failure: the program cleans up
+/// and exits with interrupted_status.
+class Interrupted : public std::exception {
+ public:
+  [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
+};
+
+/// Exit status after SIGINT, SIGTERM or SIGHUP.
+inline constexpr int interrupted_status = 130;
+
+/// Makes SIGINT, SIGTERM and SIGHUP end the program at once with one line on stderr and
+/// interrupted_status; SIGHUP only where it is not ignored (nohup). Ignores SIGPIPE and SIGXFSZ,
+/// so that a closed pipe and a file-size limit are errors where they happen. Called once, by main.
+void install_signal_handlers();
+
+/// While one exists, those signals only leave a note, for check_interrupted(): what is under way
+/// has something to clean up or to say. Its owner calls check_interrupted() several times a
+/// second. Do not nest.
+class DeferredInterrupts {
+ public:
+  DeferredInterrupts();
+  ~DeferredInterrupts();
+  DeferredInterrupts(const DeferredInterrupts&) = delete;
+  DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
+};
+
+/// Throws Interrupted if a signal has come. Any thread.
+void check_interrupted();
+
+}  // namespace parray

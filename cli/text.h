@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+/// Numbers and tables as people read them.
+namespace parray {
+
+/// A number with three significant digits and an SI prefix before `unit`: "3.14 M samples/s".
+/// Below 1: no prefix. Not finite or negative: "? samples/s".
+std::string with_unit(double value, std::string_view unit);
+
+/// "0.25 s", "12 s", "3 min 20 s", "2 h 05 min", "3 d 4 h". Negative or not finite: "?".
+std::string duration_text(double seconds);
+
+/// "512 bytes", "23.4 KiB", "1.2 GiB".
+std::string bytes_text(std::uint64_t bytes);
+
+/// "1 sample", "16 samples".
+std::string counted(std::uint64_t count, std::string_view noun);
+
+/// Rows of cells below a header, columns aligned by spaces; the cells at the ends of lines are not
+/// padded. All rows have as many cells as the header. Ends in a newline.
+std::string table_text(const std::vector<std::string>& header,
+                       const std::vector<std::vector<std::string>>& rows);
+
+/// "name   value" lines, the values aligned. Ends in a newline.
+std::string list_text(const std::vector<std::pair<std::string, std::string>>& pairs);
+
+}  // namespace parray

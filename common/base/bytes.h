@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace parray {
+
+static_assert(std::endian::native == std::endian::little,
+              "encodings are little-endian; a big-endian machine needs byte swaps here");
+
+/// Appends numbers to a byte string, little-endian, without padding.
+class ByteWriter {
+ public:
+  template <typename T>
+    requires std::is_arithmetic_v<T>
+  void put(T value) {
+    const auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
+    bytes_.append(raw.data(), raw.size());
+  }
+  void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
+  void reserve(std::size_t size) { bytes_.reserve(size); }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+/// A byte string ended early or carried something out of range.
+class DecodeError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads what ByteWriter wrote. Every read is checked; past the end it throws DecodeError.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+
+  template <typename T>
+    requires std::is_arithmetic_v<T>
+  T get() {
+    std::array<char, sizeof(T)> raw{};
+    std::memcpy(raw.data(), get_bytes(sizeof(T)).data(), sizeof(T));
+    return std::bit_cast<T>(raw);
+  }
+
+  std::string_view get_bytes(std::size_t size) {
+    if (size > bytes_.size()) {
+      throw DecodeError("data ends early");
+    }
+    const std::string_view result = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return result;
+  }
+
+  /// Bytes not read yet.
+  [[nodiscard]] std::size_t left() const { return bytes_.size(); }
+
+  /// Throws unless everything has been read.
+  void expect_end() const {
+    if (!bytes_.empty()) {
+      throw DecodeError("data goes on after its end");
+    }
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+inline std::span<const std::byte> as_byte_span(std::string_view bytes) {
+  return std::as_bytes(std::span(bytes.data(), bytes.size()));
+}
+
+}  // namespace parray

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/image/row_block.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// The sums of a whole image, and how many samples of each row they hold.
+/// Plain state; one thread at a time.
+class Framebuffer {
+ public:
+  /// Sizes and row order from settings that resolve_settings() has completed.
+  explicit Framebuffer(const RenderSettings& settings);
+
+  /// Adds a block. The caller vouches that its samples are not in yet (LeaseTable does).
+  /// Throws std::logic_error if the block does not fit the image.
+  void merge(const RowBlock& block);
+
+  [[nodiscard]] std::uint32_t width() const { return width_; }
+  [[nodiscard]] std::uint32_t height() const { return height_; }
+  [[nodiscard]] const std::vector<PixelSums>& pixels() const { return pixels_; }  ///< by image row
+  [[nodiscard]] std::uint32_t samples_in_row(std::uint32_t row) const { return row_samples_[row]; }
+  [[nodiscard]] const TraceCounts& counts() const { return counts_; }
+
+ private:
+  std::uint32_t width_;
+  std::uint32_t height_;
+  std::vector<std::uint32_t> row_at_;
+  std::vector<PixelSums> pixels_;
+  std::vector<std::uint32_t> row_samples_;
+  TraceCounts counts_;
+};
+
+}  // namespace parray

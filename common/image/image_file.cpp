@@ -1,0 +1,178 @@
+#include "common/image/image_file.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "common/base/error.h"
+#include "common/image/partial_file.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { exr, png, unknown };
+
+Format format_of(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".exr") return Format::exr;
+  if (extension == ".png") return Format::png;
+  return Format::unknown;
+}
+
+/// Pictures are written while no core is idle, or by small clients: a pool only costs.
+void keep_library_single_threaded() {
+  OIIO::attribute("threads", 1);
+  OIIO::attribute("exr_threads", 1);
+}
+
+/// The library's messages may have several lines; ours have one.
+std::string one_line(std::string text) {
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) {
+    text.pop_back();
+  }
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.empty() ? "unknown error" : text;
+}
+
+/// IEC 61966-2-1. Linear value in [0, 1] to encoded value in [0, 1].
+double srgb_encode(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+double srgb_decode(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+std::uint8_t srgb_byte(float linear) {
+  if (!(linear > 0)) return 0;  // NaN too
+  return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
+}
+
+OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata) {
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
+                       format == Format::exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+  if (format == Format::exr) {
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+  } else {
+    spec.attribute("oiio:ColorSpace", "sRGB");
+  }
+  for (const auto& [name, value] : metadata) {
+    spec.attribute(name, value);
+  }
+  return spec;
+}
+
+/// Rows [begin, end) in the file's own type.
+bool write_strip(OIIO::ImageOutput& out, const Image& image, Format format, std::uint32_t begin,
+                 std::uint32_t end) {
+  const std::size_t row = std::size_t{image.width} * 3;
+  const std::span<const float> values(image.rgb.data() + begin * row, (end - begin) * row);
+  const int first = static_cast<int>(begin);
+  const int last = static_cast<int>(end);
+  if (format == Format::exr) {
+    return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
+  }
+  std::vector<std::uint8_t> bytes(values.size());
+  std::transform(values.begin(), values.end(), bytes.begin(), srgb_byte);
+  return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UINT8, bytes.data());
+}
+
+/// A few milliseconds of compression; a multiple of EXR's zip block of 16 rows.
+std::uint32_t rows_in_strip(std::uint32_t width) {
+  constexpr std::uint32_t pixels = 1U << 18;
+  constexpr std::uint32_t block = 16;
+  return std::max(pixels / width / block, 1U) * block;
+}
+
+void write_file(const fs::path& file, const Image& image, Format format,
+                const ImageMetadata& metadata, const std::function<void()>& between_strips) {
+  const auto out = OIIO::ImageOutput::create(file.string());
+  if (!out) throw RunError(one_line(OIIO::geterror()));
+  if (!out->open(file.string(), make_spec(image, format, metadata))) {
+    throw RunError(one_line(out->geterror()));
+  }
+  const std::uint32_t step = rows_in_strip(image.width);
+  for (std::uint32_t y = 0; y < image.height; y += step) {
+    if (between_strips) between_strips();
+    if (!write_strip(*out, image, format, y, std::min(y + step, image.height))) {
+      throw RunError(one_line(out->geterror()));
+    }
+  }
+  if (!out->close()) throw RunError(one_line(out->geterror()));
+}
+
+std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t values) {
+  std::vector<float> rgb(values);
+  if (format != Format::png) {
+    const bool good = in.read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, rgb.data());
+    return good ? rgb : std::vector<float>{};
+  }
+  std::vector<std::uint8_t> bytes(values);
+  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return {};
+  std::array<float, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
+  }
+  std::transform(bytes.begin(), bytes.end(), rgb.begin(), [&](std::uint8_t b) { return linear[b]; });
+  return rgb;
+}
+
+}  // namespace
+
+void check_image_path(const fs::path& path) {
+  if (format_of(path) == Format::unknown) {
+    const std::string extension = path.extension().string();
+    throw InputError(path.string() + ": " +
+                     (extension.empty() ? "no extension says which kind of image to write"
+                                        : "unknown kind of image '" + extension + "'") +
+                     ": use .exr (float, linear) or .png (8 bit, sRGB)");
+  }
+  check_output_path(path);
+}
+
+void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
+                 const std::function<void()>& between_strips) {
+  keep_library_single_threaded();
+  PartialFile file(path);
+  try {
+    write_file(file.path(), image, format_of(path), metadata, between_strips);
+  } catch (const RunError& error) {
+    throw RunError("writing " + path.string() + ": " + error.what());
+  }
+  file.commit();
+}
+
+ImageFile read_image(const fs::path& path) {
+  keep_library_single_threaded();
+  const auto in = OIIO::ImageInput::open(path.string());
+  if (!in) throw InputError(path.string() + ": " + one_line(OIIO::geterror()));
+  const OIIO::ImageSpec& spec = in->spec();
+  if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1) {
+    throw InputError(path.string() + ": not an RGB image");
+  }
+  ImageFile file;
+  file.image.width = static_cast<std::uint32_t>(spec.width);
+  file.image.height = static_cast<std::uint32_t>(spec.height);
+  file.image.rgb =
+      read_pixels(*in, format_of(path), std::size_t{file.image.width} * file.image.height * 3);
+  if (file.image.rgb.empty()) throw InputError(path.string() + ": " + one_line(in->geterror()));
+  for (const auto& attribute : spec.extra_attribs) {
+    if (attribute.type() == OIIO::TypeDesc::STRING) {
+      file.metadata.emplace_back(attribute.name().string(), attribute.get_string());
+    }
+  }
+  return file;
+}
+
+}  // namespace parray

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/image/image.h"
+
+namespace parray {
+
+/// Names and values that are kept inside an image file, in order: EXR attributes, PNG text.
+/// Names: letters, digits, '_' and ':', at most 79 bytes (PNG's bound).
+using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
+
+/// Throws InputError unless an image can be written to `path`: the extension is one that
+/// write_image() knows (.exr or .png, in either case) and the place is writable
+/// (check_output_path).
+void check_image_path(const std::filesystem::path& path);
+
+/// Writes `image`; `path` shows the whole file or what was there before, never a part.
+///
+/// EXR: the very floats, linear RGB, losslessly compressed (zip).
+/// PNG: 8 bits a channel with the sRGB curve (IEC 61966-2-1), clamped to [0, 1] and rounded to the
+/// nearest; a NaN becomes 0.
+/// `between_strips`, if set, is called every few milliseconds of writing; what it throws ends the
+/// writing. Throws RunError "writing FILE: reason".
+void write_image(const std::filesystem::path& path, const Image& image,
+                 const ImageMetadata& metadata, const std::function<void()>& between_strips = {});
+
+/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone) and metadata (text
+/// attributes only). Throws InputError "FILE: reason", also when there are fewer than 3 channels.
+struct ImageFile {
+  Image image;
+  ImageMetadata metadata;
+};
+ImageFile read_image(const std::filesystem::path& path);
+
+}  // namespace parray

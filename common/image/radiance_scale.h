@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+
+namespace parray {
+
+/// Fixed point for radiance: a value x becomes the integer round(x * 2^bits), at most 2^32.
+///
+/// Integer sums are associative, so any split of samples over workers, merged in any order, gives
+/// the same bits. 2^31 samples fit a 64-bit sum. Immutable; any thread.
+class RadianceScale {
+ public:
+  /// `largest` is the largest radiance that a sample can have: finite, >= 0. The scale is the
+  /// power of two that maps it into (2^31, 2^32]; 0 counts as 1.
+  explicit RadianceScale(double largest) {
+    double unit = 1;
+    if (largest <= 0) {
+      largest = 1;
+    }
+    while (unit < largest) {
+      unit *= 2;
+    }
+    while (unit * 0.5 >= largest) {
+      unit *= 0.5;
+    }
+    to_fixed_ = one / unit;
+    from_fixed_ = unit / one;
+  }
+
+  /// `value` is finite. Clamped to [0, 2^32]: rounding may exceed the bound by an ulp.
+  [[nodiscard]] std::uint64_t to_fixed(double value) const {
+    const double scaled = value * to_fixed_;
+    if (!(scaled > 0)) {
+      return 0;
+    }
+    return scaled >= one ? std::uint64_t{1} << 32 : static_cast<std::uint64_t>(scaled + 0.5);
+  }
+
+  /// Mean of `count` > 0 samples whose fixed-point values add up to `sum`.
+  [[nodiscard]] double mean(std::uint64_t sum, std::uint64_t count) const {
+    return static_cast<double>(sum) / static_cast<double>(count) * from_fixed_;
+  }
+
+  /// Mean of squares from `sum`, a sum of square_of() values.
+  [[nodiscard]] double mean_square(std::uint64_t sum, std::uint64_t count) const {
+    return static_cast<double>(sum) / static_cast<double>(count) * from_fixed_ * from_fixed_ * one;
+  }
+
+  /// The square of a fixed-point value, 32 bits shifted out so that sums fit 64 bits.
+  static std::uint64_t square_of(std::uint64_t fixed) {
+    return fixed >> 32 != 0 ? fixed : (fixed * fixed) >> 32;
+  }
+
+ private:
+  static constexpr double one = 0x1p32;
+  double to_fixed_;
+  double from_fixed_;
+};
+
+}  // namespace parray

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// Bounds that every reader and decoder checks before it allocates.
+namespace parray::limits {
+
+inline constexpr std::uint32_t max_image_side = 1U << 16;
+inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  // 3 GiB of sums
+inline constexpr std::uint32_t max_samples_per_pixel = 1U << 24;
+inline constexpr std::uint32_t max_depth = 1U << 20;
+inline constexpr std::uint64_t max_spheres = 100'000'000;
+inline constexpr std::uint64_t max_materials = 1U << 24;
+inline constexpr std::uint64_t max_scene_file_bytes = std::uint64_t{16} << 30;
+inline constexpr std::size_t max_json_depth = 16;
+/// Coordinates, radii and camera lengths stay inside +-this, so that squares and products of
+/// squares stay finite in single precision.
+inline constexpr double max_length = 1e15;
+inline constexpr double min_radius = 1e-15;
+/// Largest radiance of the sky.
+inline constexpr double max_radiance = 1e6;
+
+}  // namespace parray::limits

@@ -1,0 +1,95 @@
+#include "common/scene/requirements.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace parray {
+namespace {
+
+/// Largest spread that single precision carries: rounding of a coordinate then stays below
+/// 2^16 * 2^-24 = 1/256 of the smallest radius.
+constexpr double largest_f32_spread = 0x1p16;
+
+/// Spheres up to which linear search beats the BVH in scalar code [measured, see tests/bench].
+constexpr std::size_t largest_linear = 4;
+
+double largest_component(const Vec3d& v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+}  // namespace
+
+double Requirements::spread() const { return spheres == 0 ? 0 : extent / smallest_radius; }
+
+std::vector<std::string> Requirements::features() const {
+  std::vector<std::string> names;
+  const auto add = [&](bool present, const char* name) {
+    if (present) {
+      names.emplace_back(name);
+    }
+  };
+  add(diffuse > 0, "diffuse");
+  add(metal > 0, "metal");
+  add(fuzz, "fuzz");
+  add(dielectric > 0, "dielectric");
+  add(lens, "lens");
+  add(spheres > 0 && !one_radius, "many-radii");
+  return names;
+}
+
+Requirements requirements_of(const Scene& scene) {
+  Requirements result;
+  result.spheres = scene.spheres.size();
+  result.lens = scene.camera.aperture > 0;
+  result.extent = largest_component(scene.camera.look_from) + scene.camera.aperture / 2;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Sphere& sphere : scene.spheres) {
+    const Material& material = scene.materials[sphere.material];
+    result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
+    result.metal += material.type == MaterialType::metal ? 1U : 0U;
+    result.dielectric += material.type == MaterialType::dielectric ? 1U : 0U;
+    result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
+    smallest = std::min(smallest, sphere.radius);
+    result.largest_radius = std::max(result.largest_radius, sphere.radius);
+    result.extent = std::max(result.extent, largest_component(sphere.center) + sphere.radius);
+  }
+  result.smallest_radius = scene.spheres.empty() ? 0 : smallest;
+  result.one_radius = !scene.spheres.empty() && smallest == result.largest_radius;
+  return result;
+}
+
+ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked) {
+  ResolvedSettings result{asked, "asked for", "asked for"};
+  RenderSettings& settings = result.settings;
+  if (settings.precision == Precision::automatic) {
+    const double spread = requirements.spread();
+    const bool single = spread <= largest_f32_spread;
+    settings.precision = single ? Precision::f32 : Precision::f64;
+    result.precision_reason = "extent / smallest radius = " + number(spread) +
+                              (single ? ", at most " : ", more than ") +
+                              number(largest_f32_spread);
+  }
+  if (settings.accelerator == AcceleratorKind::automatic) {
+    const bool few = requirements.spheres <= largest_linear;
+    settings.accelerator = few ? AcceleratorKind::linear : AcceleratorKind::bvh;
+    result.accelerator_reason = std::to_string(requirements.spheres) +
+                                (few ? " spheres, at most " : " spheres, more than ") +
+                                std::to_string(largest_linear);
+  }
+  if (settings.row_order == RowOrder::automatic) {
+    settings.row_order = settings.schedule == SchedulePolicy::weighted ? RowOrder::interleaved
+                                                                       : RowOrder::sequential;
+  }
+  return result;
+}
+
+}  // namespace parray

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/vec.h"
+
+namespace parray {
+
+/// The scene as every side knows it. Lengths are in the scene's own unit, colours are linear RGB.
+/// Plain data in double precision; immutable once loaded, so any thread may read it.
+
+enum class MaterialType : std::uint8_t { diffuse = 0, metal = 1, dielectric = 2 };  // wire values
+
+/// One surface. Values that the type does not use stay at their defaults, so that equal surfaces
+/// compare equal.
+struct Material {
+  MaterialType type = MaterialType::diffuse;
+  Vec3d albedo{1, 1, 1};  ///< diffuse, metal: each component in [0, 1]
+  double fuzz = 0;        ///< metal: radius of the ball around the mirror direction, in [0, 1]
+  double ior = 1;         ///< dielectric: index relative to the surroundings, > 0 (a bubble: < 1)
+
+  friend bool operator==(const Material&, const Material&) = default;
+};
+
+struct Sphere {
+  Vec3d center;
+  double radius = 1;            ///< > 0
+  std::uint32_t material = 0;   ///< index into Scene::materials
+
+  friend bool operator==(const Sphere&, const Sphere&) = default;
+};
+
+/// Thin-lens camera; the lens is a uniform disc.
+struct Camera {
+  Vec3d look_from{13, 2, 3};
+  Vec3d look_at{0, 0, 0};
+  Vec3d up{0, 1, 0};
+  double vfov = 20;              ///< vertical angle of view, degrees, in (0, 180)
+  double aperture = 0.1;         ///< lens diameter, >= 0; 0 is a pinhole
+  double focus_distance = 10;    ///< > 0
+  /// tan(vfov / 2). Computed once by whoever loads the scene and sent as bits: the one value that
+  /// needs libm, whose last bit differs between machines.
+  double tan_half_vfov = 0;
+
+  friend bool operator==(const Camera&, const Camera&) = default;
+};
+
+/// Radiance of a ray that leaves the scene: lerp(horizon, zenith, (y + 1) / 2) of its direction.
+struct Sky {
+  Vec3d horizon{1, 1, 1};
+  Vec3d zenith{0.5, 0.7, 1.0};
+
+  friend bool operator==(const Sky&, const Sky&) = default;
+};
+
+struct Scene {
+  Camera camera;
+  Sky sky;
+  std::vector<Material> materials;  ///< distinct, in the order in which spheres first use them
+  std::vector<Sphere> spheres;      ///< input order; closest-hit ties go to the lower index
+
+  friend bool operator==(const Scene&, const Scene&) = default;
+};
+
+}  // namespace parray

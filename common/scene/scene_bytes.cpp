@@ -1,0 +1,148 @@
+#include "common/scene/scene_bytes.h"
+
+#include <cmath>
+
+#include "common/base/bytes.h"
+#include "common/base/sha256.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+constexpr std::string_view magic = "PRSCENE1";
+constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
+constexpr std::size_t sphere_bytes = 4 * sizeof(double) + sizeof(std::uint32_t);
+
+void put_vec(ByteWriter& out, const Vec3d& v) {
+  out.put(v.x);
+  out.put(v.y);
+  out.put(v.z);
+}
+
+double get_number(ByteReader& in, double lowest, double highest) {
+  const auto value = in.get<double>();
+  if (!(value >= lowest && value <= highest)) {
+    throw DecodeError("scene: a number is out of its range");
+  }
+  return value;
+}
+
+Vec3d get_vec(ByteReader& in, double lowest, double highest) {
+  Vec3d v;
+  v.x = get_number(in, lowest, highest);
+  v.y = get_number(in, lowest, highest);
+  v.z = get_number(in, lowest, highest);
+  return v;
+}
+
+Camera get_camera(ByteReader& in) {
+  constexpr double reach = limits::max_length;
+  Camera camera;
+  camera.look_from = get_vec(in, -reach, reach);
+  camera.look_at = get_vec(in, -reach, reach);
+  camera.up = get_vec(in, -reach, reach);
+  camera.vfov = get_number(in, 0, 180);
+  camera.aperture = get_number(in, 0, reach);
+  camera.focus_distance = get_number(in, 0, reach);
+  camera.tan_half_vfov = get_number(in, 0, reach);
+  const Vec3d back = camera.look_from - camera.look_at;
+  if (!(length(back) > 0) || !(length(cross(camera.up, back)) > 0) ||
+      !(camera.focus_distance > 0) || !(camera.tan_half_vfov > 0)) {
+    throw DecodeError("scene: impossible camera");
+  }
+  return camera;
+}
+
+Material get_material(ByteReader& in) {
+  Material material;
+  const auto type = in.get<std::uint8_t>();
+  if (type > static_cast<std::uint8_t>(MaterialType::dielectric)) {
+    throw DecodeError("scene: unknown material type");
+  }
+  material.type = static_cast<MaterialType>(type);
+  material.albedo = get_vec(in, 0, 1);
+  material.fuzz = get_number(in, 0, 1);
+  material.ior = get_number(in, limits::min_radius, limits::max_length);
+  return material;
+}
+
+Sphere get_sphere(ByteReader& in, std::size_t material_count) {
+  Sphere sphere;
+  sphere.center = get_vec(in, -limits::max_length, limits::max_length);
+  sphere.radius = get_number(in, limits::min_radius, limits::max_length);
+  sphere.material = in.get<std::uint32_t>();
+  if (sphere.material >= material_count) {
+    throw DecodeError("scene: a sphere names a material that is not there");
+  }
+  return sphere;
+}
+
+/// A count that the bytes left can hold, so that a false one cannot make us allocate.
+std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
+  const auto count = in.get<std::uint64_t>();
+  if (count > most || count > in.left() / item_bytes) {
+    throw DecodeError("scene: a count is larger than its data");
+  }
+  return static_cast<std::size_t>(count);
+}
+
+}  // namespace
+
+std::string scene_to_bytes(const Scene& scene) {
+  ByteWriter out;
+  out.reserve(256 + material_bytes * scene.materials.size() + sphere_bytes * scene.spheres.size());
+  out.put_bytes(magic);
+  const Camera& camera = scene.camera;
+  put_vec(out, camera.look_from);
+  put_vec(out, camera.look_at);
+  put_vec(out, camera.up);
+  out.put(camera.vfov);
+  out.put(camera.aperture);
+  out.put(camera.focus_distance);
+  out.put(camera.tan_half_vfov);
+  put_vec(out, scene.sky.horizon);
+  put_vec(out, scene.sky.zenith);
+  out.put(static_cast<std::uint64_t>(scene.materials.size()));
+  for (const Material& material : scene.materials) {
+    out.put(static_cast<std::uint8_t>(material.type));
+    put_vec(out, material.albedo);
+    out.put(material.fuzz);
+    out.put(material.ior);
+  }
+  out.put(static_cast<std::uint64_t>(scene.spheres.size()));
+  for (const Sphere& sphere : scene.spheres) {
+    put_vec(out, sphere.center);
+    out.put(sphere.radius);
+    out.put(sphere.material);
+  }
+  return out.take();
+}
+
+Scene scene_from_bytes(std::string_view bytes) {
+  ByteReader in(bytes);
+  if (in.get_bytes(magic.size()) != magic) {
+    throw DecodeError("scene: not a scene of this version");
+  }
+  Scene scene;
+  scene.camera = get_camera(in);
+  scene.sky.horizon = get_vec(in, 0, limits::max_radiance);
+  scene.sky.zenith = get_vec(in, 0, limits::max_radiance);
+  const std::size_t material_count = get_count(in, limits::max_materials, material_bytes);
+  scene.materials.reserve(material_count);
+  for (std::size_t i = 0; i < material_count; ++i) {
+    scene.materials.push_back(get_material(in));
+  }
+  const std::size_t sphere_count = get_count(in, limits::max_spheres, sphere_bytes);
+  scene.spheres.reserve(sphere_count);
+  for (std::size_t i = 0; i < sphere_count; ++i) {
+    scene.spheres.push_back(get_sphere(in, material_count));
+  }
+  in.expect_end();
+  return scene;
+}
+
+std::string scene_identity(std::string_view scene_bytes) {
+  return sha256_hex(as_byte_span(scene_bytes));
+}
+
+}  // namespace parray

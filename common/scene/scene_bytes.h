@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/scene/scene.h"
+
+namespace parray {
+
+/// The scene's one binary form: what travels to workers, and what its identity is the SHA-256 of.
+/// Equal scenes have equal bytes, whichever file format they were read from.
+std::string scene_to_bytes(const Scene& scene);
+
+/// Inverse of scene_to_bytes. Checks every bound before it allocates and every value that the
+/// kernel relies on. Throws DecodeError.
+Scene scene_from_bytes(std::string_view bytes);
+
+/// SHA-256 of scene_to_bytes(scene), 64 hexadecimal digits.
+std::string scene_identity(std::string_view scene_bytes);
+
+}  // namespace parray

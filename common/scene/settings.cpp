@@ -1,0 +1,97 @@
+#include "common/scene/settings.h"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+// Each table is indexed by its enum's values.
+constexpr std::array<std::string_view, 3> precision_names{"auto", "f32", "f64"};
+constexpr std::array<std::string_view, 3> accelerator_names{"auto", "linear", "bvh"};
+constexpr std::array<std::string_view, 4> schedule_names{"static", "guided", "factoring",
+                                                         "weighted"};
+constexpr std::array<std::string_view, 3> row_order_names{"auto", "sequential", "interleaved"};
+
+using Names = std::span<const std::string_view>;
+
+template <typename Enum>
+std::string_view name_in(Names names, Enum value) {
+  const auto index = static_cast<std::size_t>(value);
+  return index < names.size() ? names[index] : "unknown";
+}
+
+template <typename Enum>
+Enum value_in(Names names, std::string_view what, std::string_view name) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == name) return static_cast<Enum>(i);
+  }
+  NearestWord nearest(name);
+  for (const std::string_view known : names) nearest.offer(known);
+  std::string message = "unknown " + std::string(what) + " '" + printable(name) + "': ";
+  if (!nearest.best().empty()) message += "did you mean '" + nearest.best() + "'? ";
+  throw InputError(message + "known: " + list_names(names));
+}
+
+void check_range(std::string_view what, std::uint64_t value, std::uint64_t most) {
+  if (value >= 1 && value <= most) return;
+  throw InputError(std::string(what) + ": " + std::to_string(value) +
+                   " is out of range: use a whole number from 1 to " + std::to_string(most));
+}
+
+template <typename Enum>
+void check_known(std::string_view what, Names names, Enum value) {
+  const auto index = static_cast<std::size_t>(value);
+  if (index < names.size()) return;
+  throw InputError(std::string(what) + ": value " + std::to_string(index) +
+                   " has no meaning: known: " + list_names(names));
+}
+
+}  // namespace
+
+std::string_view name_of(Precision value) { return name_in(precision_names, value); }
+std::string_view name_of(AcceleratorKind value) { return name_in(accelerator_names, value); }
+std::string_view name_of(SchedulePolicy value) { return name_in(schedule_names, value); }
+std::string_view name_of(RowOrder value) { return name_in(row_order_names, value); }
+
+Precision precision_from(std::string_view name) {
+  return value_in<Precision>(precision_names, "precision", name);
+}
+
+AcceleratorKind accelerator_from(std::string_view name) {
+  return value_in<AcceleratorKind>(accelerator_names, "accelerator", name);
+}
+
+SchedulePolicy schedule_from(std::string_view name) {
+  return value_in<SchedulePolicy>(schedule_names, "schedule", name);
+}
+
+RowOrder row_order_from(std::string_view name) {
+  return value_in<RowOrder>(row_order_names, "row order", name);
+}
+
+void check_settings(const RenderSettings& settings) {
+  check_range("width", settings.width, limits::max_image_side);
+  check_range("height", settings.height, limits::max_image_side);
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  if (pixels > limits::max_pixels) {
+    throw InputError("image of " + std::to_string(settings.width) + " x " +
+                     std::to_string(settings.height) + " pixels is too large: use at most " +
+                     std::to_string(limits::max_pixels) + " pixels");
+  }
+  check_range("samples_per_pixel", settings.samples_per_pixel, limits::max_samples_per_pixel);
+  check_range("max_depth", settings.max_depth, limits::max_depth);
+  check_known("precision", precision_names, settings.precision);
+  check_known("accelerator", accelerator_names, settings.accelerator);
+  check_known("schedule", schedule_names, settings.schedule);
+  check_known("row order", row_order_names, settings.row_order);
+}
+
+}  // namespace parray

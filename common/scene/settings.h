@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace parray {
+
+enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2 };       // wire values
+enum class AcceleratorKind : std::uint8_t { automatic = 0, linear = 1, bvh = 2 };  // wire values
+enum class SchedulePolicy : std::uint8_t {  // wire values
+  static_split = 0,
+  guided = 1,
+  factoring = 2,
+  weighted = 3
+};
+enum class RowOrder : std::uint8_t { automatic = 0, sequential = 1, interleaved = 2 };  // wire values
+
+/// How a scene is to be rendered.
+///
+/// The first group decides the picture's bits; the second never does.
+struct RenderSettings {
+  // --- the picture is a function of the scene and of these ---
+  std::uint32_t width = 1200;              ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t height = 800;              ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t samples_per_pixel = 500;   ///< 1 .. limits::max_samples_per_pixel
+  std::uint32_t max_depth = 10;            ///< ray segments a path, 1 .. limits::max_depth
+  std::uint64_t seed = 1;
+  Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
+
+  // --- the same bits whatever these say ---
+  AcceleratorKind accelerator = AcceleratorKind::automatic;
+  SchedulePolicy schedule = SchedulePolicy::weighted;
+  RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
+
+  friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
+};
+
+/// Names as they stand in options, reports and messages.
+std::string_view name_of(Precision);
+std::string_view name_of(AcceleratorKind);
+std::string_view name_of(SchedulePolicy);
+std::string_view name_of(RowOrder);
+
+/// The value of a name that `name_of` gives. Throws InputError that lists the known names.
+Precision precision_from(std::string_view name);
+AcceleratorKind accelerator_from(std::string_view name);
+SchedulePolicy schedule_from(std::string_view name);
+RowOrder row_order_from(std::string_view name);
+
+/// Throws InputError naming the first value out of its range.
+void check_settings(const RenderSettings& settings);
+
+}  // namespace parray

@@ -1,0 +1,48 @@
+#include "common/trace/fingerprint.h"
+
+#include <span>
+#include <vector>
+
+#include "common/base/sha256.h"
+#include "common/trace/kernel.h"
+
+namespace parray {
+namespace {
+
+Scene built_in_scene() {
+  Scene scene;
+  scene.camera.tan_half_vfov = 0.25;
+  scene.materials = {{MaterialType::diffuse, {0.5, 0.6, 0.7}, 0, 1},
+                     {MaterialType::metal, {0.9, 0.8, 0.7}, 0.3, 1},
+                     {MaterialType::dielectric, {1, 1, 1}, 0, 1.5},
+                     {MaterialType::dielectric, {1, 1, 1}, 0, 1 / 1.5}};
+  scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 2},    {{0, 1, 0}, 0.9, 3},
+                   {{4, 1, 0}, 1, 1},        {{-4, 1, 0}, 1, 0},   {{6, 0.4, 1.5}, 0.4, 2},
+                   {{5, 0.3, 2}, 0.3, 0},    {{7, 0.25, 2}, 0.25, 1}};
+  return scene;
+}
+
+}  // namespace
+
+std::string trace_fingerprint() {
+  const Scene scene = built_in_scene();
+  RenderSettings settings;
+  settings.width = 24;
+  settings.height = 16;
+  settings.accelerator = AcceleratorKind::bvh;
+  std::vector<PixelSums> sums(2ULL * settings.width * settings.height);
+  std::size_t next = 0;
+  for (const Precision precision : {Precision::f32, Precision::f64}) {
+    settings.precision = precision;
+    const auto kernel = make_kernel(scene, settings);
+    for (std::uint32_t y = 0; y < settings.height; ++y) {
+      TraceCounts counts;
+      kernel->trace({y, 0, settings.width}, {0, 4},
+                    std::span(sums).subspan(next, settings.width), counts);
+      next += settings.width;
+    }
+  }
+  return sha256_hex(std::as_bytes(std::span(sums)));
+}
+
+}  // namespace parray

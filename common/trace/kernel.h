@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "common/image/pixel_sums.h"
+#include "common/scene/scene.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// A horizontal run of pixels, columns [x_begin, x_end) of row y.
+struct PixelRun {
+  std::uint32_t y = 0;
+  std::uint32_t x_begin = 0;
+  std::uint32_t x_end = 0;
+};
+
+/// Half-open range of sample indices of a pixel.
+struct SampleRange {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+
+  [[nodiscard]] std::uint32_t count() const { return end - begin; }
+  friend bool operator==(const SampleRange&, const SampleRange&) = default;
+};
+
+/// A scene made ready for tracing: the seam behind which precisions, accelerators and instruction
+/// sets are chosen once. Immutable; trace() may be called by any number of threads at once.
+class Kernel {
+ public:
+  virtual ~Kernel() = default;
+
+  /// Traces samples [samples.begin, samples.end) of each pixel of `run` and adds them to `sums`
+  /// (run.x_end - run.x_begin elements) and `counts`. Non-finite samples are left out of the sums
+  /// and counted.
+  virtual void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
+                     TraceCounts& counts) const = 0;
+
+  /// Memory of the accelerator, positions and radii included.
+  [[nodiscard]] virtual std::size_t accelerator_bytes() const = 0;
+
+  /// Instruction set that the kernel uses, as the report names it.
+  [[nodiscard]] virtual std::string_view isa() const = 0;
+};
+
+/// Builds the kernel for settings that resolve_settings() has completed. Memory is in proportion
+/// to the number of spheres.
+std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings);
+
+/// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.
+double largest_radiance(const Scene& scene);
+
+}  // namespace parray

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "common/trace/accelerator.h"
+#include "common/trace/material.h"
+#include "common/trace/view.h"
+
+namespace parray {
+
+/// All that a path meets. Immutable; shared by all threads.
+template <typename Real>
+struct TraceScene {
+  std::vector<SphereShape<Real>> spheres;
+  std::vector<std::uint32_t> material_of;  ///< of each sphere
+  std::vector<Surface<Real>> surfaces;
+  SkyGradient<Real> sky;
+  View<Real> view;
+  /// Spheres whose inside the lens reaches; nearly always none.
+  std::vector<std::uint32_t> around_lens;
+  std::uint32_t max_depth = 1;
+};
+
+/// First crossing along a ray: out of a sphere that the path is inside of, or into another.
+template <typename Real, Accelerator<Real> A>
+Hit<Real> first_crossing(const TraceScene<Real>& scene, const A& accelerator,
+                         const Ray<Real>& ray, const Sides<Real>& sides) {
+  Hit<Real> best;
+  for (const std::uint32_t index : sides.inside()) {
+    const SphereShape<Real>& sphere = scene.spheres[index];
+    const Real t = sides.stands_on(index) ? chord_from_surface(ray, sphere, sides.normal())
+                                          : exit_distance(ray, sphere);
+    if (best.loses_to(t, index)) {
+      best = {t, index, true};
+    }
+  }
+  accelerator.enter(ray, sides, best);
+  return best;
+}
+
+/// Outward unit normal at a crossing.
+template <typename Real>
+Vec3<Real> crossing_normal(const TraceScene<Real>& scene, const Ray<Real>& ray,
+                           const Sides<Real>& sides, const Hit<Real>& hit) {
+  const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+  if (hit.leaving && sides.stands_on(hit.sphere)) {
+    return normalize(sphere.radius * sides.normal() + hit.t * ray.direction);
+  }
+  return normal_at(ray, sphere, hit.leaving);
+}
+
+/// Puts a new path inside the spheres that its origin lies in.
+template <typename Real>
+void start_sides(const TraceScene<Real>& scene, const Vec3<Real>& origin, Sides<Real>& sides) {
+  sides.start({});
+  for (const std::uint32_t index : scene.around_lens) {
+    const SphereShape<Real>& sphere = scene.spheres[index];
+    const Vec3<Real> from_center = origin - sphere.center;
+    if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
+      sides.cross(index, false);
+    }
+  }
+}
+
+/// Radiance of one sample of pixel (x, y) and, added to `rays`, the segments that it took.
+/// `sides` is scratch memory, so that paths inside glass do not allocate.
+template <typename Real, Accelerator<Real> A>
+Vec3<Real> trace_sample(const TraceScene<Real>& scene, const A& accelerator, std::uint32_t x,
+                        std::uint32_t y, const SampleRandom& random, Sides<Real>& sides,
+                        std::uint64_t& rays) {
+  Ray<Real> ray = scene.view.ray(x, y, random);
+  start_sides(scene, ray.origin, sides);
+  Vec3<Real> throughput{1, 1, 1};
+  for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
+    ++rays;
+    const Hit<Real> hit = first_crossing(scene, accelerator, ray, sides);
+    if (hit.sphere == no_sphere) {
+      return throughput * scene.sky.radiance(ray.direction);
+    }
+    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const Surface<Real>& surface = scene.surfaces[scene.material_of[hit.sphere]];
+    const auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal,
+                                    hit.leaving, random, bounce);
+    if (scattering.event == Event::absorbed) {
+      return {};
+    }
+    if (scattering.event == Event::refracted) {
+      sides.cross(hit.sphere, hit.leaving);
+    } else {
+      throughput = throughput * surface.albedo;
+    }
+    sides.stand_on(hit.sphere, normal);
+    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+  }
+  return {};  // longer than max_depth: counts as dark
+}
+
+}  // namespace parray

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/math/vec.h"
+
+namespace parray {
+
+/// Index of no sphere.
+inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
+
+/// A half-line. `direction` is finite and not zero; unit length but for rounding.
+template <typename Real>
+struct Ray {
+  Vec3<Real> origin;
+  Vec3<Real> direction;
+  Real inverse_square;  ///< 1 / dot(direction, direction)
+
+  Ray(const Vec3<Real>& o, const Vec3<Real>& d)
+      : origin(o), direction(d), inverse_square(Real(1) / dot(d, d)) {}
+};
+
+/// The nearest crossing found so far. Equal distances go to the lower index, whatever the order in
+/// which spheres are tried.
+template <typename Real>
+struct Hit {
+  Real t = std::numeric_limits<Real>::infinity();
+  std::uint32_t sphere = no_sphere;
+  bool leaving = false;  ///< the ray comes from inside the sphere
+
+  [[nodiscard]] bool loses_to(Real other_t, std::uint32_t other) const {
+    return other_t < t || (other_t == t && other < sphere);
+  }
+};
+
+}  // namespace parray

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/directions.h"
+#include "common/scene/scene.h"
+#include "common/trace/random.h"
+#include "common/trace/ray.h"
+
+namespace parray {
+
+/// The camera as the kernel uses it: film vectors for a focus distance of 1, so that directions
+/// stay near unit length whatever the scene's scale.
+template <typename Real>
+class View {
+ public:
+  /// `camera` has passed the reader's checks; width and height are in pixels.
+  View(const Camera& camera, std::uint32_t width, std::uint32_t height)
+      : inverse_width_(Real(1) / static_cast<Real>(width)),
+        inverse_height_(Real(1) / static_cast<Real>(height)) {
+    const Vec3d back = normalize(camera.look_from - camera.look_at);
+    const Vec3d right = normalize(cross(normalize(camera.up), back));
+    const Vec3d up = cross(back, right);
+    const double film_height = 2 * camera.tan_half_vfov;
+    const double film_width = film_height * (static_cast<double>(width) / height);
+    const double lens = camera.aperture / 2;
+    origin_ = vec_cast<Real>(camera.look_from);
+    film_right_ = vec_cast<Real>(film_width * right);
+    film_down_ = vec_cast<Real>(-film_height * up);
+    film_corner_ = vec_cast<Real>((-0.5 * film_width) * right + (0.5 * film_height) * up - back);
+    lens_right_ = vec_cast<Real>(lens * right);
+    lens_up_ = vec_cast<Real>(lens * up);
+    inverse_focus_ = static_cast<Real>(1 / camera.focus_distance);
+    pinhole_ = !(camera.aperture > 0);
+  }
+
+  /// Ray of one sample through pixel (x, y), y downwards.
+  [[nodiscard]] Ray<Real> ray(std::uint32_t x, std::uint32_t y, const SampleRandom& random) const {
+    const auto u = random.at<Real>(0, Purpose::camera);
+    const Real film_x = (static_cast<Real>(x) + u.a) * inverse_width_;
+    const Real film_y = (static_cast<Real>(y) + u.b) * inverse_height_;
+    const Vec3<Real> direction = film_corner_ + film_x * film_right_ + film_y * film_down_;
+    if (pinhole_) {
+      return {origin_, normalize(direction)};
+    }
+    const Disc<Real> point = uniform_disc(u.c, u.d);
+    const Vec3<Real> offset = point.x * lens_right_ + point.y * lens_up_;
+    return {origin_ + offset, normalize(direction - inverse_focus_ * offset)};
+  }
+
+ private:
+  Vec3<Real> origin_, film_corner_, film_right_, film_down_, lens_right_, lens_up_;
+  Real inverse_width_, inverse_height_;
+  Real inverse_focus_ = 0;
+  bool pinhole_ = true;
+};
+
+/// Sky as the kernel uses it.
+template <typename Real>
+struct SkyGradient {
+  explicit SkyGradient(const Sky& sky)
+      : horizon(vec_cast<Real>(sky.horizon)), rise(vec_cast<Real>(sky.zenith - sky.horizon)) {}
+
+  /// Radiance along a unit direction. horizon + h (zenith - horizon) is exact where both are equal.
+  [[nodiscard]] Vec3<Real> radiance(const Vec3<Real>& direction) const {
+    const Real h = min_of(max_of((direction.y + Real(1)) * Real(0.5), Real(0)), Real(1));
+    return horizon + h * rise;
+  }
+
+  Vec3<Real> horizon;
+  Vec3<Real> rise;
+};
+
+}  // namespace parray

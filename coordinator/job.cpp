@@ -1,0 +1,79 @@
+#include "coordinator/job.h"
+
+#include <algorithm>
+#include <array>
+
+namespace parray {
+
+using nlohmann::json;
+
+std::string_view name_of(JobState state) {
+  constexpr std::array<std::string_view, 6> names = {"queued", "running", "paused",
+                                                     "done",   "failed",  "cancelled"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+json job_summary(const Job& job, Time now) {
+  const JobRecord& record = job.record;
+  json summary = {{"id", record.id},
+                  {"name", record.name},
+                  {"state", name_of(record.state)},
+                  {"priority", record.priority},
+                  {"progress", record.state == JobState::done ? 1.0 : 0.0},
+                  {"samples_per_second", 0.0},
+                  {"seconds_left", -1.0},
+                  {"reason", record.reason},
+                  {"width", record.settings.width},
+                  {"height", record.settings.height},
+                  {"samples_per_pixel", record.settings.samples_per_pixel}};
+  if (!job.open()) {
+    return summary;
+  }
+  const JobWork& work = *job.work;
+  summary["progress"] = work.leases.progress();
+  if (work.started != never && now > work.started && work.leases.done_units() > 0) {
+    const double per_second =
+        static_cast<double>(work.leases.done_units()) / to_seconds(now - work.started);
+    const auto left = static_cast<double>(work.leases.total_units() - work.leases.done_units());
+    summary["samples_per_second"] = per_second * record.settings.width;
+    summary["seconds_left"] = left / per_second;
+  }
+  return summary;
+}
+
+json make_report(const Job& job, const std::string& image_sha256, Time finished) {
+  const RenderSettings& s = job.record.settings;
+  const JobWork& work = *job.work;
+  const TraceCounts& counts = work.framebuffer.counts();
+  const double render = to_seconds(finished - work.started);
+  const double rate = render > 0 ? 1 / render : 0;
+  return {{"image_sha256", image_sha256},
+          {"width", s.width},
+          {"height", s.height},
+          {"samples_per_pixel", s.samples_per_pixel},
+          {"max_depth", s.max_depth},
+          {"seed", s.seed},
+          {"precision", name_of(s.precision)},
+          {"precision_reason", job.record.precision_reason},
+          {"accelerator", name_of(s.accelerator)},
+          {"isa", work.isa},
+          {"sampler", "independent"},
+          {"schedule", name_of(s.schedule)},
+          {"row_order", name_of(s.row_order)},
+          {"scene_sha256", job.record.scene},
+          {"spheres", work.requirements.spheres},
+          {"features", work.requirements.features()},
+          {"accelerator_bytes", work.accelerator_bytes},
+          {"threads", work.contributor_threads},
+          {"workers", work.contributors.size()},
+          {"samples", counts.samples},
+          {"rays", counts.rays},
+          {"samples_per_second", static_cast<double>(counts.samples) * rate},
+          {"rays_per_second", static_cast<double>(counts.rays) * rate},
+          {"nonfinite_samples", counts.nonfinite},
+          {"seconds",
+           {{"load", job.record.load_seconds}, {"build", work.build_seconds}, {"render", render}}},
+          {"version", PARRAY_VERSION}};
+}
+
+}  // namespace parray

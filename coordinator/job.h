@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "common/image/framebuffer.h"
+#include "common/scene/requirements.h"
+#include "coordinator/lease_table.h"
+#include "coordinator/store.h"
+
+namespace parray {
+
+/// Work in progress of one job: present while it is queued or running.
+struct JobWork {
+  JobWork(const RenderSettings& settings, Epoch first_epoch)
+      : leases(settings, first_epoch), framebuffer(settings) {}
+
+  LeaseTable leases;
+  Framebuffer framebuffer;
+  std::shared_ptr<const std::string> scene_bytes;
+  Requirements requirements;
+  double largest_radiance = 1;
+  Time started = never;  ///< first grant
+  std::set<WorkerId> contributors;
+  std::uint32_t contributor_threads = 0;
+  double build_seconds = 0;             ///< the longest of any worker
+  std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
+  std::string isa;
+};
+
+/// A job as the coordinator keeps it.
+struct Job {
+  JobRecord record;
+  std::unique_ptr<JobWork> work;  ///< null once done, failed or cancelled
+
+  [[nodiscard]] bool open() const { return work != nullptr; }
+};
+
+/// The job map of PROTOCOL.md.
+nlohmann::json job_summary(const Job& job, Time now);
+
+/// The report of a finished job: DESIGN of its fields in README.md, "The report". Everything but
+/// what the client adds (seconds spent writing).
+nlohmann::json make_report(const Job& job, const std::string& image_sha256, Time finished);
+
+}  // namespace parray

@@ -1,0 +1,117 @@
+// The life of a job inside the coordinator: opened, restored, finished, closed.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/image/image.h"
+#include "common/scene/scene_bytes.h"
+#include "common/trace/kernel.h"
+#include "coordinator/coordinator.h"
+
+namespace parray {
+
+Job* Coordinator::job_of(JobId id) {
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? nullptr : &found->second;
+}
+
+bool Coordinator::all_jobs_closed() const {
+  return std::none_of(jobs_.begin(), jobs_.end(), [](const auto& j) { return j.second.open(); });
+}
+
+/// Jobs with work left, by priority, then by age.
+std::vector<Job*> Coordinator::open_jobs_in_order() {
+  std::vector<Job*> open;
+  for (auto& [id, job] : jobs_) {
+    if (job.open()) {
+      open.push_back(&job);
+    }
+  }
+  std::stable_sort(open.begin(), open.end(), [](const Job* a, const Job* b) {
+    return a->record.priority > b->record.priority;
+  });
+  return open;
+}
+
+/// Throws DecodeError when the bytes are no scene.
+void Coordinator::open_job(Job& job, std::shared_ptr<const std::string> scene_bytes,
+                           Epoch first_epoch) {
+  const Scene scene = scene_from_bytes(*scene_bytes);
+  auto work = std::make_unique<JobWork>(job.record.settings, first_epoch);
+  work->requirements = requirements_of(scene);
+  work->largest_radiance = largest_radiance(scene);
+  work->scene_bytes = std::move(scene_bytes);
+  job.work = std::move(work);
+}
+
+void Coordinator::restore_jobs() {
+  for (JobRecord& record : store_.jobs()) {
+    Job job;
+    job.record = std::move(record);
+    const JobId id = job.record.id;
+    next_job_ = std::max(next_job_, id + 1);
+    if (job.record.state == JobState::queued || job.record.state == JobState::running) {
+      const auto scene = store_.scene(job.record.scene);
+      if (!scene) {
+        throw RunError("the state has no scene for job " + std::to_string(id) + ": it is damaged");
+      }
+      // Epochs that were granted but never came back are unknown here, so new ones start well
+      // above any that was: no grant of an earlier life can be taken for a current one.
+      constexpr Epoch epochs_a_life = Epoch{1} << 32;
+      const auto blocks = store_.blocks(id);
+      const Epoch last = blocks.empty() ? 0 : blocks.back().first;
+      open_job(job, std::make_shared<const std::string>(*scene),
+               (last / epochs_a_life + 1) * epochs_a_life);
+      for (const auto& [epoch, bytes] : blocks) {
+        const RowBlock block = row_block_from_bytes(bytes);
+        job.work->leases.restore(block.rect);
+        job.work->framebuffer.merge(block);
+      }
+      job.record.state = JobState::queued;
+      log_->info("job {} '{}' taken up at {:.1f} %", id, job.record.name,
+                 100 * job.work->leases.progress());
+    }
+    jobs_.emplace(id, std::move(job));
+  }
+}
+
+void Coordinator::finish_job(Time now, Job& job) {
+  const Image image = resolve_image(job.work->framebuffer, job.work->largest_radiance);
+  job.record.report = make_report(job, image_sha256(image), now).dump();
+  const auto pixels = std::as_bytes(std::span(image.rgb));
+  store_.put_picture(job.record.id,
+                     std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  close_job(job, JobState::done, "");
+}
+
+void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
+  job.record.state = state;
+  job.record.reason = reason;
+  job.work.reset();
+  store_.put_job(job.record);
+  store_.drop_work(job.record.id);
+  store_dirty_ = true;
+  log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
+             reason.empty() ? "" : ": ", reason);
+}
+
+/// Forgets the oldest closed job when there are too many.
+void Coordinator::make_room_for_job() {
+  if (jobs_.size() < options_.max_jobs) {
+    return;
+  }
+  const auto oldest = std::find_if(jobs_.begin(), jobs_.end(),
+                                   [](const auto& j) { return !j.second.open(); });
+  if (oldest == jobs_.end()) {
+    throw InputError("this coordinator has its " + std::to_string(options_.max_jobs) +
+                     " jobs and none has ended: wait, cancel one, or raise --max-jobs");
+  }
+  log_->info("job {} '{}' forgotten to make room", oldest->first, oldest->second.record.name);
+  store_.drop_job(oldest->first);
+  store_dirty_ = true;
+  jobs_.erase(oldest);
+}
+
+}  // namespace parray

@@ -1,0 +1,212 @@
+#include "coordinator/lease_table.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace parray {
+namespace {
+
+/// A lease's result stays below 64 MiB, so that one message can carry it.
+constexpr std::uint32_t most_block_pixels = (1U << 26) / sizeof(PixelSums);
+
+/// Parts of `from` outside of `hole`, at most four.
+std::vector<WorkRect> subtract(const WorkRect& from, const WorkRect& hole) {
+  const std::uint32_t r0 = std::max(from.row_begin, hole.row_begin);
+  const std::uint32_t r1 = std::min(from.row_end, hole.row_end);
+  const std::uint32_t s0 = std::max(from.sample_begin, hole.sample_begin);
+  const std::uint32_t s1 = std::min(from.sample_end, hole.sample_end);
+  if (r0 >= r1 || s0 >= s1) {
+    return {from};
+  }
+  std::vector<WorkRect> parts;
+  for (const WorkRect& part : {WorkRect{from.row_begin, r0, from.sample_begin, from.sample_end},
+                               WorkRect{r0, r1, from.sample_begin, s0},
+                               WorkRect{r0, r1, s1, from.sample_end},
+                               WorkRect{r1, from.row_end, from.sample_begin, from.sample_end}}) {
+    if (part.row_begin < part.row_end && part.sample_begin < part.sample_end) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
+LeaseTable::LeaseTable(const RenderSettings& settings, Epoch first_epoch)
+    : policy_(settings.schedule),
+      row_units_(settings.samples_per_pixel),
+      most_rows_(std::max(most_block_pixels / settings.width, 1U)),
+      total_units_(std::uint64_t{settings.height} * settings.samples_per_pixel),
+      pending_units_(total_units_),
+      next_epoch_(first_epoch),
+      pending_{{0, settings.height, 0, settings.samples_per_pixel}} {}
+
+void LeaseTable::restore(const WorkRect& done) {
+  std::deque<WorkRect> left;
+  std::uint64_t left_units = 0;
+  for (const WorkRect& rect : pending_) {
+    for (const WorkRect& part : subtract(rect, done)) {
+      left.push_back(part);
+      left_units += part.units();
+    }
+  }
+  if (pending_units_ - left_units != done.units()) {
+    throw std::logic_error("restoring samples that are done already");
+  }
+  pending_ = std::move(left);
+  pending_units_ = left_units;
+  done_units_ += done.units();
+}
+
+std::optional<Lease> LeaseTable::grant(Time deadline, const Asker& asker, bool may_copy) {
+  if (pending_.empty()) {
+    return may_copy ? grant_copy(deadline, asker.worker) : std::nullopt;
+  }
+  const ChunkRequest request{.total = total_units_,
+                             .remaining = pending_units_,
+                             .step = step_++,
+                             .row_units = row_units_,
+                             .workers = std::max(asker.workers, 1U),
+                             .threads = asker.threads,
+                             .share = asker.share,
+                             .least = asker.least_units,
+                             .most = asker.most_units};
+  const WorkRect rect = carve(chunk_units(policy_, request));
+  const Epoch epoch = next_epoch_++;
+  leased_.emplace(epoch, Leased{rect, {{asker.worker, deadline}}});
+  return Lease{epoch, rect, false};
+}
+
+/// Cuts about `units` from the first pending rectangle: whole rows of it, or, when that is less
+/// than one, part of the samples of its first row.
+WorkRect LeaseTable::carve(std::uint64_t units) {
+  WorkRect& front = pending_.front();
+  const auto rows = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>({units / front.samples(), front.rows(), most_rows_}));
+  WorkRect piece = front;
+  piece.row_end = front.row_begin + std::max(rows, 1U);
+  front.row_begin = piece.row_end;
+  if (front.rows() == 0) {
+    pending_.pop_front();
+  }
+  if (rows == 0) {
+    WorkRect rest = piece;
+    piece.sample_end = piece.sample_begin + static_cast<std::uint32_t>(units);
+    rest.sample_begin = piece.sample_end;
+    pending_.push_front(rest);
+  }
+  pending_units_ -= piece.units();
+  return piece;
+}
+
+std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
+  for (auto& [epoch, lease] : leased_) {  // oldest first
+    const bool holds = std::any_of(lease.holders.begin(), lease.holders.end(),
+                                   [&](const Holder& h) { return h.worker == worker; });
+    if (!holds && lease.holders.size() < most_holders) {
+      lease.holders.push_back({worker, deadline});
+      return Lease{epoch, lease.rect, true};
+    }
+  }
+  return {};
+}
+
+LeaseTable::Completion LeaseTable::complete(WorkerId worker, Epoch epoch, const WorkRect& rect,
+                                            ResultDigest digest) {
+  using enum msg::Verdict;
+  if (const auto done = done_.find(epoch); done != done_.end()) {
+    const bool same = done->second.first == rect && done->second.second == digest;
+    return {same ? duplicate : mismatch, {}};
+  }
+  const auto lease = leased_.find(epoch);
+  if (lease == leased_.end() || !(lease->second.rect == rect)) {
+    return {stale, {}};
+  }
+  Completion completion{accepted, {}};
+  for (const Holder& holder : lease->second.holders) {
+    if (holder.worker != worker) {
+      completion.others.push_back(holder.worker);
+    }
+  }
+  done_units_ += rect.units();
+  done_.emplace(epoch, std::pair(rect, digest));
+  leased_.erase(lease);
+  return completion;
+}
+
+bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {
+  const auto lease = leased_.find(epoch);
+  if (lease == leased_.end()) {
+    return false;
+  }
+  for (Holder& holder : lease->second.holders) {
+    if (holder.worker == worker) {
+      holder.deadline = std::max(holder.deadline, deadline);
+      return true;
+    }
+  }
+  return false;
+}
+
+void LeaseTable::retire(std::map<Epoch, Leased>::iterator lease) {
+  pending_.push_front(lease->second.rect);  // first in line: the rest of the image waits for it
+  pending_units_ += lease->second.rect.units();
+  leased_.erase(lease);
+}
+
+std::vector<Epoch> LeaseTable::drop_worker(WorkerId worker) {
+  std::vector<Epoch> dropped;
+  for (auto lease = leased_.begin(); lease != leased_.end();) {
+    const auto current = lease++;
+    auto& holders = current->second.holders;
+    if (std::erase_if(holders, [&](const Holder& h) { return h.worker == worker; }) == 0) {
+      continue;
+    }
+    dropped.push_back(current->first);
+    if (holders.empty()) {
+      retire(current);
+    }
+  }
+  return dropped;
+}
+
+std::vector<LeaseTable::Expired> LeaseTable::expire(Time now) {
+  std::vector<Expired> expired;
+  for (auto lease = leased_.begin(); lease != leased_.end();) {
+    const auto current = lease++;
+    auto& holders = current->second.holders;
+    for (const Holder& holder : holders) {
+      if (holder.deadline <= now) {
+        expired.push_back({current->first, holder.worker});
+      }
+    }
+    std::erase_if(holders, [&](const Holder& h) { return h.deadline <= now; });
+    if (holders.empty()) {
+      retire(current);
+    }
+  }
+  return expired;
+}
+
+Time LeaseTable::next_deadline() const {
+  Time next = never;
+  for (const auto& [epoch, lease] : leased_) {
+    for (const Holder& holder : lease.holders) {
+      next = std::min(next, holder.deadline);
+    }
+  }
+  return next;
+}
+
+double LeaseTable::progress() const {
+  return static_cast<double>(done_units_) / static_cast<double>(total_units_);
+}
+
+std::size_t LeaseTable::held_by(WorkerId worker) const {
+  return static_cast<std::size_t>(std::count_if(leased_.begin(), leased_.end(), [&](const auto& l) {
+    return std::any_of(l.second.holders.begin(), l.second.holders.end(),
+                       [&](const Holder& h) { return h.worker == worker; });
+  }));
+}
+
+}  // namespace parray

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/scene/settings.h"
+
+namespace parray {
+
+using JobId = std::uint64_t;
+
+enum class JobState : std::uint8_t { queued, running, paused, done, failed, cancelled };
+std::string_view name_of(JobState state);
+
+/// What outlives a coordinator about a job.
+struct JobRecord {
+  JobId id = 0;
+  std::string token;
+  std::string name;
+  std::uint32_t priority = 50;
+  RenderSettings settings;
+  std::string precision_reason;
+  double load_seconds = 0;
+  std::string scene;  ///< digest
+  JobState state = JobState::queued;
+  std::string reason;       ///< of a failure
+  std::string report;       ///< JSON, of a done job
+};
+
+/// Where jobs, scenes, accepted blocks and pictures are kept: the seam to the disk.
+///
+/// Nothing counts as kept before commit() has returned; the coordinator acknowledges nothing
+/// earlier. Every member may throw RunError (disk full, file damaged). One thread.
+class Store {
+ public:
+  virtual ~Store() = default;
+
+  virtual void put_job(const JobRecord& job) = 0;  ///< new, or in place of the one with its id
+  virtual void put_scene(const std::string& digest, const std::string& bytes) = 0;
+  virtual void put_block(JobId job, std::uint64_t epoch, const std::string& bytes) = 0;
+  /// The finished picture (float32 RGB); the job's blocks are no longer needed.
+  virtual void put_picture(JobId job, const std::string& bytes) = 0;
+  /// The job's blocks are no longer needed; nor is a scene that no unfinished job uses.
+  virtual void drop_work(JobId job) = 0;
+  virtual void drop_job(JobId job) = 0;
+  virtual void commit() = 0;
+
+  /// What an earlier life left behind.
+  virtual std::vector<JobRecord> jobs() = 0;
+  virtual std::optional<std::string> scene(const std::string& digest) = 0;
+  virtual std::vector<std::pair<std::uint64_t, std::string>> blocks(JobId job) = 0;  ///< by epoch
+  virtual std::optional<std::string> picture(JobId job) = 0;
+};
+
+/// Keeps finished pictures for as long as the process lives, and nothing else.
+class MemoryStore final : public Store {
+ public:
+  void put_job(const JobRecord& /*job*/) override {}
+  void put_scene(const std::string& /*digest*/, const std::string& /*bytes*/) override {}
+  void put_block(JobId /*job*/, std::uint64_t /*epoch*/, const std::string& /*bytes*/) override {}
+  void put_picture(JobId job, const std::string& bytes) override { pictures_[job] = bytes; }
+  void drop_work(JobId /*job*/) override {}
+  void drop_job(JobId job) override { pictures_.erase(job); }
+  void commit() override {}
+  std::vector<JobRecord> jobs() override { return {}; }
+  std::optional<std::string> scene(const std::string& /*digest*/) override { return {}; }
+  std::vector<std::pair<std::uint64_t, std::string>> blocks(JobId /*job*/) override { return {}; }
+  std::optional<std::string> picture(JobId job) override {
+    const auto found = pictures_.find(job);
+    return found == pictures_.end() ? std::nullopt : std::optional(found->second);
+  }
+
+ private:
+  std::map<JobId, std::string> pictures_;
+};
+
+}  // namespace parray

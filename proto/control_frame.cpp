@@ -1,0 +1,294 @@
+#include "proto/control_frame.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_control_bytes = std::size_t{1} << 20;
+constexpr int max_nesting = 8;
+constexpr std::size_t max_held_leases = 64;
+
+/// Accepts a document that is no deeper than max_nesting. The library's binary reader recurses once
+/// a level, so hostile bytes would overflow the stack without it.
+class NestingGuard : public nlohmann::json_sax<json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return false; }
+  bool start_object(std::size_t /*size*/) override { return ++depth_ <= max_nesting; }
+  bool key(string_t& /*value*/) override { return true; }
+  bool end_object() override { return --depth_ >= 0; }
+  bool start_array(std::size_t /*size*/) override { return ++depth_ <= max_nesting; }
+  bool end_array() override { return --depth_ >= 0; }
+  bool parse_error(std::size_t /*position*/, const std::string& /*token*/,
+                   const nlohmann::detail::exception& /*error*/) override {
+    return false;
+  }
+
+ private:
+  int depth_ = 0;
+};
+
+json settings_to_json(const RenderSettings& s) {
+  return {{"width", s.width},
+          {"height", s.height},
+          {"samples_per_pixel", s.samples_per_pixel},
+          {"max_depth", s.max_depth},
+          {"seed", s.seed},
+          {"precision", name_of(s.precision)},
+          {"accelerator", name_of(s.accelerator)},
+          {"schedule", name_of(s.schedule)},
+          {"row_order", name_of(s.row_order)}};
+}
+
+[[noreturn]] void malformed(const std::string& key, const char* problem) {
+  throw ProtocolError("'" + key + "' " + problem);
+}
+
+std::uint64_t unsigned_in(const json& value, const std::string& key, std::uint64_t lowest,
+                          std::uint64_t highest) {
+  if (!value.is_number_unsigned()) {
+    malformed(key, "is not an unsigned integer");
+  }
+  const auto number = value.get<std::uint64_t>();
+  if (number < lowest || number > highest) {
+    malformed(key, "is out of its range");
+  }
+  return number;
+}
+
+/// Removes what could act on a terminal or a log from somebody else's text.
+bool printable(const std::string& text) {
+  return std::none_of(text.begin(), text.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 || byte == 0x7F;
+  });
+}
+
+}  // namespace
+
+ControlWriter::ControlWriter(std::string_view type)
+    : map_{{"v", protocol_version}, {"type", type}} {}
+
+void ControlWriter::text(const char* key, std::string& value, std::size_t longest) {
+  map_[key] = value.substr(0, longest);
+}
+
+void ControlWriter::rect(const char* key, WorkRect& value) {
+  map_[key] = {value.row_begin, value.row_end, value.sample_begin, value.sample_end};
+}
+
+void ControlWriter::epochs(const char* key,
+                           std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) {
+  auto list = json::array();
+  for (const auto& [job, epoch] : value) {
+    list.push_back({job, epoch});
+  }
+  map_[key] = std::move(list);
+}
+
+void ControlWriter::settings(const char* key, RenderSettings& value) {
+  map_[key] = settings_to_json(value);
+}
+
+std::string ControlWriter::frame() const {
+  std::string bytes;
+  json::to_msgpack(map_, bytes);
+  return bytes;
+}
+
+ControlReader::ControlReader(std::string_view frame) {
+  if (frame.size() > max_control_bytes) {
+    throw ProtocolError("control frame is larger than 1 MiB");
+  }
+  NestingGuard guard;
+  if (!json::sax_parse(frame, &guard, json::input_format_t::msgpack)) {
+    throw ProtocolError("control frame is not MessagePack, or is nested too deep");
+  }
+  map_ = json::from_msgpack(frame, true, false);
+  if (!map_.is_object()) {
+    throw ProtocolError("control frame is not a map");
+  }
+  text("type", type_, max_name);
+  protocol_ = static_cast<std::uint32_t>(integer("v", 0, 0xFFFFFFFF));
+}
+
+std::optional<std::uint64_t> ControlReader::request() const {
+  const auto found = map_.find("request");
+  if (found == map_.end() || !found->is_number_unsigned()) {
+    return {};
+  }
+  return found->get<std::uint64_t>();
+}
+
+const json& ControlReader::at(const char* key) const {
+  const auto found = map_.find(key);
+  if (found == map_.end()) {
+    malformed(key, "is missing");
+  }
+  return *found;
+}
+
+std::uint64_t ControlReader::integer(const char* key, std::uint64_t lowest,
+                                     std::uint64_t highest) const {
+  return unsigned_in(at(key), key, lowest, highest);
+}
+
+void ControlReader::real(const char* key, double& value) const {
+  const json& found = at(key);
+  if (!found.is_number()) {
+    malformed(key, "is not a number");
+  }
+  value = found.get<double>();
+  if (!std::isfinite(value)) {
+    malformed(key, "is not finite");
+  }
+}
+
+void ControlReader::flag(const char* key, bool& value) const {
+  const json& found = at(key);
+  if (!found.is_boolean()) {
+    malformed(key, "is not a boolean");
+  }
+  value = found.get<bool>();
+}
+
+void ControlReader::text(const char* key, std::string& value, std::size_t longest) const {
+  const json& found = at(key);
+  if (!found.is_string()) {
+    malformed(key, "is not a string");
+  }
+  value = found.get<std::string>();
+  if (value.size() > longest || !printable(value)) {
+    malformed(key, "is too long or not printable");
+  }
+}
+
+void ControlReader::digest(const char* key, std::string& value) const {
+  text(key, value, 64);
+  const bool hex = value.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (value.size() != 64 || !hex) {
+    malformed(key, "is not a SHA-256 digest");
+  }
+}
+
+void ControlReader::rect(const char* key, WorkRect& value) const {
+  const json& list = at(key);
+  if (!list.is_array() || list.size() != 4) {
+    malformed(key, "is not four numbers");
+  }
+  const auto number = [&](std::size_t i) {
+    return static_cast<std::uint32_t>(unsigned_in(list[i], key, 0, 0xFFFFFFFF));
+  };
+  value = {number(0), number(1), number(2), number(3)};
+  if (value.row_begin >= value.row_end || value.sample_begin >= value.sample_end) {
+    malformed(key, "is empty");
+  }
+}
+
+void ControlReader::epochs(const char* key,
+                           std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) const {
+  const json& list = at(key);
+  if (!list.is_array() || list.size() > max_held_leases) {
+    malformed(key, "is not a list of at most 64");
+  }
+  value.clear();
+  for (const json& pair : list) {
+    if (!pair.is_array() || pair.size() != 2) {
+      malformed(key, "does not hold pairs");
+    }
+    value.emplace_back(unsigned_in(pair[0], key, 0, UINT64_MAX),
+                       unsigned_in(pair[1], key, 0, UINT64_MAX));
+  }
+}
+
+void ControlReader::settings(const char* key, RenderSettings& value) const {
+  const json& map = at(key);
+  if (!map.is_object()) {
+    malformed(key, "is not a map");
+  }
+  const auto number = [&](const char* name, std::uint64_t highest) {
+    if (!map.contains(name)) {
+      malformed(name, "is missing");
+    }
+    return unsigned_in(map[name], name, 0, highest);
+  };
+  const auto word = [&](const char* name) {
+    if (!map.contains(name) || !map[name].is_string()) {
+      malformed(name, "is missing or not a string");
+    }
+    return map[name].get<std::string>();
+  };
+  value.width = static_cast<std::uint32_t>(number("width", 0xFFFFFFFF));
+  value.height = static_cast<std::uint32_t>(number("height", 0xFFFFFFFF));
+  value.samples_per_pixel = static_cast<std::uint32_t>(number("samples_per_pixel", 0xFFFFFFFF));
+  value.max_depth = static_cast<std::uint32_t>(number("max_depth", 0xFFFFFFFF));
+  value.seed = number("seed", UINT64_MAX);
+  try {
+    value.precision = precision_from(word("precision"));
+    value.accelerator = accelerator_from(word("accelerator"));
+    value.schedule = schedule_from(word("schedule"));
+    value.row_order = row_order_from(word("row_order"));
+    check_settings(value);
+  } catch (const InputError& error) {
+    throw ProtocolError(error.what());
+  }
+  if (value.precision == Precision::automatic || value.accelerator == AcceleratorKind::automatic ||
+      value.row_order == RowOrder::automatic) {
+    malformed(key, "leaves something automatic");
+  }
+}
+
+void ControlReader::verdict(const char* key, msg::Verdict& value) const {
+  std::string name;
+  text(key, name, max_name);
+  using enum msg::Verdict;
+  for (const msg::Verdict candidate : {accepted, duplicate, stale, mismatch}) {
+    if (name == name_of(candidate)) {
+      value = candidate;
+      return;
+    }
+  }
+  malformed(key, "is not a verdict");
+}
+
+std::uint64_t digest_of(std::string_view bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::string seal_bulk(std::string_view data) {
+  ByteWriter out;
+  out.reserve(sizeof(std::uint64_t) + data.size());
+  out.put(digest_of(data));
+  out.put_bytes(data);
+  return out.take();
+}
+
+std::string_view open_bulk(std::string_view frame) {
+  if (frame.size() < sizeof(std::uint64_t)) {
+    throw ProtocolError("bulk frame ends early");
+  }
+  ByteReader in(frame);
+  const auto checksum = in.get<std::uint64_t>();
+  const std::string_view data = in.get_bytes(in.left());
+  if (digest_of(data) != checksum) {
+    throw ProtocolError("bulk frame has a wrong checksum");
+  }
+  return data;
+}
+
+}  // namespace parray

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "proto/messages.h"
+
+namespace parray {
+
+/// Longest texts on the wire.
+inline constexpr std::size_t max_name = 128;
+inline constexpr std::size_t max_line = 2000;
+
+/// Writes a message's fields into the map of a control frame. ControlWriter and ControlReader have
+/// the same members, so that one description of a message serves both directions.
+class ControlWriter {
+ public:
+  explicit ControlWriter(std::string_view type);
+
+  template <typename T>
+  void number(const char* key, T& value, T /*lowest*/ = 0,
+              T /*highest*/ = std::numeric_limits<T>::max()) {
+    map_[key] = value;
+  }
+  void real(const char* key, double& value) { map_[key] = value; }
+  void flag(const char* key, bool& value) { map_[key] = value; }
+  void text(const char* key, std::string& value, std::size_t longest);
+  void digest(const char* key, std::string& value) { map_[key] = value; }
+  void version(std::uint32_t& value) { map_["v"] = value; }
+  void rect(const char* key, WorkRect& value);
+  void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value);
+  void settings(const char* key, RenderSettings& value);
+  void object(const char* key, nlohmann::json& value) { map_[key] = value; }
+  void verdict(const char* key, msg::Verdict& value) { map_[key] = name_of(value); }
+
+  /// The control frame.
+  [[nodiscard]] std::string frame() const;
+
+ private:
+  nlohmann::json map_;
+};
+
+/// Reads and checks them. Every member throws ProtocolError that names the key.
+class ControlReader {
+ public:
+  /// Checks size and nesting before anything is parsed.
+  explicit ControlReader(std::string_view frame);
+
+  [[nodiscard]] const std::string& type() const { return type_; }
+  [[nodiscard]] std::uint32_t protocol() const { return protocol_; }
+  [[nodiscard]] std::optional<std::uint64_t> request() const;
+
+  template <typename T>
+  void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
+    value = static_cast<T>(integer(key, lowest, highest));
+  }
+  void real(const char* key, double& value) const;
+  void flag(const char* key, bool& value) const;
+  void text(const char* key, std::string& value, std::size_t longest) const;
+  void digest(const char* key, std::string& value) const;
+  void version(std::uint32_t& value) const { value = protocol_; }
+  void rect(const char* key, WorkRect& value) const;
+  void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) const;
+  void settings(const char* key, RenderSettings& value) const;
+  void object(const char* key, nlohmann::json& value) const { value = at(key); }
+  void verdict(const char* key, msg::Verdict& value) const;
+
+ private:
+  [[nodiscard]] const nlohmann::json& at(const char* key) const;
+  [[nodiscard]] std::uint64_t integer(const char* key, std::uint64_t lowest,
+                                      std::uint64_t highest) const;
+
+  nlohmann::json map_;
+  std::string type_;
+  std::uint32_t protocol_ = 0;
+};
+
+/// A bulk frame: checksum and data. open_bulk throws ProtocolError when they do not agree.
+std::string seal_bulk(std::string_view data);
+std::string_view open_bulk(std::string_view frame);
+
+}  // namespace parray

@@ -1,0 +1,118 @@
+#include "proto/inproc_link.h"
+
+#include <utility>
+
+namespace parray {
+
+/// A bounded queue of messages with a waiting reader.
+class InprocHub::Mailbox {
+ public:
+  bool put(Delivery delivery) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (queue_.size() >= most_waiting) {
+        return false;
+      }
+      queue_.push_back(std::move(delivery));
+    }
+    changed_.notify_one();
+    return true;
+  }
+
+  std::optional<Delivery> get() {
+    const std::scoped_lock lock(mutex_);
+    if (queue_.empty()) {
+      return {};
+    }
+    Delivery delivery = std::move(queue_.front());
+    queue_.pop_front();
+    return delivery;
+  }
+
+  void wait(Time timeout) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, timeout, [this] { return woken_ || !queue_.empty(); });
+    woken_ = false;
+  }
+
+  void wake() noexcept {
+    {
+      const std::scoped_lock lock(mutex_);
+      woken_ = true;
+    }
+    changed_.notify_one();
+  }
+
+ private:
+  static constexpr std::size_t most_waiting = 1000;
+
+  std::mutex mutex_;  // guards the two below
+  std::deque<Delivery> queue_;
+  bool woken_ = false;
+  std::condition_variable changed_;
+};
+
+class InprocHub::CoordinatorEnd final : public Link {
+ public:
+  explicit CoordinatorEnd(InprocHub& hub) : hub_(hub) {}
+
+  bool send(const PeerId& to, Frames frames) override {
+    std::shared_ptr<Mailbox> mailbox;
+    {
+      const std::scoped_lock lock(hub_.mutex_);
+      const auto found = hub_.peers_.find(to);
+      if (found == hub_.peers_.end()) {
+        return false;
+      }
+      mailbox = found->second;
+    }
+    return mailbox->put({{}, std::move(frames)});
+  }
+  std::optional<Delivery> receive() override { return hub_.inbox_->get(); }
+  void wait(Time timeout) override { hub_.inbox_->wait(timeout); }
+  void wake() noexcept override { hub_.inbox_->wake(); }
+
+ private:
+  InprocHub& hub_;
+};
+
+class InprocHub::PeerEnd final : public Link {
+ public:
+  PeerEnd(InprocHub& hub, PeerId id, std::shared_ptr<Mailbox> mailbox)
+      : hub_(hub), id_(std::move(id)), mailbox_(std::move(mailbox)) {}
+  ~PeerEnd() override {
+    const std::scoped_lock lock(hub_.mutex_);
+    hub_.peers_.erase(id_);
+  }
+  PeerEnd(const PeerEnd&) = delete;
+  PeerEnd& operator=(const PeerEnd&) = delete;
+
+  bool send(const PeerId& /*to*/, Frames frames) override {
+    return hub_.inbox_->put({id_, std::move(frames)});
+  }
+  std::optional<Delivery> receive() override { return mailbox_->get(); }
+  void wait(Time timeout) override { mailbox_->wait(timeout); }
+  void wake() noexcept override { mailbox_->wake(); }
+
+ private:
+  InprocHub& hub_;
+  PeerId id_;
+  std::shared_ptr<Mailbox> mailbox_;
+};
+
+InprocHub::InprocHub()
+    : inbox_(std::make_shared<Mailbox>()), coordinator_(std::make_unique<CoordinatorEnd>(*this)) {}
+
+InprocHub::~InprocHub() = default;
+
+Link& InprocHub::coordinator() { return *coordinator_; }
+
+std::unique_ptr<Link> InprocHub::connect() {
+  const std::scoped_lock lock(mutex_);
+  const PeerId id = "inproc-" + std::to_string(next_id_++);
+  auto mailbox = std::make_shared<Mailbox>();
+  peers_.emplace(id, mailbox);
+  return std::make_unique<PeerEnd>(*this, id, std::move(mailbox));
+}
+
+}  // namespace parray

@@ -1,0 +1,200 @@
+#include "proto/zmq_link.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <random>
+#include <utility>
+#include <zmq.hpp>
+#include <zmq_addon.hpp>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+/// A file descriptor that another thread can make readable, to end a poll.
+class WakeUp {
+ public:
+  WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    if (fd_ < 0) {
+      throw RunError("creating an eventfd failed: out of file descriptors?");
+    }
+  }
+  ~WakeUp() { close(fd_); }
+  WakeUp(const WakeUp&) = delete;
+  WakeUp& operator=(const WakeUp&) = delete;
+
+  [[nodiscard]] int fd() const { return fd_; }
+  void raise() const noexcept {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);  // full means: raised
+  }
+  void clear() const {
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = read(fd_, &count, sizeof count);
+  }
+
+ private:
+  int fd_;
+};
+
+class ZmqLink final : public Link {
+ public:
+  ZmqLink(zmq::socket_type type, std::size_t max_message_bytes, Time linger)
+      : socket_(context_, type), router_(type == zmq::socket_type::router) {
+    const auto linger_ms = std::chrono::duration_cast<milliseconds>(linger).count();
+    socket_.set(zmq::sockopt::linger, static_cast<int>(linger_ms));
+    socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_message_bytes));
+    socket_.set(zmq::sockopt::sndhwm, most_waiting);
+    socket_.set(zmq::sockopt::rcvhwm, most_waiting);
+    if (router_) {
+      // Without it, messages for a peer that is gone or slow vanish in silence.
+      socket_.set(zmq::sockopt::router_mandatory, true);
+      // A peer that comes back under its old name takes its place over.
+      socket_.set(zmq::sockopt::router_handover, true);
+    } else {
+      socket_.set(zmq::sockopt::routing_id, random_id());
+    }
+  }
+
+  zmq::socket_t& socket() { return socket_; }
+
+  bool send(const PeerId& to, Frames frames) override {
+    std::vector<zmq::const_buffer> parts;
+    if (router_) {
+      parts.emplace_back(to.data(), to.size());
+    }
+    for (const std::string& frame : frames) {
+      parts.emplace_back(frame.data(), frame.size());
+    }
+    try {
+      return zmq::send_multipart(socket_, parts, zmq::send_flags::dontwait).has_value();
+    } catch (const zmq::error_t& error) {
+      if (error.num() == EHOSTUNREACH || error.num() == EINTR) {
+        return false;
+      }
+      throw RunError(std::string("sending a message: ") + error.what());
+    }
+  }
+
+  std::optional<Delivery> receive() override {
+    std::vector<zmq::message_t> parts;
+    try {
+      const auto got =
+          zmq::recv_multipart(socket_, std::back_inserter(parts), zmq::recv_flags::dontwait);
+      if (!got) {
+        return {};
+      }
+    } catch (const zmq::error_t& error) {
+      if (error.num() == EINTR) {
+        return {};
+      }
+      throw RunError(std::string("receiving a message: ") + error.what());
+    }
+    Delivery delivery;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (router_ && i == 0) {
+        delivery.peer = parts[i].to_string();
+      } else {
+        delivery.frames.push_back(parts[i].to_string());
+      }
+    }
+    return delivery;
+  }
+
+  void wait(Time timeout) override {
+    std::array<zmq::pollitem_t, 2> items{{{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                                          {nullptr, wake_up_.fd(), ZMQ_POLLIN, 0}}};
+    // Rounded up, so that a deadline below a millisecond is slept for, not spun for.
+    const auto ms = std::chrono::ceil<milliseconds>(timeout);
+    try {
+      zmq::poll(items, ms);
+    } catch (const zmq::error_t& error) {
+      if (error.num() != EINTR) {  // a signal ends the wait, as its handler wants
+        throw RunError(std::string("waiting for messages: ") + error.what());
+      }
+    }
+    if ((items[1].revents & ZMQ_POLLIN) != 0) {
+      wake_up_.clear();
+    }
+  }
+
+  void wake() noexcept override { wake_up_.raise(); }
+
+ private:
+  static constexpr int most_waiting = 1000;  // messages a peer
+
+  /// Fresh for every link: a process that restarts is another peer.
+  static std::string random_id() {
+    std::random_device device;
+    std::string id = "p";  // ids that begin with a zero byte are ZeroMQ's own
+    for (int i = 0; i < 16; ++i) {
+      id += static_cast<char>('a' + device() % 26);
+    }
+    return id;
+  }
+
+  zmq::context_t context_{1};
+  zmq::socket_t socket_;
+  WakeUp wake_up_;
+  bool router_;
+};
+
+}  // namespace
+
+bool is_loopback(const std::string& endpoint) {
+  constexpr std::array<std::string_view, 3> prefixes = {"tcp://[::1]:", "tcp://localhost:",
+                                                        "ipc://"};
+  for (const std::string_view prefix : prefixes) {
+    if (endpoint.starts_with(prefix)) {
+      return true;
+    }
+  }
+  constexpr std::string_view net = "tcp://127.";
+  const std::size_t colon = endpoint.rfind(':');  // the host must be digits: 127.example is a name
+  return endpoint.starts_with(net) && colon >= net.size() &&
+         endpoint.find_first_not_of("0123456789.", net.size()) == colon;
+}
+
+class ZmqServer::Impl {
+ public:
+  Impl(const std::string& endpoint, std::size_t max_message_bytes)
+      : link_(zmq::socket_type::router, max_message_bytes, seconds(1)) {
+    try {
+      link_.socket().bind(endpoint);
+    } catch (const zmq::error_t& error) {
+      throw RunError("binding " + endpoint + ": " + error.what());
+    }
+    endpoint_ = link_.socket().get(zmq::sockopt::last_endpoint);
+  }
+
+  ZmqLink& link() { return link_; }
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
+
+ private:
+  ZmqLink link_;
+  std::string endpoint_;
+};
+
+ZmqServer::ZmqServer(const std::string& endpoint, std::size_t max_message_bytes)
+    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes)) {}
+ZmqServer::~ZmqServer() = default;
+Link& ZmqServer::link() { return impl_->link(); }
+const std::string& ZmqServer::endpoint() const { return impl_->endpoint(); }
+
+std::unique_ptr<Link> zmq_connect(const std::string& endpoint, std::size_t max_message_bytes,
+                                  Time linger) {
+  auto link = std::make_unique<ZmqLink>(zmq::socket_type::dealer, max_message_bytes, linger);
+  try {
+    link->socket().connect(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw InputError("cannot connect to '" + endpoint + "': " + error.what() +
+                     "; an address looks like tcp://127.0.0.1:7400");
+  }
+  return link;
+}
+
+}  // namespace parray

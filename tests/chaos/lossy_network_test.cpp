@@ -1,0 +1,129 @@
+// The real coordinator and workers on a network that loses, repeats, delays, reorders and truncates
+// messages, in virtual time: the picture never changes, and no sample is merged twice.
+#include <doctest/doctest.h>
+
+#include "tests/support/sim_farm.h"
+
+namespace parray::test {
+namespace {
+
+constexpr Time patience = std::chrono::hours(2);
+
+struct Weather {
+  SimNetwork::Tally network;
+  Coordinator::Tally verdicts;
+
+  void add(const SimFarm& farm) {
+    const auto& n = farm.network.tally();
+    network.dropped += n.dropped;
+    network.repeated += n.repeated;
+    network.truncated += n.truncated;
+    network.overtaken += n.overtaken;
+    const auto& v = farm.coordinator().tally();
+    verdicts.duplicate += v.duplicate;
+    verdicts.stale += v.stale;
+    verdicts.mismatch += v.mismatch;
+    verdicts.malformed += v.malformed;
+  }
+};
+
+RenderSettings settings_for(const Scene& scene, std::uint64_t seed) {
+  RenderSettings settings = small_settings(scene);
+  settings.schedule = static_cast<SchedulePolicy>(seed % 4);
+  settings.row_order = seed % 3 == 0 ? RowOrder::sequential : RowOrder::interleaved;
+  return settings;
+}
+
+void check_picture(const SimFarm& farm, const Scene& scene, const RenderSettings& settings) {
+  CHECK(farm.picture_sha256() == reference_sha256(scene, settings));
+  CHECK(farm.report().at("image_sha256") == farm.picture_sha256());
+  CHECK(farm.report().at("samples") ==
+        std::uint64_t{settings.width} * settings.height * settings.samples_per_pixel);
+}
+
+}  // namespace
+
+TEST_CASE("200 lossy networks: one hash, every sample merged once") {
+  const Scene scene = small_scene();
+  Weather weather;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    const auto up_to = [&](double most) {
+      return std::uniform_real_distribution<>(0, most)(random);
+    };
+    const Faults faults{up_to(0.3), up_to(0.3), up_to(0.2),
+                        milliseconds(static_cast<int>(up_to(3000)))};
+    SimFarm farm(faults, seed);
+    const std::size_t workers = 1 + random() % 4;
+    for (std::size_t i = 0; i < workers; ++i) {
+      farm.add_worker(20 + up_to(500));
+    }
+    const RenderSettings settings = settings_for(scene, seed);
+    farm.submit(scene, settings);
+    REQUIRE(farm.run(patience));
+    check_picture(farm, scene, settings);
+    weather.add(farm);
+  }
+  // The storm was one: each kind of fault, and each verdict but a mismatch, has been seen.
+  CHECK(weather.network.dropped > 1000);
+  CHECK(weather.network.repeated > 1000);
+  CHECK(weather.network.truncated > 1000);
+  CHECK(weather.network.overtaken > 1000);
+  CHECK(weather.verdicts.malformed > 1000);
+  CHECK(weather.verdicts.stale > 50);
+  CHECK(weather.verdicts.duplicate > 50);
+  CHECK(weather.verdicts.mismatch == 0);
+}
+
+TEST_CASE("workers that die, stall and join at random moments do not change the picture") {
+  const Scene scene = small_scene();
+  Weather weather;
+  for (std::uint64_t seed = 1000; seed < 1100; ++seed) {
+    CAPTURE(seed);
+    SimFarm farm({0.02, 0.02, 0.01, milliseconds(50)}, seed);
+    std::mt19937_64 random(seed);
+    farm.add_worker(100);
+    farm.add_worker(30);
+    const RenderSettings settings = settings_for(scene, seed);
+    farm.submit(scene, settings);
+    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+      const std::size_t victim = random() % f.worker_count();
+      if (random() % 200 == 0 && f.alive(victim)) {
+        f.kill_worker(victim);
+        f.add_worker(20 + static_cast<double>(random() % 200));
+      } else if (random() % 200 == 0 && f.alive(victim)) {
+        f.stop_worker(victim, f.network.now() + seconds(random() % 40));
+      }
+    }));
+    check_picture(farm, scene, settings);
+    weather.add(farm);
+  }
+  CHECK(weather.verdicts.stale > 5);  // stopped workers came back too late
+}
+
+TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
+  const Scene scene = small_scene();
+  RenderSettings settings = small_settings(scene);
+  settings.schedule = SchedulePolicy::static_split;
+  SimFarm farm({}, 7);
+  const std::size_t sleeper = farm.add_worker(100);
+  farm.submit(scene, settings);
+  bool stopped = false;
+  REQUIRE(farm.run(patience, [&](SimFarm& f) {
+    if (!stopped && !f.worker_is_idle(sleeper)) {
+      f.stop_worker(sleeper, seconds(30));
+      stopped = true;
+    }
+    // Later than the loss is noticed, or it would hold a copy of the very lease; so slow that the
+    // job is still open when the sleeper is back.
+    if (f.worker_count() == 1 && f.network.now() > seconds(8)) {
+      f.add_worker(20);
+    }
+  }));
+  CHECK(stopped);
+  CHECK(farm.coordinator().tally().stale >= 1);
+  check_picture(farm, scene, settings);
+}
+
+}  // namespace parray::test

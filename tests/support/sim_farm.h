@@ -1,0 +1,94 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/base/sha256.h"
+#include "coordinator/coordinator.h"
+#include "tests/support/sample_scenes.h"
+#include "tests/support/sim_network.h"
+#include "tests/support/sim_team.h"
+#include "worker/worker.h"
+
+namespace parray::test {
+
+/// The real coordinator and real workers on a simulated network, in virtual time, in one thread.
+class SimFarm {
+ public:
+  SimFarm(Faults faults, std::uint64_t seed, CoordinatorOptions options = {});
+
+  /// Adds a worker; returns its place.
+  std::size_t add_worker(double samples_per_second);
+  /// Ends a worker without a word, as kill -9 does.
+  void kill_worker(std::size_t place) { workers_[place].reset(); }
+  /// A worker neither receives nor sends until `until`, as under SIGSTOP; its team goes on, so that
+  /// its result is there when it continues.
+  void stop_worker(std::size_t place, Time until) { workers_[place]->stopped_until = until; }
+  [[nodiscard]] bool worker_is_idle(std::size_t place) const {
+    return workers_[place]->team.idle();
+  }
+  [[nodiscard]] std::size_t worker_count() const { return workers_.size(); }
+  [[nodiscard]] bool alive(std::size_t place) const { return workers_[place] != nullptr; }
+
+  /// Ends the coordinator without a word and starts another on the same store.
+  void restart_coordinator();
+
+  void submit(const Scene& scene, const RenderSettings& settings);
+
+  /// Runs until the job's picture has been fetched, or until `until`. `event` is called before every
+  /// turn and may do things to the farm. False: out of time.
+  template <typename Event>
+  bool run(Time until, Event event) {
+    while (!picture_ && network.now() < until) {
+      event(*this);
+      turn();
+    }
+    return picture_.has_value();
+  }
+  bool run(Time until) {
+    return run(until, [](SimFarm&) {});
+  }
+
+  /// What has been fetched.
+  [[nodiscard]] const nlohmann::json& report() const { return picture_->report; }
+  [[nodiscard]] std::string picture_sha256() const {
+    return sha256_hex(as_byte_span(picture_->pixels));
+  }
+  [[nodiscard]] const Coordinator& coordinator() const { return *coordinator_; }
+
+  SimNetwork network;
+
+ private:
+  struct SimWorker {
+    SimWorker(SimNetwork& network, const std::string& id, double speed)
+        : team(network, speed), worker(options(id), team), link(network.peer_end(id)) {}
+    static WorkerOptions options(const std::string& id) { return {id, id, 1, 2, "same"}; }
+
+    SimTeam team;
+    Worker worker;
+    std::unique_ptr<Link> link;
+    Time stopped_until{0};
+  };
+
+  void turn();
+  void client_turn();
+
+  CoordinatorOptions options_;
+  std::unique_ptr<Store> store_;
+  std::unique_ptr<Coordinator> coordinator_;
+  std::unique_ptr<Link> coordinator_link_;
+  std::vector<std::unique_ptr<SimWorker>> workers_;
+  std::uint64_t next_peer_ = 1;
+
+  std::unique_ptr<Link> client_link_;
+  std::optional<msg::Submit> request_;
+  std::optional<JobId> job_;
+  Time next_request_{0};
+  std::optional<msg::ImageData> picture_;
+};
+
+}  // namespace parray::test

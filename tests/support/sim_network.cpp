@@ -1,0 +1,87 @@
+#include "tests/support/sim_network.h"
+
+#include <algorithm>
+
+namespace parray::test {
+namespace {
+
+const PeerId coordinator_id = "coordinator";
+
+}  // namespace
+
+class SimNetwork::End final : public Link {
+ public:
+  End(SimNetwork& network, PeerId id) : network_(network), id_(std::move(id)) {}
+
+  bool send(const PeerId& to, Frames frames) override {
+    network_.post(id_, id_ == coordinator_id ? to : coordinator_id, std::move(frames));
+    return true;
+  }
+  std::optional<Delivery> receive() override {
+    auto delivery = network_.arrived(id_);
+    if (delivery && id_ != coordinator_id) {
+      delivery->peer.clear();
+    }
+    return delivery;
+  }
+  void wait(Time /*timeout*/) override {}
+  void wake() noexcept override {}
+
+ private:
+  SimNetwork& network_;
+  PeerId id_;
+};
+
+std::unique_ptr<Link> SimNetwork::coordinator_end() { return peer_end(coordinator_id); }
+
+std::unique_ptr<Link> SimNetwork::peer_end(const PeerId& id) {
+  std::erase_if(in_flight_, [&](const auto& flight) { return flight.second.to == id; });
+  return std::make_unique<End>(*this, id);
+}
+
+void SimNetwork::post(const PeerId& from, const PeerId& to, Frames frames) {
+  ++tally_.sent;
+  if (chance(faults_.drop)) {
+    ++tally_.dropped;
+    return;
+  }
+  if (chance(faults_.repeat)) {
+    ++tally_.repeated;
+    launch(from, to, frames);
+  }
+  if (chance(faults_.truncate)) {
+    ++tally_.truncated;
+    std::string& victim = frames[random_() % frames.size()];
+    if (chance(0.2) && frames.size() > 1) {
+      frames.pop_back();
+    } else if (!victim.empty()) {
+      victim.resize(random_() % victim.size());
+    }
+  }
+  launch(from, to, std::move(frames));
+}
+
+void SimNetwork::launch(const PeerId& from, const PeerId& to, Frames frames) {
+  const auto delay = static_cast<std::int64_t>(
+      random_() % static_cast<std::uint64_t>(faults_.longest_delay.count() + 1));
+  in_flight_.emplace(now_ + Time(1 + delay), Flight{from, to, next_number_++, std::move(frames)});
+}
+
+std::optional<Delivery> SimNetwork::arrived(const PeerId& at) {
+  for (auto flight = in_flight_.begin(); flight != in_flight_.end() && flight->first <= now_;
+       ++flight) {
+    if (flight->second.to != at) {
+      continue;
+    }
+    Flight& message = flight->second;
+    std::uint64_t& last = last_number_[message.from];
+    tally_.overtaken += message.number < last ? 1U : 0U;
+    last = std::max(last, message.number);
+    Delivery delivery{message.from, std::move(message.frames)};
+    in_flight_.erase(flight);
+    return delivery;
+  }
+  return {};
+}
+
+}  // namespace parray::test

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+
+#include "tests/support/sim_network.h"
+#include "worker/team.h"
+
+namespace parray::test {
+
+/// A team whose work takes virtual time: the samples are really traced, at once, and handed out when
+/// a machine of `samples_per_second` would have them.
+class SimTeam final : public Team {
+ public:
+  SimTeam(const SimNetwork& network, double samples_per_second)
+      : network_(network), speed_(samples_per_second) {}
+
+  void start(Assignment assignment) override {
+    const std::atomic<bool> stop = false;
+    std::atomic<std::uint64_t> traced = 0;
+    const auto kernel = make_kernel(*assignment.scene, assignment.settings);
+    Finished finished;
+    finished.job = assignment.job;
+    finished.epoch = assignment.epoch;
+    finished.block =
+        trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop);
+    finished.seconds = static_cast<double>(finished.block.counts.samples) / speed_;
+    finished.isa = kernel->isa();
+    begun_ = network_.now();
+    due_ = begun_ + std::chrono::duration_cast<Time>(
+                        std::chrono::duration<double>(finished.seconds));
+    finished_ = std::move(finished);
+  }
+  [[nodiscard]] bool idle() const override { return !finished_; }
+  std::optional<Finished> take() override {
+    if (!finished_ || network_.now() < due_) {
+      return {};
+    }
+    traced_ += finished_->block.counts.samples;
+    return std::exchange(finished_, std::nullopt);
+  }
+  void abandon() override {
+    traced_ = traced();
+    finished_.reset();
+  }
+  [[nodiscard]] std::uint64_t traced() const override {
+    if (!finished_) {
+      return traced_;
+    }
+    const double part = to_seconds(std::min(network_.now(), due_) - begun_) * speed_;
+    return traced_ + static_cast<std::uint64_t>(part);
+  }
+  [[nodiscard]] bool preparing() const override { return false; }
+  /// When the lease at hand is finished; `never` without one.
+  [[nodiscard]] Time due() const { return finished_ ? due_ : never; }
+
+ private:
+  const SimNetwork& network_;
+  double speed_;
+  Time begun_{};
+  Time due_{};
+  std::uint64_t traced_ = 0;
+  std::optional<Finished> finished_;
+};
+
+}  // namespace parray::test

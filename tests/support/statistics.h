@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace parray::test {
+
+/// How many standard deviations a mean of `count` values lies from what it should be.
+inline double z_score(double sum, double count, double mean, double variance) {
+  return (sum / count - mean) / std::sqrt(variance / count);
+}
+
+/// Pearson's chi-square of counts against equal probabilities, as a standard normal number: large
+/// when the counts are uneven. Source: Wilson and Hilferty, "The distribution of chi-square", 1931.
+inline double chi_square_z(const std::vector<double>& counts) {
+  double total = 0;
+  for (const double count : counts) {
+    total += count;
+  }
+  const auto bins = static_cast<double>(counts.size());
+  const double expected = total / bins;
+  double chi_square = 0;
+  for (const double count : counts) {
+    chi_square += (count - expected) * (count - expected) / expected;
+  }
+  const double freedom = bins - 1;
+  const double spread = 2 / (9 * freedom);
+  return (std::cbrt(chi_square / freedom) - (1 - spread)) / std::sqrt(spread);
+}
+
+/// A red test should be a bug: with fixed seeds and a thousand checks, a healthy build passes this
+/// bound with a probability of 0.999.
+inline constexpr double z_limit = 5;
+
+/// The bin of `value` in [0, 1] among `bins` equal ones.
+inline std::size_t bin_of(double value, std::size_t bins) {
+  const auto bin = static_cast<std::size_t>(value * static_cast<double>(bins));
+  return bin < bins ? bin : bins - 1;
+}
+
+}  // namespace parray::test

@@ -1,0 +1,106 @@
+#include "common/scene/settings.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "common/base/error.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+template <typename Function>
+std::string message_of(const Function& function) {
+  try {
+    function();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string problem_of(const RenderSettings& settings) {
+  return message_of([&] { check_settings(settings); });
+}
+
+}  // namespace
+
+TEST_CASE("the name of every setting reads back as it") {
+  for (const auto value : {Precision::automatic, Precision::f32, Precision::f64}) {
+    CHECK(precision_from(name_of(value)) == value);
+  }
+  for (const auto value :
+       {AcceleratorKind::automatic, AcceleratorKind::linear, AcceleratorKind::bvh}) {
+    CHECK(accelerator_from(name_of(value)) == value);
+  }
+  for (const auto value : {SchedulePolicy::static_split, SchedulePolicy::guided,
+                           SchedulePolicy::factoring, SchedulePolicy::weighted}) {
+    CHECK(schedule_from(name_of(value)) == value);
+  }
+  for (const auto value : {RowOrder::automatic, RowOrder::sequential, RowOrder::interleaved}) {
+    CHECK(row_order_from(name_of(value)) == value);
+  }
+}
+
+TEST_CASE("settings are named as users write them") {
+  CHECK(name_of(Precision::automatic) == "auto");
+  CHECK(name_of(AcceleratorKind::bvh) == "bvh");
+  CHECK(name_of(SchedulePolicy::static_split) == "static");
+  CHECK(name_of(RowOrder::interleaved) == "interleaved");
+  CHECK(name_of(static_cast<Precision>(77)) == "unknown");
+}
+
+TEST_CASE("an unknown setting is refused with the known names and the nearest") {
+  CHECK(message_of([] { precision_from("f23"); }) ==
+        "unknown precision 'f23': did you mean 'f32'? known: auto, f32, f64");
+  CHECK(message_of([] { accelerator_from("BHV"); }) ==
+        "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh");
+  CHECK(message_of([] { schedule_from("wieghted"); }) ==
+        "unknown schedule 'wieghted': did you mean 'weighted'? "
+        "known: static, guided, factoring, weighted");
+  CHECK(message_of([] { row_order_from("random"); }) ==
+        "unknown row order 'random': known: auto, sequential, interleaved");
+  CHECK(message_of([] { precision_from(""); }) == "unknown precision '': known: auto, f32, f64");
+  CHECK(message_of([] { precision_from("\x1b[2J"); }) ==
+        "unknown precision '\\x1b[2J': known: auto, f32, f64");
+}
+
+TEST_CASE("default settings and settings at their limits are accepted") {
+  CHECK(problem_of({}) == "no error");
+  RenderSettings settings;
+  settings.width = limits::max_image_side;
+  settings.height = static_cast<std::uint32_t>(limits::max_pixels / limits::max_image_side);
+  settings.samples_per_pixel = limits::max_samples_per_pixel;
+  settings.max_depth = limits::max_depth;
+  settings.seed = UINT64_MAX;
+  CHECK(problem_of(settings) == "no error");
+  settings = {};
+  settings.width = settings.height = settings.samples_per_pixel = settings.max_depth = 1;
+  settings.seed = 0;
+  CHECK(problem_of(settings) == "no error");
+}
+
+TEST_CASE("a setting out of its range is named") {
+  const auto with = [](auto change) {
+    RenderSettings settings;
+    change(settings);
+    return problem_of(settings);
+  };
+  CHECK(with([](auto& s) { s.width = 0; }) ==
+        "width: 0 is out of range: use a whole number from 1 to 65536");
+  CHECK(with([](auto& s) { s.height = 65537; }) ==
+        "height: 65537 is out of range: use a whole number from 1 to 65536");
+  CHECK(with([](auto& s) { s.width = s.height = 65536; }) ==
+        "image of 65536 x 65536 pixels is too large: use at most 67108864 pixels");
+  CHECK(with([](auto& s) { s.samples_per_pixel = 0; }) ==
+        "samples_per_pixel: 0 is out of range: use a whole number from 1 to 16777216");
+  CHECK(with([](auto& s) { s.max_depth = 0; }) ==
+        "max_depth: 0 is out of range: use a whole number from 1 to 1048576");
+  CHECK(with([](auto& s) { s.precision = static_cast<Precision>(9); }) ==
+        "precision: value 9 has no meaning: known: auto, f32, f64");
+  CHECK(with([](auto& s) { s.row_order = static_cast<RowOrder>(3); }) ==
+        "row order: value 3 has no meaning: known: auto, sequential, interleaved");
+}
+
+}  // namespace parray
