@@ -1,14 +1,16 @@
 #pragma once
 
-#include <exception>
+#include <stdexcept>
+#include <string>
 
 namespace parray {
 
 /// The user, or the system, has asked the program to stop. Not a failure: the program cleans up
 /// and exits with interrupted_status.
-class Interrupted : public std::exception {
+class Interrupted : public std::runtime_error {
  public:
-  [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
+  /// `what`: one line for the user.
+  explicit Interrupted(const std::string& what = "interrupted") : std::runtime_error(what) {}
 };
 
 /// Exit status after SIGINT, SIGTERM or SIGHUP.

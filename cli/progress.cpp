@@ -71,7 +71,23 @@ Progress::~Progress() {
   if (drawn_ > 0) std::fputc('\n', out_);
 }
 
-void Progress::show(Time now, const JobStatus& job) {
+/// Progress grows lease by lease, and an average over a time without growth sinks: in between, the
+/// last speed stays and the time left runs down.
+JobStatus Progress::between_leases(Time now, const JobStatus& job) {
+  if (job.progress != last_.progress || job.state != last_.state) {
+    last_ = job;
+    last_growth_ = now;
+    return job;
+  }
+  JobStatus shown = last_;
+  if (shown.seconds_left >= 0) {
+    shown.seconds_left = std::max(shown.seconds_left - to_seconds(now - last_growth_), 0.0);
+  }
+  return shown;
+}
+
+void Progress::show(Time now, const JobStatus& reported) {
+  const JobStatus job = between_leases(now, reported);
   if (!started_) {
     started_ = true;
     // A log does not need to hear that nothing has happened yet.

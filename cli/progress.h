@@ -37,12 +37,15 @@ class Progress {
   void show(Time now, const JobStatus& job);
 
  private:
+  JobStatus between_leases(Time now, const JobStatus& job);
   void draw_bar(const JobStatus& job);
 
   const ProgressStyle style_;
   std::FILE* const out_;
   const std::size_t columns_;
   Time next_{};
+  JobStatus last_;      ///< as it was when its progress last grew
+  Time last_growth_{};
   bool started_ = false;
   std::size_t drawn_ = 0;  ///< length of the bar's line as it stands
 };

@@ -69,6 +69,8 @@ std::string bytes_text(std::uint64_t bytes) {
   return three_digits(value) + " " + units[unit];
 }
 
+std::string number_cell(double value) { return formatted("%.6g", value); }
+
 std::string counted(std::uint64_t count, std::string_view noun) {
   return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }

@@ -19,6 +19,9 @@ std::string duration_text(double seconds);
 /// "512 bytes", "23.4 KiB", "1.2 GiB".
 std::string bytes_text(std::uint64_t bytes);
 
+/// Six significant digits at most: "11111.1", "0.18", "1e+15".
+std::string number_cell(double value);
+
 /// "1 sample", "16 samples".
 std::string counted(std::uint64_t count, std::string_view noun);
 

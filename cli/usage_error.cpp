@@ -37,6 +37,13 @@ std::string about_extra(const CLI::App& app, const CLI::App& command, const std:
   return "unexpected argument '" + printable(word) + "'";
 }
 
+/// "--spp: 1 required N missing" and "--spp: At Most 1 required but received 2", in other words.
+std::string about_mismatch(const std::string& message) {
+  const std::string option = message.substr(0, message.find(':'));
+  const bool missing = message.ends_with("missing");
+  return option + (missing ? " needs a value after it" : " may be given only once");
+}
+
 }  // namespace
 
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
@@ -47,9 +54,12 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     const std::vector<std::string> extra = app.remaining(true);
     if (!extra.empty()) message = about_extra(app, command, extra.front());
   }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    message = about_mismatch(message);
+  }
   const std::string help = chosen.empty() ? "parray --help"
                                           : "parray " + command.get_name() + " --help";
-  return message + "; see `" + help + "`";
+  return message + (message.ends_with("?") ? " See `" : "; see `") + help + "`";
 }
 
 }  // namespace parray

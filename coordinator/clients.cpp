@@ -33,7 +33,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     job.record.precision_reason = m.precision_reason;
     job.record.load_seconds = m.load_seconds;
     job.record.scene = scene_identity(m.scene_bytes);
-    open_job(job, std::make_shared<const std::string>(std::move(m.scene_bytes)), 1);
+    open_job(job, std::make_shared<const std::string>(std::move(m.scene_bytes)));
     store_.put_scene(job.record.scene, *job.work->scene_bytes);
     store_.put_job(job.record);
     store_dirty_ = true;

@@ -109,8 +109,9 @@ class Coordinator final : public Actor {
 
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
-  void open_job(Job& job, std::shared_ptr<const std::string> scene_bytes, Epoch first_epoch);
+  void open_job(Job& job, std::shared_ptr<const std::string> scene_bytes);
   void restore_jobs();
+  void restore_work(Job& job);
   void finish_job(Time now, Job& job);
   void close_job(Job& job, JobState state, const std::string& reason);
   void make_room_for_job();

@@ -36,9 +36,10 @@ std::vector<Job*> Coordinator::open_jobs_in_order() {
 }
 
 /// Throws DecodeError when the bytes are no scene.
-void Coordinator::open_job(Job& job, std::shared_ptr<const std::string> scene_bytes,
-                           Epoch first_epoch) {
+void Coordinator::open_job(Job& job, std::shared_ptr<const std::string> scene_bytes) {
   const Scene scene = scene_from_bytes(*scene_bytes);
+  // Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
+  const Epoch first_epoch = (Epoch{job.record.life} << 32) + 1;
   auto work = std::make_unique<JobWork>(job.record.settings, first_epoch);
   work->requirements = requirements_of(scene);
   work->largest_radiance = largest_radiance(scene);
@@ -53,28 +54,34 @@ void Coordinator::restore_jobs() {
     const JobId id = job.record.id;
     next_job_ = std::max(next_job_, id + 1);
     if (job.record.state == JobState::queued || job.record.state == JobState::running) {
-      const auto scene = store_.scene(job.record.scene);
-      if (!scene) {
-        throw RunError("the state has no scene for job " + std::to_string(id) + ": it is damaged");
+      try {
+        restore_work(job);
+      } catch (const std::exception& error) {
+        throw RunError("the state of job " + std::to_string(id) + " is damaged: " + error.what());
       }
-      // Epochs that were granted but never came back are unknown here, so new ones start well
-      // above any that was: no grant of an earlier life can be taken for a current one.
-      constexpr Epoch epochs_a_life = Epoch{1} << 32;
-      const auto blocks = store_.blocks(id);
-      const Epoch last = blocks.empty() ? 0 : blocks.back().first;
-      open_job(job, std::make_shared<const std::string>(*scene),
-               (last / epochs_a_life + 1) * epochs_a_life);
-      for (const auto& [epoch, bytes] : blocks) {
-        const RowBlock block = row_block_from_bytes(bytes);
-        job.work->leases.restore(block.rect);
-        job.work->framebuffer.merge(block);
-      }
-      job.record.state = JobState::queued;
-      log_->info("job {} '{}' taken up at {:.1f} %", id, job.record.name,
-                 100 * job.work->leases.progress());
     }
     jobs_.emplace(id, std::move(job));
   }
+  store_.commit();
+}
+
+/// Merges the rows that an earlier life has accepted; the rest is pending again.
+void Coordinator::restore_work(Job& job) {
+  auto scene = store_.scene(job.record.scene);
+  if (!scene) {
+    throw RunError("its scene is missing");
+  }
+  ++job.record.life;
+  job.record.state = JobState::queued;
+  store_.put_job(job.record);
+  open_job(job, std::make_shared<const std::string>(std::move(*scene)));
+  store_.each_block(job.record.id, [&](const std::string& bytes) {
+    const RowBlock block = row_block_from_bytes(bytes);
+    job.work->leases.restore(block.rect);
+    job.work->framebuffer.merge(block);
+  });
+  log_->info("job {} '{}' taken up at {:.1f} %", job.record.id, job.record.name,
+             100 * job.work->leases.progress());
 }
 
 void Coordinator::finish_job(Time now, Job& job) {

@@ -10,6 +10,7 @@
 #include "common/base/stop_signal.h"
 #include "common/trace/fingerprint.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/sqlite_store.h"
 #include "proto/zmq_link.h"
 
 namespace {
@@ -19,6 +20,7 @@ using namespace parray;
 struct Arguments {
   std::string bind = "tcp://127.0.0.1:7400";
   std::size_t max_message_bytes = default_max_message_bytes;
+  std::string state;
   double lease_timeout = 10;
   double heartbeat = 1;
   std::string log_level = "info";
@@ -29,6 +31,9 @@ void declare_options(CLI::App& app, Arguments& a) {
   app.set_version_flag("--version", PARRAY_VERSION);
   app.add_option("--bind", a.bind, "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
       ->capture_default_str();
+  app.add_option("--state", a.state,
+                 "Directory for jobs, accepted rows and pictures, so that a coordinator started "
+                 "again goes on; without it they end with the process");
   app.add_option("--max-jobs", a.options.max_jobs,
                  "Jobs kept; the oldest that has ended makes room")
       ->check(CLI::Range(1, 1000000))
@@ -58,6 +63,13 @@ Time from_seconds(double value) {
   return std::chrono::duration_cast<Time>(std::chrono::duration<double>(value));
 }
 
+std::unique_ptr<Store> open_store(const std::string& directory) {
+  if (directory.empty()) {
+    return std::make_unique<MemoryStore>();
+  }
+  return std::make_unique<SqliteStore>(directory);
+}
+
 int serve(Arguments& a) {
   if (!is_loopback(a.bind)) {
     throw InputError("--bind " + a.bind +
@@ -72,8 +84,8 @@ int serve(Arguments& a) {
 
   const auto log = spdlog::stderr_color_mt("coordinator");
   log->set_level(spdlog::level::from_str(a.log_level));
-  MemoryStore store;
-  Coordinator coordinator(a.options, store, log);
+  const auto store = open_store(a.state);
+  Coordinator coordinator(a.options, *store, log);
   ZmqServer server(a.bind, a.max_message_bytes);
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());

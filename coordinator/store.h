@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -26,6 +27,7 @@ struct JobRecord {
   std::string precision_reason;
   double load_seconds = 0;
   std::string scene;  ///< digest
+  std::uint32_t life = 0;   ///< coordinators that have had it open before this one
   JobState state = JobState::queued;
   std::string reason;       ///< of a failure
   std::string report;       ///< JSON, of a done job
@@ -52,7 +54,8 @@ class Store {
   /// What an earlier life left behind.
   virtual std::vector<JobRecord> jobs() = 0;
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
-  virtual std::vector<std::pair<std::uint64_t, std::string>> blocks(JobId job) = 0;  ///< by epoch
+  using BlockVisitor = std::function<void(const std::string& bytes)>;
+  virtual void each_block(JobId job, const BlockVisitor& visit) = 0;
   virtual std::optional<std::string> picture(JobId job) = 0;
 };
 
@@ -68,7 +71,7 @@ class MemoryStore final : public Store {
   void commit() override {}
   std::vector<JobRecord> jobs() override { return {}; }
   std::optional<std::string> scene(const std::string& /*digest*/) override { return {}; }
-  std::vector<std::pair<std::uint64_t, std::string>> blocks(JobId /*job*/) override { return {}; }
+  void each_block(JobId /*job*/, const BlockVisitor& /*visit*/) override {}
   std::optional<std::string> picture(JobId job) override {
     const auto found = pictures_.find(job);
     return found == pictures_.end() ? std::nullopt : std::optional(found->second);

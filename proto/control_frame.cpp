@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/base/bytes.h"
-#include "common/base/error.h"
+#include "proto/settings_json.h"
 
 namespace parray {
 namespace {
@@ -42,18 +42,6 @@ class NestingGuard : public nlohmann::json_sax<json> {
  private:
   int depth_ = 0;
 };
-
-json settings_to_json(const RenderSettings& s) {
-  return {{"width", s.width},
-          {"height", s.height},
-          {"samples_per_pixel", s.samples_per_pixel},
-          {"max_depth", s.max_depth},
-          {"seed", s.seed},
-          {"precision", name_of(s.precision)},
-          {"accelerator", name_of(s.accelerator)},
-          {"schedule", name_of(s.schedule)},
-          {"row_order", name_of(s.row_order)}};
-}
 
 [[noreturn]] void malformed(const std::string& key, const char* problem) {
   throw ProtocolError("'" + key + "' " + problem);
@@ -217,40 +205,7 @@ void ControlReader::epochs(const char* key,
 }
 
 void ControlReader::settings(const char* key, RenderSettings& value) const {
-  const json& map = at(key);
-  if (!map.is_object()) {
-    malformed(key, "is not a map");
-  }
-  const auto number = [&](const char* name, std::uint64_t highest) {
-    if (!map.contains(name)) {
-      malformed(name, "is missing");
-    }
-    return unsigned_in(map[name], name, 0, highest);
-  };
-  const auto word = [&](const char* name) {
-    if (!map.contains(name) || !map[name].is_string()) {
-      malformed(name, "is missing or not a string");
-    }
-    return map[name].get<std::string>();
-  };
-  value.width = static_cast<std::uint32_t>(number("width", 0xFFFFFFFF));
-  value.height = static_cast<std::uint32_t>(number("height", 0xFFFFFFFF));
-  value.samples_per_pixel = static_cast<std::uint32_t>(number("samples_per_pixel", 0xFFFFFFFF));
-  value.max_depth = static_cast<std::uint32_t>(number("max_depth", 0xFFFFFFFF));
-  value.seed = number("seed", UINT64_MAX);
-  try {
-    value.precision = precision_from(word("precision"));
-    value.accelerator = accelerator_from(word("accelerator"));
-    value.schedule = schedule_from(word("schedule"));
-    value.row_order = row_order_from(word("row_order"));
-    check_settings(value);
-  } catch (const InputError& error) {
-    throw ProtocolError(error.what());
-  }
-  if (value.precision == Precision::automatic || value.accelerator == AcceleratorKind::automatic ||
-      value.row_order == RowOrder::automatic) {
-    malformed(key, "leaves something automatic");
-  }
+  value = settings_from_json(at(key));
 }
 
 void ControlReader::verdict(const char* key, msg::Verdict& value) const {

@@ -24,11 +24,13 @@ std::uint64_t whole_number(const std::string& option, const std::string& text, s
   return value;
 }
 
+constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
+
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
 void add_choice(CLI::App& command, const std::string& name, const std::string& words,
                 Value (*read)(std::string_view), std::optional<Value>& target,
-                const std::string& description) {
+                const std::string& description, const std::string& group) {
   command
       .add_option_function<std::string>(
           name,
@@ -40,11 +42,8 @@ void add_choice(CLI::App& command, const std::string& name, const std::string& w
             }
           },
           description)
-      ->type_name(words);
-}
-
-auto into(std::optional<std::uint32_t>& target) {
-  return [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); };
+      ->type_name(words)
+      ->group(group);
 }
 
 /// An empty value would read as "not given".
@@ -83,23 +82,30 @@ void add_job(CLI::App& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(CLI::App& command) {
-  add_whole_number(command, "--width", 1, limits::max_image_side, into(width_), "Pixels across");
-  add_whole_number(command, "--height", 1, limits::max_image_side, into(height_), "Pixels down");
-  add_whole_number(command, "--spp", 1, limits::max_samples_per_pixel, into(samples_per_pixel_),
-                   "Samples per pixel: more is slower and less noisy");
-  add_whole_number(command, "--max-depth", 1, limits::max_depth, into(max_depth_),
-                   "Longest path, in ray segments");
+  const auto number = [&](const char* name, std::uint32_t most,
+                          std::optional<std::uint32_t>& target, const char* description) {
+    add_whole_number(
+        command, name, 1, most,
+        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); }, description)
+        ->group(settings_group);
+  };
+  number("--width", limits::max_image_side, width_, "Pixels across");
+  number("--height", limits::max_image_side, height_, "Pixels down");
+  number("--spp", limits::max_samples_per_pixel, samples_per_pixel_,
+         "Samples per pixel: four times as many take four times as long and halve the noise");
+  number("--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments");
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
-      [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise");
+      [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
+      ->group(settings_group);
   add_choice(command, "--precision", "auto|f32|f64", precision_from, precision_,
-             "Arithmetic of the tracing; auto goes by the scene's sizes");
+             "Arithmetic of the tracing; auto goes by the scene's sizes", settings_group);
   add_choice(command, "--accelerator", "auto|linear|bvh", accelerator_from, accelerator_,
-             "How spheres are searched; never changes the picture");
+             "How spheres are searched", work_group);
   add_choice(command, "--schedule", "static|guided|factoring|weighted", schedule_from, schedule_,
-             "How rows are dealt out; never changes the picture");
-  add_choice(command, "--row-order", "sequential|interleaved", row_order_from, row_order_,
-             "In which order; never changes the picture");
+             "How rows are dealt out to workers (default: weighted)", work_group);
+  add_choice(command, "--row-order", "auto|sequential|interleaved", row_order_from, row_order_,
+             "In which order; auto: interleaved with weighted", work_group);
 }
 
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {

@@ -25,6 +25,9 @@ void add_scene(CLI::App& command, std::string& scene);
 /// The number of a job, as `submit` prints it.
 void add_job(CLI::App& command, std::uint64_t& job);
 
+/// Heading, in a command's help, of options that change how the work is done but not the picture.
+inline constexpr const char* work_group = "How the work is done (never changes the picture)";
+
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
  public:

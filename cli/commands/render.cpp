@@ -64,7 +64,8 @@ void add_render(CLI::App& app, Action& chosen) {
   add_whole_number(
       *command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Threads to trace with (default: every processor that may be used)");
+      "Threads to trace with (default: every processor that may be used)")
+      ->group(work_group);
   add_quiet(*command, options->quiet);
   command->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
 }

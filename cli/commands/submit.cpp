@@ -36,9 +36,9 @@ int submit(const SubmitCommand& command) {
     }
     return wait_and_deliver(*client, job, command.output.paths(), command.quiet, started);
   } catch (const Interrupted&) {
-    std::cerr << "parray: job " << job << " goes on: see parray watch " << job
-              << ", or parray cancel " << job << "\n";
-    throw;
+    const std::string number = std::to_string(job);
+    throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
+                      " or parray cancel " + number);
   }
 }
 

@@ -61,7 +61,7 @@ std::string joined(const json& names) {
   return text.empty() ? "none" : text;
 }
 
-std::string number(const json& value) { return number_text(value.get<double>()); }
+std::string number(const json& value) { return number_cell(value.get<double>()); }
 
 std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
 

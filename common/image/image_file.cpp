@@ -131,6 +131,7 @@ std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t 
 }  // namespace
 
 void check_image_path(const fs::path& path) {
+  check_output_path(path);
   if (format_of(path) == Format::unknown) {
     const std::string extension = path.extension().string();
     throw InputError(path.string() + ": " +
@@ -138,7 +139,6 @@ void check_image_path(const fs::path& path) {
                                         : "unknown kind of image '" + extension + "'") +
                      ": use .exr (float, linear) or .png (8 bit, sRGB)");
   }
-  check_output_path(path);
 }
 
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,

@@ -102,6 +102,35 @@ TEST_CASE("workers that die, stall and join at random moments do not change the 
   CHECK(weather.verdicts.stale > 5);  // stopped workers came back too late
 }
 
+TEST_CASE("a coordinator killed at any moment loses no acknowledged row") {
+  const Scene scene = small_scene();
+  std::uint64_t crashes = 0;
+  std::size_t acknowledged = 0;
+  for (std::uint64_t seed = 2000; seed < 2100; ++seed) {
+    CAPTURE(seed);
+    const double failing_commits = seed % 2 == 0 ? 0.1 : 0;
+    SimFarm farm({0.02, 0.02, 0.01, milliseconds(50)}, seed, failing_commits);
+    std::mt19937_64 random(seed);
+    farm.add_worker(100);
+    farm.add_worker(150);
+    const RenderSettings settings = settings_for(scene, seed);
+    farm.submit(scene, settings);
+    std::size_t lost = 0;
+    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+      if (random() % 60 == 0) {
+        f.crash_coordinator();
+      }
+      lost += f.acknowledged_but_lost();
+    }));
+    CHECK(lost == 0);
+    check_picture(farm, scene, settings);
+    crashes += farm.crashes();
+    acknowledged += farm.acknowledged();
+  }
+  CHECK(crashes > 200);
+  CHECK(acknowledged > 500);
+}
+
 TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
   const Scene scene = small_scene();
   RenderSettings settings = small_settings(scene);

@@ -2,6 +2,8 @@
 
 #include <spdlog/sinks/null_sink.h>
 
+#include <algorithm>
+
 
 namespace parray::test {
 namespace {
@@ -13,17 +15,46 @@ std::shared_ptr<spdlog::logger> silent_log() {
 
 }  // namespace
 
-SimFarm::SimFarm(Faults faults, std::uint64_t seed, CoordinatorOptions options)
-    : network(faults, seed), options_(std::move(options)), store_(std::make_unique<MemoryStore>()) {
-  options_.fingerprint = "same";
-  restart_coordinator();
+SimFarm::SimFarm(Faults faults, std::uint64_t seed, double failing_commits)
+    : network(faults, seed), store_(failing_commits, seed) {
+  network.spy = [this](const Frames& frames) {
+    const Message message = decode(frames);
+    if (const auto* verdict = std::get_if<msg::VerdictOf>(&message)) {
+      if (verdict->verdict == msg::Verdict::accepted) {
+        acknowledged_.emplace(verdict->job, verdict->epoch);
+      }
+    }
+  };
+  start_coordinator();
   client_link_ = network.peer_end("client");
 }
 
-void SimFarm::restart_coordinator() {
-  coordinator_.reset();
-  coordinator_ = std::make_unique<Coordinator>(options_, *store_, silent_log());
+void SimFarm::start_coordinator() {
+  CoordinatorOptions options;
+  options.fingerprint = "same";
+  for (;;) {
+    try {
+      coordinator_ = std::make_unique<Coordinator>(options, store_, silent_log());
+      break;
+    } catch (const RunError&) {
+      store_.crash();  // its first commit failed: somebody makes room on the disk, and again
+    }
+  }
   coordinator_link_ = network.coordinator_end();
+}
+
+void SimFarm::crash_coordinator() {
+  ++crashes_;
+  coordinator_.reset();
+  store_.crash();
+  start_coordinator();
+}
+
+std::size_t SimFarm::acknowledged_but_lost() const {
+  return static_cast<std::size_t>(
+      std::count_if(acknowledged_.begin(), acknowledged_.end(), [&](const auto& lease) {
+        return !store_.has_block(lease.first, lease.second) && !store_.has_picture(lease.first);
+      }));
 }
 
 std::size_t SimFarm::add_worker(double samples_per_second) {
@@ -45,7 +76,12 @@ void SimFarm::submit(const Scene& scene, const RenderSettings& settings) {
 void SimFarm::turn() {
   const Time now = network.now();
   client_turn();
-  Time next = std::min(take_turn(*coordinator_, *coordinator_link_, now), next_request_);
+  Time next = next_request_;
+  try {
+    next = std::min(next, take_turn(*coordinator_, *coordinator_link_, now));
+  } catch (const RunError&) {
+    crash_coordinator();  // it could not keep what it has: it ends, as its main() does
+  }
   for (const auto& worker : workers_) {
     if (!worker) {
       continue;

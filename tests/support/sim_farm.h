@@ -9,6 +9,7 @@
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
 #include "coordinator/coordinator.h"
+#include "tests/support/crash_store.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_network.h"
 #include "tests/support/sim_team.h"
@@ -19,7 +20,8 @@ namespace parray::test {
 /// The real coordinator and real workers on a simulated network, in virtual time, in one thread.
 class SimFarm {
  public:
-  SimFarm(Faults faults, std::uint64_t seed, CoordinatorOptions options = {});
+  /// `failing_commits`: probability that the store fails to commit; the coordinator then dies.
+  SimFarm(Faults faults, std::uint64_t seed, double failing_commits = 0);
 
   /// Adds a worker; returns its place.
   std::size_t add_worker(double samples_per_second);
@@ -34,8 +36,14 @@ class SimFarm {
   [[nodiscard]] std::size_t worker_count() const { return workers_.size(); }
   [[nodiscard]] bool alive(std::size_t place) const { return workers_[place] != nullptr; }
 
-  /// Ends the coordinator without a word and starts another on the same store.
-  void restart_coordinator();
+  /// Ends the coordinator without a word, as kill -9 does, and starts another on what its store had
+  /// committed.
+  void crash_coordinator();
+  [[nodiscard]] std::uint64_t crashes() const { return crashes_; }
+  /// Leases whose acceptance has been sent to a worker, and that the store no longer has: must be 0
+  /// at any moment.
+  [[nodiscard]] std::size_t acknowledged_but_lost() const;
+  [[nodiscard]] std::size_t acknowledged() const { return acknowledged_.size(); }
 
   void submit(const Scene& scene, const RenderSettings& settings);
 
@@ -76,9 +84,11 @@ class SimFarm {
 
   void turn();
   void client_turn();
+  void start_coordinator();
 
-  CoordinatorOptions options_;
-  std::unique_ptr<Store> store_;
+  CrashStore store_;
+  std::uint64_t crashes_ = 0;
+  std::set<std::pair<JobId, Epoch>> acknowledged_;
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<Link> coordinator_link_;
   std::vector<std::unique_ptr<SimWorker>> workers_;

@@ -41,6 +41,9 @@ std::unique_ptr<Link> SimNetwork::peer_end(const PeerId& id) {
 
 void SimNetwork::post(const PeerId& from, const PeerId& to, Frames frames) {
   ++tally_.sent;
+  if (spy) {
+    spy(frames);
+  }
   if (chance(faults_.drop)) {
     ++tally_.dropped;
     return;

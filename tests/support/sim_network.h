@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -42,6 +43,9 @@ class SimNetwork {
     return next == in_flight_.end() ? never : next->first;
   }
   [[nodiscard]] const Tally& tally() const { return tally_; }
+
+  /// Sees every message as it is sent, before anything happens to it.
+  std::function<void(const Frames&)> spy;
 
   /// The coordinator's end. Making it again drops what was waiting for the former one.
   std::unique_ptr<Link> coordinator_end();

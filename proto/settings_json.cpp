@@ -1,0 +1,74 @@
+#include "proto/settings_json.h"
+
+#include <string>
+
+#include "common/base/error.h"
+#include "proto/messages.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+T number(const json& map, const char* key) {
+  const auto found = map.find(key);
+  if (found == map.end() || !found->is_number_unsigned()) {
+    throw ProtocolError(std::string("settings: '") + key + "' is missing or no unsigned integer");
+  }
+  const auto value = found->get<std::uint64_t>();
+  if (value > std::numeric_limits<T>::max()) {
+    throw ProtocolError(std::string("settings: '") + key + "' is out of its range");
+  }
+  return static_cast<T>(value);
+}
+
+std::string word(const json& map, const char* key) {
+  const auto found = map.find(key);
+  if (found == map.end() || !found->is_string()) {
+    throw ProtocolError(std::string("settings: '") + key + "' is missing or no string");
+  }
+  return found->get<std::string>();
+}
+
+}  // namespace
+
+json settings_to_json(const RenderSettings& s) {
+  return {{"width", s.width},
+          {"height", s.height},
+          {"samples_per_pixel", s.samples_per_pixel},
+          {"max_depth", s.max_depth},
+          {"seed", s.seed},
+          {"precision", name_of(s.precision)},
+          {"accelerator", name_of(s.accelerator)},
+          {"schedule", name_of(s.schedule)},
+          {"row_order", name_of(s.row_order)}};
+}
+
+RenderSettings settings_from_json(const json& map) {
+  if (!map.is_object()) {
+    throw ProtocolError("settings are not a map");
+  }
+  RenderSettings value;
+  value.width = number<std::uint32_t>(map, "width");
+  value.height = number<std::uint32_t>(map, "height");
+  value.samples_per_pixel = number<std::uint32_t>(map, "samples_per_pixel");
+  value.max_depth = number<std::uint32_t>(map, "max_depth");
+  value.seed = number<std::uint64_t>(map, "seed");
+  try {
+    value.precision = precision_from(word(map, "precision"));
+    value.accelerator = accelerator_from(word(map, "accelerator"));
+    value.schedule = schedule_from(word(map, "schedule"));
+    value.row_order = row_order_from(word(map, "row_order"));
+    check_settings(value);
+  } catch (const InputError& error) {
+    throw ProtocolError(error.what());
+  }
+  if (value.precision == Precision::automatic || value.accelerator == AcceleratorKind::automatic ||
+      value.row_order == RowOrder::automatic) {
+    throw ProtocolError("settings leave something automatic");
+  }
+  return value;
+}
+
+}  // namespace parray

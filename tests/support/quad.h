@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/math/vec.h"
+
+namespace parray::test {
+
+/// 113 bits: the oracle of the numeric tests, exact for their purposes on single and double inputs.
+__extension__ typedef __float128 Quad;  // NOLINT(modernize-use-using): only a typedef can be marked
+using QuadVec = Vec3<Quad>;
+
+/// Square root to the last bits: two steps of Newton from the 64-bit one. 0 for x <= 0.
+inline Quad quad_sqrt(Quad x) {
+  if (!(x > 0)) {
+    return 0;
+  }
+  Quad root = static_cast<Quad>(std::sqrt(static_cast<long double>(x)));
+  for (int step = 0; step < 2; ++step) {
+    root = (root + x / root) / 2;
+  }
+  return root;
+}
+
+inline Quad quad_abs(Quad x) { return x < 0 ? -x : x; }
+inline Quad quad_length(const QuadVec& v) { return quad_sqrt(dot(v, v)); }
+
+template <typename Real>
+QuadVec exact(const Vec3<Real>& v) {
+  return vec_cast<Quad>(v);
+}
+
+}  // namespace parray::test

@@ -1,0 +1,359 @@
+#include "common/trace/bvh.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/trace/linear.h"
+#include "tests/support/dice.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+
+template <typename Real>
+using Spheres = std::vector<SphereShape<Real>>;
+
+template <typename Real>
+SphereShape<Real> shape(const Vec3d& center, double radius) {
+  return {vec_cast<Real>(center), static_cast<Real>(radius)};
+}
+
+Vec3d anywhere(Dice& dice, double reach) {
+  return {dice.between(-reach, reach), dice.between(-reach, reach), dice.between(-reach, reach)};
+}
+
+// --- scenes
+
+template <typename Real>
+Spheres<Real> scattered(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 300; ++i) {
+    spheres.push_back(shape<Real>(anywhere(dice, 10), dice.between(0.05, 1)));
+  }
+  return spheres;
+}
+
+template <typename Real>
+Spheres<Real> clustered(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int cluster = 0; cluster < 20; ++cluster) {
+    const Vec3d center = anywhere(dice, 1000);
+    for (int i = 0; i < 15; ++i) {
+      spheres.push_back(shape<Real>(center + anywhere(dice, 0.3), dice.ten_to(-3, -1)));
+    }
+  }
+  return spheres;
+}
+
+/// A ground of radius 1000 and small spheres that stand on it.
+template <typename Real>
+Spheres<Real> one_weekend(Dice& dice) {
+  Spheres<Real> spheres{shape<Real>({0, -1000, 0}, 1000)};
+  for (int x = -9; x < 9; ++x) {
+    for (int z = -9; z < 9; ++z) {
+      spheres.push_back(shape<Real>({x + 0.9 * dice.unit(), 0.2, z + 0.9 * dice.unit()}, 0.2));
+    }
+  }
+  return spheres;
+}
+
+/// Radii down to 1/64 of the spacing of single-precision numbers at their centres.
+template <typename Real>
+Spheres<Real> tiny_far(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3d center{1e6 + dice.between(-20, 20), -1e6 + dice.between(-20, 20), dice.between(-2, 2)};
+    spheres.push_back(shape<Real>(center, dice.ten_to(-3, 0)));
+  }
+  return spheres;
+}
+
+template <typename Real>
+Spheres<Real> concentric(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 300; ++i) {
+    spheres.push_back(shape<Real>({1, 2, 3}, dice.ten_to(-3, 3)));
+  }
+  return spheres;
+}
+
+template <typename Real>
+Spheres<Real> collinear(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 150; ++i) {
+    spheres.push_back(shape<Real>({static_cast<double>(i), 0, 0}, 0.5));
+    const double x = dice.between(-100, 100);
+    spheres.push_back(shape<Real>({x, x, x}, 0.25));
+  }
+  return spheres;
+}
+
+/// Touching spheres on whole numbers, each there twice: ties wherever a ray runs along the grid.
+template <typename Real>
+Spheres<Real> doubled_grid(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int copy = 0; copy < 2; ++copy) {
+    for (int x = 0; x < 12; ++x) {
+      for (int y = 0; y < 12; ++y) {
+        spheres.push_back(shape<Real>(
+            {static_cast<double>(x), static_cast<double>(y), static_cast<double>(dice.below(2))}, 0.5));
+      }
+    }
+  }
+  return spheres;
+}
+
+template <typename Real>
+Spheres<Real> every_size(Dice& dice) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 200; ++i) {
+    const double size = dice.ten_to(-6, 6);
+    spheres.push_back(shape<Real>((dice.ten_to(0, 2) * size) * dice.direction(), size));
+  }
+  return spheres;
+}
+
+template <typename Real>
+Spheres<Real> coincident(std::size_t count) {
+  return Spheres<Real>(count, shape<Real>({1, 2, 3}, 0.7));
+}
+
+// --- rays
+
+template <typename Real>
+struct Query {
+  Ray<Real> ray{{0, 0, 0}, {1, 0, 0}};
+  Sides<Real> sides;
+  Hit<Real> best;
+};
+
+template <typename Real>
+class Questioner {
+ public:
+  Questioner(const Spheres<Real>& spheres, Dice& dice) : spheres_(spheres), dice_(dice) {}
+
+  Query<Real> next(int kind) {
+    Query<Real> query;
+    query.sides.start({});
+    switch (kind) {
+      case 0: {  // from afar
+        const Vec3d target = vec_cast<double>(any().center);
+        const Vec3d from = target + dice_.ten_to(0, 4) * dice_.direction();
+        query.ray = aimed(from, target + static_cast<double>(any().radius) * dice_.direction());
+        break;
+      }
+      case 1:  // from amid them
+        query.ray = aimed(vec_cast<double>(any().center) + dice_.direction(),
+                          vec_cast<double>(any().center));
+        break;
+      case 2:  // along an axis or a plane, with zeros of either sign and denormals
+        query.ray = {on_planes(), axis_direction()};
+        break;
+      case 3:  // from the planes of boxes
+        query.ray = {on_planes(), vec_cast<Real>(dice_.direction())};
+        break;
+      case 4:
+        query.ray = grazing();
+        break;
+      case 5: {  // off a surface, not back into it
+        const std::uint32_t index = any_index();
+        const Vec3<Real> n = normalize(vec_cast<Real>(dice_.direction()));
+        query.ray = {spheres_[index].center + spheres_[index].radius * n,
+                     n + vec_cast<Real>(0.99 * dice_.direction())};
+        query.sides.stand_on(index, n);
+        break;
+      }
+      default: {  // from inside some, which they leave somewhere
+        const std::uint32_t index = any_index();
+        const auto& sphere = spheres_[index];
+        query.ray = {sphere.center + (sphere.radius * Real(0.7)) * vec_cast<Real>(dice_.direction()),
+                     vec_cast<Real>(dice_.direction())};
+        query.sides.cross(index, false);
+        query.best = {exit_distance(query.ray, sphere), index, true};
+        break;
+      }
+    }
+    if (kind < 5 && dice_.one_in(4)) {
+      query.sides.stand_on(any_index(), {0, 0, 1});
+    }
+    return query;
+  }
+
+ private:
+  std::uint32_t any_index() { return dice_.below32(static_cast<std::uint32_t>(spheres_.size())); }
+  const SphereShape<Real>& any() { return spheres_[any_index()]; }
+
+  static Ray<Real> aimed(const Vec3d& from, const Vec3d& to) {
+    const Vec3<Real> origin = vec_cast<Real>(from);
+    const Vec3d way = to - vec_cast<double>(origin);
+    const double distance = length(way);
+    return {origin, vec_cast<Real>(distance > 0 ? (1 / distance) * way : Vec3d{0, 0, 1})};
+  }
+
+  /// A coordinate of a sphere, of its bounds, or of the bounds with a margin for rounding.
+  Real plane(Real center, Real radius, Real size) {
+    const Real margin = Real(32) * RealTraits<Real>::unit_roundoff * size;
+    const std::array<Real, 5> choices{0, radius, -radius, radius + margin, -(radius + margin)};
+    return center + choices[dice_.below(choices.size())];
+  }
+
+  Vec3<Real> on_planes() {
+    const auto& s = any();
+    const Real size = std::max({std::abs(s.center.x), std::abs(s.center.y), std::abs(s.center.z)});
+    Vec3<Real> p{plane(s.center.x, s.radius, size + s.radius),
+                 plane(s.center.y, s.radius, size + s.radius),
+                 plane(s.center.z, s.radius, size + s.radius)};
+    if (dice_.one_in(2)) {
+      p.x = p.x - 20 * s.radius;
+    }
+    return p;
+  }
+
+  Real near_zero() {
+    const std::array<Real, 6> values{Real(0),
+                                     -Real(0),
+                                     std::numeric_limits<Real>::denorm_min(),
+                                     -std::numeric_limits<Real>::denorm_min(),
+                                     Real(1e-30),
+                                     Real(-1e-30)};
+    return values[dice_.below(values.size())];
+  }
+
+  Vec3<Real> axis_direction() {
+    const auto along = static_cast<Real>(dice_.sign());
+    const auto other = dice_.one_in(3) ? static_cast<Real>(dice_.sign()) : near_zero();
+    switch (dice_.below(3)) {
+      case 0:
+        return {along, other, near_zero()};
+      case 1:
+        return {near_zero(), along, other};
+      default:
+        return {other, near_zero(), along};
+    }
+  }
+
+  /// Within a few roundings of touching a sphere.
+  Ray<Real> grazing() {
+    const auto& sphere = any();
+    const double radius = static_cast<double>(sphere.radius);
+    const double distance = radius * dice_.ten_to(0.01, 4);
+    const Vec3d center = vec_cast<double>(sphere.center);
+    const Vec3<Real> origin = vec_cast<Real>(center + distance * dice_.direction());
+    const Vec3d to_center = center - vec_cast<double>(origin);
+    const double scale = std::max(1.0, length(to_center) / radius);
+    const double steps = dice_.between(-8, 8) * 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
+    const double sine = std::min((1 + steps * scale) * radius / length(to_center), 1.0);
+    const Vec3d axis = normalize(to_center);
+    return {origin, vec_cast<Real>(std::sqrt(1 - sine * sine) * axis + sine * dice_.across(axis))};
+  }
+
+  const Spheres<Real>& spheres_;
+  Dice& dice_;
+};
+
+constexpr int query_kinds = 7;
+
+template <typename Real>
+void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& dice, int rays) {
+  CAPTURE(name);
+  const Linear<Real> linear(spheres);
+  const Bvh<Real> bvh(spheres);
+  CHECK(bvh.depth() <= Bvh<Real>::max_depth);
+  Questioner<Real> questioner(spheres, dice);
+  std::array<int, query_kinds> hits{};
+  std::array<int, query_kinds> different{};
+  for (int i = 0; i < rays; ++i) {
+    const int kind = i % query_kinds;
+    const Query<Real> query = questioner.next(kind);
+    Hit<Real> expected = query.best;
+    Hit<Real> found = query.best;
+    linear.enter(query.ray, query.sides, expected);
+    bvh.enter(query.ray, query.sides, found);
+    const auto k = static_cast<std::size_t>(kind);
+    hits[k] += expected.sphere != query.best.sphere ? 1 : 0;
+    different[k] += expected.t == found.t && expected.sphere == found.sphere &&
+                            expected.leaving == found.leaving
+                        ? 0
+                        : 1;
+  }
+  for (std::size_t kind = 0; kind < query_kinds; ++kind) {
+    CAPTURE(kind);
+    CHECK(different[kind] == 0);
+    if (kind < 4 && spheres.size() > 2) {
+      CHECK(hits[kind] > 0);  // rays that meet nothing prove nothing
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("the hierarchy finds the very hits of linear search", Real, float, double) {
+  Dice dice(1);
+  constexpr int rays = 16'000;
+  check_equal("scattered", scattered<Real>(dice), dice, 2 * rays);
+  check_equal("clustered", clustered<Real>(dice), dice, rays);
+  check_equal("one weekend", one_weekend<Real>(dice), dice, 2 * rays);
+  check_equal("tiny and far", tiny_far<Real>(dice), dice, 2 * rays);
+  check_equal("concentric", concentric<Real>(dice), dice, rays);
+  check_equal("collinear", collinear<Real>(dice), dice, rays);
+  check_equal("doubled grid", doubled_grid<Real>(dice), dice, 2 * rays);
+  check_equal("every size", every_size<Real>(dice), dice, rays);
+  check_equal("10 000 coincident", coincident<Real>(10'000), dice, 700);
+  check_equal("one", coincident<Real>(1), dice, rays);
+  check_equal("two", coincident<Real>(2), dice, rays);
+  check_equal("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice, rays);
+}
+
+TEST_CASE_TEMPLATE("a hierarchy of nothing is never hit", Real, float, double) {
+  const Bvh<Real> bvh(Spheres<Real>{});
+  Sides<Real> sides;
+  sides.start({});
+  Hit<Real> best;
+  bvh.enter(Ray<Real>({0, 0, 0}, {0, 0, 1}), sides, best);
+  CHECK(best.sphere == no_sphere);
+  CHECK(bvh.depth() == 0);
+}
+
+TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", Real, float, double) {
+  const Bvh<Real> bvh(coincident<Real>(1000));
+  const Ray<Real> ray({1, 2, -5}, {0, 0, 1});
+  Sides<Real> sides;
+  sides.start({});
+  for (std::uint32_t skipped = 0; skipped < 5; ++skipped) {
+    Hit<Real> best;
+    bvh.enter(ray, sides, best);
+    CHECK(best.sphere == skipped);
+    sides.cross(skipped, false);
+  }
+}
+
+TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one sphere", Real, float, double) {
+  Spheres<Real> spheres;
+  for (int i = 0; i < 40; ++i) {  // each a hundred times farther out than all before it
+    const double x = std::pow(20, 11 - i);
+    for (int copy = 0; copy < 500; ++copy) {
+      spheres.push_back(shape<Real>({x, copy % 2 == 0 ? x : -x, 0}, x / 100));
+    }
+  }
+  const Bvh<Real> bvh(spheres);
+  CHECK(bvh.depth() > 20);
+  CHECK(bvh.depth() <= Bvh<Real>::max_depth);
+}
+
+TEST_CASE("building twice gives the same hierarchy") {
+  Dice dice(3);
+  const auto spheres = scattered<float>(dice);
+  const Bvh<float> first(spheres);
+  const Bvh<float> second(spheres);
+  CHECK(first.depth() == second.depth());
+  CHECK(first.bytes() == second.bytes());
+}
+
+}  // namespace parray
