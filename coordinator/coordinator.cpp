@@ -171,6 +171,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
       const std::chrono::duration<double> transfer(
           static_cast<double>(job.work->scene_bytes->size()) / 1e7);
       worker->scene_sent = m.scene;
+      log_->debug("scene sent to worker {} '{}': {} bytes", worker->id, worker->hello.name,
+                  job.work->scene_bytes->size());
       worker->scene_again_at =
           now + options_.heartbeat + std::chrono::duration_cast<Time>(transfer);
       send(peer, msg::SceneData{m.scene, *job.work->scene_bytes});
@@ -224,6 +226,8 @@ void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Re
   }
   ++tally_.accepted;
   ++worker.accepted;
+  log_->debug("job {} lease {} accepted from worker {} '{}'", result.job, result.epoch, worker.id,
+              worker.hello.name);
   work.framebuffer.merge(result.block);
   store_.put_block(job.record.id, result.epoch, bytes);
   store_dirty_ = true;

@@ -77,6 +77,10 @@ int serve(Arguments& a) {
                      "address such as tcp://127.0.0.1:7400 (keys for other networks do not exist "
                      "yet)");
   }
+  if (a.lease_timeout < 3 * a.heartbeat) {
+    throw InputError("--lease-timeout must be at least three times --heartbeat, or leases end "
+                     "before their workers can say that they are at work");
+  }
   a.options.heartbeat = from_seconds(a.heartbeat);
   a.options.silence = 5 * a.options.heartbeat;
   a.options.lease_timeout = from_seconds(a.lease_timeout);

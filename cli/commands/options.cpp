@@ -43,6 +43,7 @@ void add_choice(CLI::App& command, const std::string& name, const std::string& w
           },
           description)
       ->type_name(words)
+      ->take_last()
       ->group(group);
 }
 
@@ -65,7 +66,8 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::
             set(whole_number(names, text, least, most));
           },
           description)
-      ->type_name("N");
+      ->type_name("N")
+      ->take_last();
 }
 
 void add_scene(CLI::App& command, std::string& scene) {
@@ -78,7 +80,8 @@ void add_job(CLI::App& command, std::uint64_t& job) {
       command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(),
       [&job](std::uint64_t value) { job = value; }, "Number of the job, as submit prints it")
       ->required()
-      ->type_name("");
+      ->type_name("")
+      ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
 }
 
 void RenderOptions::add_to(CLI::App& command) {

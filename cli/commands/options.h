@@ -14,7 +14,8 @@
 namespace parray {
 
 /// An option whose value is a whole number from `least` to `most`, in plain decimal digits. (The
-/// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.)
+/// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.) Given twice,
+/// the last counts, so that a script can lay its own values over others.
 CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
                               std::uint64_t most, std::function<void(std::uint64_t)> set,
                               const std::string& description);

@@ -1,14 +1,19 @@
 #include "common/image/image_file.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <memory>
 #include <span>
 #include <string_view>
+#include <system_error>
 
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
@@ -95,21 +100,63 @@ std::uint32_t rows_in_strip(std::uint32_t width) {
   return std::max(pixels / width / block, 1U) * block;
 }
 
-void write_file(const fs::path& file, const Image& image, Format format,
-                const ImageMetadata& metadata, const std::function<void()>& between_strips) {
-  const auto out = OIIO::ImageOutput::create(file.string());
-  if (!out) throw RunError(one_line(OIIO::geterror()));
-  if (!out->open(file.string(), make_spec(image, format, metadata))) {
-    throw RunError(one_line(out->geterror()));
+/// The file behind an ImageOutput, which remembers that a write failed: the library's PNG writer
+/// would take a full disk for success.
+class CheckedFile final : public OIIO::Filesystem::IOFile {
+ public:
+  explicit CheckedFile(std::FILE* file) : IOFile(file, Mode::Write), stream_(file) {}
+
+  std::size_t write(const void* bytes, std::size_t size) override {
+    errno = 0;
+    const std::size_t written = IOFile::write(bytes, size);
+    if (written != size) note_error();
+    return written;
+  }
+
+  /// Empty if everything has reached the system, else why not.
+  std::string finish() {
+    errno = 0;
+    if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) note_error();
+    return error_ == 0 ? "" : std::generic_category().message(error_);
+  }
+
+ private:
+  void note_error() {
+    if (error_ == 0) error_ = errno != 0 ? errno : EIO;
+  }
+
+  std::FILE* stream_;
+  int error_ = 0;  // the first
+};
+
+/// Empty, or what the library could not do.
+std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
+                   const ImageMetadata& metadata, const std::function<void()>& between_strips) {
+  const auto out = OIIO::ImageOutput::create(name);
+  if (!out) return one_line(OIIO::geterror());
+  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, format, metadata))) {
+    return one_line(out->geterror());
   }
   const std::uint32_t step = rows_in_strip(image.width);
   for (std::uint32_t y = 0; y < image.height; y += step) {
     if (between_strips) between_strips();
     if (!write_strip(*out, image, format, y, std::min(y + step, image.height))) {
-      throw RunError(one_line(out->geterror()));
+      return one_line(out->geterror());
     }
   }
-  if (!out->close()) throw RunError(one_line(out->geterror()));
+  return out->close() ? "" : one_line(out->geterror());
+}
+
+std::string write_file(const std::string& name, const Image& image, Format format,
+                       const ImageMetadata& metadata,
+                       const std::function<void()>& between_strips) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
+                                                               std::fclose);
+  if (!stream) return std::generic_category().message(errno);
+  CheckedFile file(stream.get());
+  const std::string problem = encode(name, file, image, format, metadata, between_strips);
+  const std::string cause = file.finish();
+  return cause.empty() ? problem : cause;
 }
 
 std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t values) {
@@ -145,11 +192,9 @@ void write_image(const fs::path& path, const Image& image, const ImageMetadata& 
                  const std::function<void()>& between_strips) {
   keep_library_single_threaded();
   PartialFile file(path);
-  try {
-    write_file(file.path(), image, format_of(path), metadata, between_strips);
-  } catch (const RunError& error) {
-    throw RunError("writing " + path.string() + ": " + error.what());
-  }
+  const std::string problem =
+      write_file(file.path().string(), image, format_of(path), metadata, between_strips);
+  if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
   file.commit();
 }
 

@@ -1,0 +1,264 @@
+#include "common/image/image_file.h"
+
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+#include "common/base/error.h"
+#include "common/image/partial_file.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty directory, removed with everything in it.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string name = (fs::temp_directory_path() / "parray-image-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary directory");
+    path_ = name;
+  }
+  ~TemporaryDirectory() { fs::remove_all(path_); }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+  [[nodiscard]] std::size_t files() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
+  }
+
+ private:
+  fs::path path_;
+};
+
+/// While it lives no file of this process may grow beyond `bytes`: a disk that is full.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+Image random_image(std::uint32_t width, std::uint32_t height) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> value(0, 2);
+  Image image{width, height, std::vector<float>(std::size_t{width} * height * 3)};
+  for (float& v : image.rgb) v = value(random);
+  return image;
+}
+
+Image grey_row(const std::vector<float>& values) {
+  Image image{static_cast<std::uint32_t>(values.size()), 1, {}};
+  for (const float v : values) image.rgb.insert(image.rgb.end(), {v, v, v});
+  return image;
+}
+
+template <typename Error, typename Function>
+std::string message_of(const Function& function) {
+  try {
+    function();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::string read_text(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The byte that a PNG shows for a linear value, from what read_image() undoes.
+int byte_of(float linear) {
+  const TemporaryDirectory directory;
+  write_image(directory.path() / "a.png", grey_row({linear}), {});
+  const float decoded = read_image(directory.path() / "a.png").image.rgb.at(0);
+  for (int b = 0; b < 256; ++b) {
+    const double encoded = b / 255.0;
+    const double value =
+        encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+    if (static_cast<float>(value) == decoded) return b;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("an EXR file holds the very floats, odd ones too") {
+  const TemporaryDirectory directory;
+  Image image = random_image(67, 301);  // more than one strip of blocks, and no multiple of 16
+  image.rgb[0] = std::numeric_limits<float>::quiet_NaN();
+  image.rgb[1] = std::numeric_limits<float>::infinity();
+  image.rgb[2] = -0.0F;
+  image.rgb[3] = std::numeric_limits<float>::denorm_min();
+  image.rgb[4] = 1e30F;
+  write_image(directory.path() / "a.EXR", image, {});
+  const Image back = read_image(directory.path() / "a.EXR").image;
+  REQUIRE(back.width == image.width);
+  REQUIRE(back.height == image.height);
+  CHECK(std::memcmp(back.rgb.data(), image.rgb.data(), image.rgb.size() * sizeof(float)) == 0);
+  CHECK(image_sha256(back) == image_sha256(image));
+}
+
+TEST_CASE("a picture of one pixel, one row and one column can be written and read") {
+  const TemporaryDirectory directory;
+  for (const auto& [width, height] : {std::pair{1U, 1U}, {500U, 1U}, {1U, 500U}}) {
+    for (const char* name : {"a.exr", "a.png"}) {
+      write_image(directory.path() / name, random_image(width, height), {});
+      const Image back = read_image(directory.path() / name).image;
+      CHECK(back.width == width);
+      CHECK(back.height == height);
+    }
+  }
+}
+
+TEST_CASE("a PNG file has the sRGB curve, rounded, clamped, and black for NaN") {
+  // Encoded by hand: 255 * (1.055 * v^(1/2.4) - 0.055), or 255 * 12.92 * v below 0.0031308.
+  CHECK(byte_of(0.0F) == 0);
+  CHECK(byte_of(0.0001F) == 0);       // 0.33
+  CHECK(byte_of(0.0002F) == 1);       // 0.66
+  CHECK(byte_of(0.003F) == 10);       // 9.88
+  CHECK(byte_of(0.18F) == 118);       // 117.67
+  CHECK(byte_of(0.21403F) == 127);    // 127.5 is at 0.2140411
+  CHECK(byte_of(0.21405F) == 128);
+  CHECK(byte_of(0.5F) == 188);  // 187.52
+  CHECK(byte_of(1.0F) == 255);
+  CHECK(byte_of(7.0F) == 255);
+  CHECK(byte_of(std::numeric_limits<float>::infinity()) == 255);
+  CHECK(byte_of(-1.0F) == 0);
+  CHECK(byte_of(-std::numeric_limits<float>::infinity()) == 0);
+  CHECK(byte_of(std::numeric_limits<float>::quiet_NaN()) == 0);
+}
+
+TEST_CASE("every 8-bit value survives being read and written") {
+  const TemporaryDirectory directory;
+  std::vector<float> values;
+  for (int b = 0; b < 256; ++b) {
+    const double encoded = b / 255.0;
+    values.push_back(static_cast<float>(
+        encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4)));
+  }
+  write_image(directory.path() / "a.png", grey_row(values), {});
+  const Image once = read_image(directory.path() / "a.png").image;
+  CHECK(once.rgb == grey_row(values).rgb);
+}
+
+TEST_CASE("metadata are kept in both kinds of file") {
+  const TemporaryDirectory directory;
+  const ImageMetadata metadata = {{"Software", "ParRay test"},
+                                  {"parray:image_sha256", std::string(64, 'a')},
+                                  {"parray:width", "3"}};
+  for (const char* name : {"a.exr", "a.png"}) {
+    write_image(directory.path() / name, random_image(3, 2), metadata);
+    const ImageMetadata kept = read_image(directory.path() / name).metadata;
+    for (const auto& pair : metadata) {
+      CHECK_MESSAGE(std::find(kept.begin(), kept.end(), pair) != kept.end(), name, " ",
+                    pair.first);
+    }
+  }
+}
+
+TEST_CASE("an unknown extension, a directory and a place that cannot be written to are refused") {
+  const TemporaryDirectory directory;
+  const auto refusal = [&](const std::string& name) {
+    return message_of<InputError>([&] { check_image_path(directory.path() / name); });
+  };
+  CHECK(refusal("a.exr") == "no error");
+  CHECK(refusal("a.PNG") == "no error");
+  CHECK(contains(refusal("a.jpg"), "'.jpg'"));
+  CHECK(contains(refusal("a.jpg"), ".exr"));
+  CHECK(contains(refusal("a"), ".png"));
+  CHECK(contains(refusal(".png"), "no extension"));
+  CHECK(contains(refusal("none/a.png"), "no directory"));
+  CHECK(contains(refusal(std::string(300, 'a') + ".png"), "too long"));
+  fs::create_directory(directory.path() / "d.png");
+  CHECK(contains(refusal("d.png"), "is a directory"));
+  CHECK(contains(refusal(""), "is a directory"));
+  REQUIRE(mkfifo((directory.path() / "f.png").c_str(), 0600) == 0);
+  CHECK(contains(refusal("f.png"), "not a plain file"));
+  CHECK(directory.files() == 2);
+}
+
+TEST_CASE("a full disk is an error, and neither a part nor the older picture's loss remains") {
+  const TemporaryDirectory directory;
+  for (const char* name : {"a.exr", "a.png"}) {
+    const fs::path path = directory.path() / name;
+    write_image(path, random_image(4, 4), {});
+    const std::string before = read_text(path);
+    for (const rlim_t bytes : {0, 100, 5000}) {
+      const FullDisk full(bytes);
+      const std::string message =
+          message_of<RunError>([&] { write_image(path, random_image(200, 200), {}); });
+      CHECK_MESSAGE(contains(message, "writing " + path.string() + ": File too large"), message);
+      CHECK_FALSE(contains(message, "\n"));
+    }
+    CHECK(read_text(path) == before);
+    CHECK(directory.files() == 1);
+    fs::remove(path);
+  }
+}
+
+TEST_CASE("what is thrown between two strips ends the writing and leaves nothing") {
+  const TemporaryDirectory directory;
+  for (const char* name : {"a.exr", "a.png"}) {
+    int calls = 0;
+    CHECK_THROWS_AS(write_image(directory.path() / name, random_image(1000, 1000), {},
+                                [&] {
+                                  if (++calls == 3) throw std::logic_error("enough");
+                                }),
+                    std::logic_error);
+    CHECK(directory.files() == 0);
+  }
+}
+
+TEST_CASE("a text file is written whole or not at all") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "r.json";
+  write_text_file(path, "first");
+  CHECK(read_text(path) == "first");
+  {
+    const FullDisk full(10);
+    const std::string message =
+        message_of<RunError>([&] { write_text_file(path, std::string(100, 'x')); });
+    CHECK(contains(message, "writing " + path.string() + ": File too large"));
+  }
+  CHECK(read_text(path) == "first");
+  CHECK(directory.files() == 1);
+}
+
+TEST_CASE("what is no picture is refused with its name") {
+  const TemporaryDirectory directory;
+  for (const char* name : {"a.exr", "a.png", "none.png"}) {
+    const fs::path path = directory.path() / name;
+    if (name[0] == 'a') std::ofstream(path) << "this is text";
+    CHECK(contains(message_of<InputError>([&] { read_image(path); }), path.string() + ": "));
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,225 @@
+// The client against a coordinator made of a few lines, in virtual time.
+#include "cli/client.h"
+
+#include <doctest/doctest.h>
+
+#include <deque>
+#include <functional>
+#include <set>
+#include <stdexcept>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+/// Both the link and the clock of a client: a wait without a message passes its whole time.
+class ScriptedLink final : public Link, public Clock {
+ public:
+  using Answer = std::function<void(Message&)>;
+  /// `answer` is called with every message that is sent; it puts replies into `arrived`.
+  explicit ScriptedLink(Answer answer) : answer_(std::move(answer)) {}
+
+  bool send(const PeerId& /*to*/, Frames frames) override {
+    Message message = decode(frames);
+    ++sent;
+    answer_(message);
+    return true;
+  }
+  std::optional<Delivery> receive() override {
+    if (arrived.empty()) return {};
+    Delivery delivery{{}, std::move(arrived.front())};
+    arrived.pop_front();
+    return delivery;
+  }
+  void wait(Time timeout) override {
+    if (arrived.empty()) now_ += timeout + extra;
+    extra = Time(0);
+  }
+  void wake() noexcept override {}
+  [[nodiscard]] Time now() const override { return now_; }
+
+  std::deque<Frames> arrived;
+  int sent = 0;
+  Time extra{};  ///< by how much the next wait is longer than asked
+
+ private:
+  Answer answer_;
+  Time now_ = seconds(1000);
+};
+
+template <typename Error, typename Function>
+std::string message_of(const Function& function) {
+  try {
+    function();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+Submission some_submission(std::size_t bytes) {
+  Submission submission;
+  submission.name = "a.json";
+  submission.settings.precision = Precision::f32;
+  submission.settings.accelerator = AcceleratorKind::bvh;
+  submission.settings.row_order = RowOrder::sequential;
+  submission.scene_bytes = std::string(bytes, 'x');
+  return submission;
+}
+
+const Client::Options options = {.address = "tcp://somewhere:7400"};
+
+}  // namespace
+
+TEST_CASE("a request is repeated every half second until its answer comes") {
+  ScriptedLink link([&](Message& message) {
+    const auto& asked = std::get<msg::ListWorkers>(message);
+    if (link.sent == 4) link.arrived.push_back(encode(msg::Workers{asked.request, {"w"}}));
+  });
+  Client client(link, link, options);
+  const Time begin = link.now();
+  CHECK(client.workers() == nlohmann::json{"w"});
+  CHECK(link.sent == 4);
+  CHECK(link.now() - begin == milliseconds(1500));
+}
+
+TEST_CASE("a coordinator that never answers is given up after ten seconds, by name") {
+  ScriptedLink link([](Message&) {});
+  Client client(link, link, options);
+  const Time begin = link.now();
+  CHECK(message_of<RunError>([&] { client.jobs(); }) ==
+        "no answer from the coordinator at tcp://somewhere:7400: is parray-coordinator running "
+        "there?");
+  CHECK(link.now() - begin == seconds(10));
+  CHECK(link.sent == 20);
+}
+
+TEST_CASE("a scene is not sent to a coordinator that does not answer") {
+  ScriptedLink link([](Message& message) { CHECK(std::holds_alternative<msg::ListWorkers>(message)); });
+  Client client(link, link, options);
+  CHECK_THROWS_AS(client.submit(some_submission(100)), RunError);
+}
+
+TEST_CASE("time during which the process was stopped is not held against the coordinator") {
+  ScriptedLink link([&](Message& message) {
+    const auto& asked = std::get<msg::ListJobs>(message);
+    if (link.sent == 3) link.arrived.push_back(encode(msg::Jobs{asked.request, {1}}));
+    link.extra = std::chrono::hours(1);
+  });
+  Client client(link, link, options);
+  CHECK(client.jobs() == nlohmann::json{1});
+}
+
+TEST_CASE("late and foreign answers are passed over") {
+  ScriptedLink link([&](Message& message) {
+    const auto& asked = std::get<msg::ShowJob>(message);
+    const nlohmann::json wrong = {{"id", 0}};
+    link.arrived.push_back(encode(msg::Job{asked.request + 1, wrong}));
+    link.arrived.push_back(encode(msg::Jobs{asked.request, {}}));
+    link.arrived.push_back(encode(msg::Error{asked.request + 1, 1, "not for this request"}));
+    link.arrived.push_back(encode(msg::Pulse{}));
+    link.arrived.push_back({"damaged"});
+    link.arrived.push_back(encode(msg::Job{asked.request, {{"id", asked.job}}}));
+  });
+  Client client(link, link, options);
+  CHECK(client.show(7).at("id") == 7);
+  CHECK(client.show(8).at("id") == 8);
+}
+
+TEST_CASE("an error answer is an InputError or a RunError, with the coordinator's words") {
+  std::uint32_t status = 2;
+  ScriptedLink link([&](Message& message) {
+    const auto& asked = std::get<msg::Cancel>(message);
+    link.arrived.push_back(encode(msg::Error{asked.request, status, "no job 3"}));
+  });
+  Client client(link, link, options);
+  CHECK(message_of<InputError>([&] { client.cancel(3); }) == "no job 3");
+  status = 1;
+  CHECK(message_of<RunError>([&] { client.cancel(3); }) == "no job 3");
+}
+
+TEST_CASE("answers that cannot be read are told apart from none") {
+  ScriptedLink link([&](Message&) { link.arrived.push_back({"\x81\xA1v\x63"}); });
+  Client client(link, link, options);
+  const std::string message = message_of<RunError>([&] { client.jobs(); });
+  CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);
+}
+
+TEST_CASE("a submit that is repeated keeps its token, and another submit has another") {
+  std::multiset<std::string> tokens;
+  ScriptedLink link([&](Message& message) {
+    if (const auto* probe = std::get_if<msg::ListWorkers>(&message)) {
+      link.arrived.push_back(encode(msg::Workers{probe->request, nlohmann::json::array()}));
+      return;
+    }
+    const auto& submit = std::get<msg::Submit>(message);
+    tokens.insert(submit.token);
+    if (tokens.count(submit.token) == 3) {
+      link.arrived.push_back(encode(msg::Submitted{submit.request, 42}));
+    }
+  });
+  Client client(link, link, options);
+  CHECK(client.submit(some_submission(10)) == 42);
+  const Time begin = link.now();
+  CHECK(client.submit(some_submission(20'000'000)) == 42);
+  CHECK(tokens.size() == 6);
+  CHECK(std::set(tokens.begin(), tokens.end()).size() == 2);
+  // 20 MB are given two seconds more before they are sent again.
+  CHECK(link.now() - begin == 2 * milliseconds(2500));
+}
+
+TEST_CASE("what the poll function throws ends a request and a rest") {
+  ScriptedLink link([](Message&) {});
+  int polls = 0;
+  Client client(link, link, {.address = "a", .poll = [&] {
+                               if (++polls == 10) throw std::logic_error("stop");
+                             }});
+  CHECK_THROWS_AS(client.jobs(), std::logic_error);
+  polls = 0;
+  CHECK_THROWS_AS(client.rest(std::chrono::hours(1)), std::logic_error);
+}
+
+TEST_CASE("a rest passes over messages instead of spinning on them") {
+  ScriptedLink link([](Message&) {});
+  int polls = 0;
+  Client client(link, link, {.address = "a", .poll = [&] { ++polls; }});
+  link.arrived.push_back(encode(msg::Pulse{}));
+  const Time begin = link.now();
+  client.rest(seconds(1));
+  CHECK(link.now() - begin == seconds(1));
+  CHECK(polls <= 2 * 22);
+  CHECK(link.arrived.empty());
+}
+
+TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
+  const Image image{2, 1, {0, 0.25F, 0.5F, 0.75F, 1, 2}};
+  nlohmann::json report = {{"image_sha256", image_sha256(image)}};
+  ScriptedLink link([&](Message& message) {
+    if (const auto* show = std::get_if<msg::ShowJob>(&message)) {
+      const nlohmann::json map = {
+          {"id", 5},          {"name", "a"},   {"state", "done"}, {"priority", 50},
+          {"progress", 1.0},  {"width", 2},    {"height", 1},     {"samples_per_second", 0.0},
+          {"seconds_left", -1.0}, {"reason", ""}, {"samples_per_pixel", 1}};
+      link.arrived.push_back(encode(msg::Job{show->request, map}));
+      return;
+    }
+    const auto& fetch = std::get<msg::Fetch>(message);
+    const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
+                             image.rgb.size() * sizeof(float));
+    link.arrived.push_back(encode(msg::ImageData{fetch.request, report, 2, 1, pixels}));
+  });
+  Client client(link, link, options);
+  CHECK(client.fetch(5).image.rgb == image.rgb);
+  report["image_sha256"] = std::string(64, '0');
+  CHECK_THROWS_AS(client.fetch(5), RunError);
+  report.clear();
+  CHECK_THROWS_AS(client.fetch(5), RunError);
+}
+
+TEST_CASE("a job map that lacks something is an error, not a guess") {
+  CHECK_THROWS_AS(job_status({{"id", 1}}), RunError);
+  CHECK_THROWS_AS(job_status("job"), RunError);
+}
+
+}  // namespace parray

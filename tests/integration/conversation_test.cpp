@@ -1,0 +1,244 @@
+// A coordinator over real ZeroMQ, and a worker played by hand: what PROTOCOL.md says it answers.
+#include <doctest/doctest.h>
+#include <spdlog/sinks/null_sink.h>
+
+#include <atomic>
+#include <thread>
+
+#include "coordinator/coordinator.h"
+#include "proto/zmq_link.h"
+#include "tests/support/sample_scenes.h"
+#include "worker/team.h"
+
+namespace parray::test {
+namespace {
+
+/// A coordinator that serves a free port from a thread of its own.
+class Server {
+ public:
+  explicit Server(CoordinatorOptions options)
+      : coordinator_(std::move(options), store_,
+                     std::make_shared<spdlog::logger>(
+                         "silent", std::make_shared<spdlog::sinks::null_sink_mt>())),
+        server_("tcp://127.0.0.1:*", default_max_message_bytes),
+        thread_([this] {
+          run_actor(coordinator_, server_.link(), clock_, [this](Time) { return stop_.load(); });
+        }) {}
+  ~Server() {
+    stop_ = true;
+    thread_.join();
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  [[nodiscard]] const std::string& endpoint() const { return server_.endpoint(); }
+
+ private:
+  MemoryStore store_;
+  Coordinator coordinator_;
+  ZmqServer server_;
+  SteadyClock clock_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+CoordinatorOptions quick() {
+  CoordinatorOptions options;
+  options.heartbeat = milliseconds(50);
+  options.silence = seconds(20);
+  options.lease_timeout = milliseconds(300);
+  options.fingerprint = "same";
+  return options;
+}
+
+/// One side of a conversation; every wait ends after 20 s.
+class Speaker {
+ public:
+  explicit Speaker(const Server& server)
+      : link_(zmq_connect(server.endpoint(), default_max_message_bytes, seconds(1))) {}
+
+  void say(const Message& message) { link_->send({}, encode(message)); }
+  void say_raw(Frames frames) { link_->send({}, std::move(frames)); }
+
+  /// The next message of type M; others are passed over.
+  template <typename M>
+  M hear() {
+    const SteadyClock clock;
+    const Time end = clock.now() + seconds(20);
+    while (clock.now() < end) {
+      if (auto delivery = link_->receive()) {
+        Message message = decode(delivery->frames);
+        if (auto* expected = std::get_if<M>(&message)) {
+          return std::move(*expected);
+        }
+      } else {
+        link_->wait(milliseconds(20));
+      }
+    }
+    FAIL("waited 20 s for a message");
+    return {};
+  }
+
+  void join(const std::string& name) {
+    say(msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
+    hear<msg::Welcome>();
+  }
+
+  JobId submit(const Scene& scene, const RenderSettings& settings) {
+    msg::Submit submit;
+    submit.token = "token";
+    submit.name = "scene";
+    submit.settings = settings;
+    submit.scene_bytes = scene_to_bytes(scene);
+    say(submit);
+    return hear<msg::Submitted>().job;
+  }
+
+ private:
+  std::unique_ptr<Link> link_;
+};
+
+msg::Result traced(const Scene& scene, const msg::Grant& grant) {
+  std::atomic<std::uint64_t> count = 0;
+  const std::atomic<bool> stop = false;
+  msg::Result result;
+  result.job = grant.job;
+  result.epoch = grant.epoch;
+  result.isa = "scalar";
+  const auto kernel = make_kernel(scene, grant.settings);
+  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop);
+  return result;
+}
+
+struct OneLease {
+  OneLease() : settings(small_settings(scene)) { settings.schedule = SchedulePolicy::static_split; }
+  Scene scene = small_scene();
+  RenderSettings settings;
+};
+
+}  // namespace
+
+TEST_CASE("a result that comes after its lease's deadline is stale, and the lease is granted again") {
+  const Server server(quick());
+  const OneLease job;
+  Speaker worker(server);
+  worker.join("slow");
+  Speaker client(server);
+  client.submit(job.scene, job.settings);
+  const auto first = worker.hear<msg::Grant>();
+  const auto second = worker.hear<msg::Grant>();  // no heartbeat named the first: it expired
+  CHECK(second.rect == first.rect);
+  CHECK(second.epoch != first.epoch);
+  worker.say(traced(job.scene, first));
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+}
+
+TEST_CASE("a repeated result is a duplicate, other bits a mismatch that ends the worker's leases") {
+  const Server server(quick());
+  OneLease job;
+  job.settings.schedule = SchedulePolicy::factoring;  // several leases: the job stays open
+  Speaker worker(server);
+  worker.join("w");
+  Speaker client(server);
+  client.submit(job.scene, job.settings);
+  auto result = traced(job.scene, worker.hear<msg::Grant>());
+  worker.say(result);
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::accepted);
+  worker.say(result);
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::duplicate);
+  result.block.pixels[0].sum[1] ^= 1;
+  worker.say(result);
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::mismatch);
+  client.say(msg::ListWorkers{5});
+  CHECK(client.hear<msg::Workers>().workers[0]["state"] == "quarantined");
+}
+
+TEST_CASE("a result for another rectangle than the lease's is not merged") {
+  const Server server(quick());
+  OneLease job;
+  job.settings.schedule = SchedulePolicy::factoring;
+  Speaker worker(server);
+  worker.join("w");
+  Speaker client(server);
+  client.submit(job.scene, job.settings);
+  auto grant = worker.hear<msg::Grant>();
+  grant.rect.sample_end -= 1;
+  worker.say(traced(job.scene, grant));
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+}
+
+TEST_CASE("workers of another protocol, trace version or arithmetic are refused with the reason") {
+  const Server server(quick());
+  const auto refusal = [&](const msg::Hello& hello) {
+    Speaker worker(server);
+    worker.say(hello);
+    return worker.hear<msg::Refuse>().reason;
+  };
+  CHECK(refusal({99, "w", "w", 1, 1, trace_version, "same"}).find("protocol version 99") == 0);
+  CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version + 1, "same"})
+            .find("trace version") == 0);
+  CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version, "other"})
+            .find("it traces other bits") == 0);
+}
+
+TEST_CASE("a worker that the coordinator does not know is asked who it is") {
+  const Server server(quick());
+  Speaker worker(server);
+  worker.say(msg::Heartbeat{});
+  worker.hear<msg::Who>();
+}
+
+TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revoke") {
+  const Server server(quick());
+  Speaker worker(server);
+  worker.join("w");
+  worker.say(msg::Heartbeat{1, false, {{7, 8}}});
+  const auto revoke = worker.hear<msg::Revoke>();
+  CHECK(revoke.job == 7);
+  CHECK(revoke.epoch == 8);
+}
+
+TEST_CASE("malformed messages are dropped, a client's is answered, and the service goes on") {
+  const Server server(quick());
+  Speaker client(server);
+  client.say_raw({"not MessagePack"});
+  client.say_raw({std::string(100000, '\x91')});  // arrays nested 100 000 deep
+  client.say_raw({});
+  Frames cut = encode(msg::Submit{9, "token", "scene", 50, {}, "", 0, "bytes"});
+  cut[1].back() ^= 1;
+  client.say_raw(cut);
+  const auto error = client.hear<msg::Error>();
+  CHECK(error.request == 9);
+  CHECK(error.status == 2);
+  client.say(msg::ListJobs{10});
+  CHECK(client.hear<msg::Jobs>().jobs.empty());
+}
+
+TEST_CASE("a repeated submit makes no second job, and a scene that is none makes no job") {
+  const Server server(quick());
+  const OneLease job;
+  Speaker client(server);
+  const JobId id = client.submit(job.scene, job.settings);
+  CHECK(client.submit(job.scene, job.settings) == id);
+  msg::Submit bad;
+  bad.token = "another";
+  bad.settings = job.settings;
+  bad.scene_bytes = "no scene";
+  client.say(bad);
+  CHECK(client.hear<msg::Error>().status == 2);
+  client.say(msg::ListJobs{});
+  CHECK(client.hear<msg::Jobs>().jobs.size() == 1);
+}
+
+TEST_CASE("what is not there is refused by name") {
+  const Server server(quick());
+  Speaker client(server);
+  for (const Message& request :
+       {Message(msg::ShowJob{1, 5}), Message(msg::Cancel{1, 5}), Message(msg::Fetch{1, 5})}) {
+    client.say(request);
+    const auto error = client.hear<msg::Error>();
+    CHECK(error.status == 2);
+    CHECK(error.message.find("no job 5") == 0);
+  }
+}
+
+}  // namespace parray::test

@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Real processes over ZeroMQ: whoever renders, and whatever dies meanwhile, the picture's bits are
+those of `parray render`."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
+
+SCENE = SCENES / "one-weekend-20.json"
+
+
+def size(spp):
+    return ["--width", "160", "--height", "100", "--spp", str(spp)]
+
+
+SIZE = size(150)
+LONG = size(1000)  # long enough to be interrupted
+ENDLESS = size(1000000)
+
+
+def render_report(scene, *options):
+    with tempfile.TemporaryDirectory() as directory:
+        result = run("render", scene, "-o", f"{directory}/a.exr", "--report", f"{directory}/a.json",
+                     *options)
+        assert result.returncode == 0, result.stderr
+        with open(f"{directory}/a.json") as file:
+            return json.load(file)
+
+
+class FarmTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.expected = render_report(SCENE, *SIZE, "--threads", 1)["image_sha256"]
+        cls.expected_long = render_report(SCENE, *LONG)
+
+    def test_one_two_and_three_workers_give_the_bits_of_render(self):
+        with Farm() as farm:
+            for count in (1, 2, 3):
+                farm.start_worker(f"w{count}")
+                wait_for(lambda: len(farm.workers()) == count, "the worker")
+                report = farm.finish(farm.submit(SCENE, *SIZE))
+                self.assertEqual(report["image_sha256"], self.expected)
+                self.assertEqual(report["samples"], 160 * 100 * 150)
+            self.assertEqual(report["workers"], 3)
+
+    def test_a_worker_killed_in_mid_job_changes_nothing(self):
+        with Farm("--heartbeat", "0.1") as farm:
+            victim = farm.start_worker("victim")
+            farm.start_worker("survivor")
+            wait_for(lambda: len(farm.workers()) == 2, "two workers")
+            job = farm.submit(SCENE, *LONG)
+            wait_for(lambda: farm.job(job)["progress"] > 0.1, "some progress")
+            victim.send_signal(signal.SIGKILL)
+            victim.wait()
+            self.assertLess(farm.job(job)["progress"], 1)
+            report = farm.finish(job)
+            self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
+            self.assertEqual(report["samples"], 160 * 100 * 1000)
+            self.assertRegex(farm.coordinator_log(), "'victim' left .silent for too long.")
+
+    def test_a_worker_stopped_beyond_its_deadline_and_continued_later_changes_nothing(self):
+        with Farm("--heartbeat", "0.1", "--lease-timeout", "1") as farm:
+            sleeper = farm.start_worker("sleeper")
+            wait_for(lambda: len(farm.workers()) == 1, "the sleeper")
+            # Static: the whole picture is one lease, so that it is certainly held when stopped.
+            job = farm.submit(SCENE, *LONG, "--schedule", "static")
+            wait_for(lambda: "lease 1 to worker" in farm.coordinator_log(), "the lease")
+            sleeper.send_signal(signal.SIGSTOP)
+            wait_for(lambda: "'sleeper' left" in farm.coordinator_log(), "the loss to be noticed")
+            farm.start_worker("successor")
+            wait_for(lambda: re.search("lease 2 to worker . 'successor'", farm.coordinator_log()),
+                     "the lease to go to another")
+            sleeper.send_signal(signal.SIGCONT)
+            wait_for(lambda: len(farm.workers()) == 2, "the sleeper to be back")
+            report = farm.finish(job)
+            # Lease 1 is dead: the sleeper was told so, or, had it finished just then, refused.
+            self.assertNotRegex(farm.coordinator_log(), "lease 1 accepted")
+            self.assertRegex(farm.coordinator_log(), "lease 2 accepted")
+            self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
+            self.assertEqual(report["samples"], 160 * 100 * 1000)
+
+    def test_a_coordinator_killed_in_mid_job_goes_on_where_it_was(self):
+        with tempfile.TemporaryDirectory() as state, Farm("--state", state, "--heartbeat",
+                                                          "0.1") as farm:
+            farm.start_worker("w1")
+            farm.start_worker("w2")
+            job = farm.submit(SCENE, *LONG)
+            before = wait_for(lambda: farm.job(job)["progress"] > 0.3 and farm.job(job)["progress"],
+                              "some progress")
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            farm.start_coordinator(farm.address)
+            after = farm.job(job)["progress"]
+            self.assertGreaterEqual(after, before, "acknowledged rows were lost")
+            self.assertLess(after, 1)
+            report = farm.finish(job)
+            expected = self.expected_long
+            self.assertEqual(report["image_sha256"], expected["image_sha256"])
+            self.assertEqual(report["samples"], expected["samples"])
+            self.assertEqual(report["rays"], expected["rays"])
+            # And once more, now that it is done: the picture is kept.
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            farm.start_coordinator(farm.address)
+            self.assertEqual(farm.fetch(job)["image_sha256"], expected["image_sha256"])
+
+    def test_two_coordinators_cannot_share_a_state(self):
+        with tempfile.TemporaryDirectory() as state, Farm("--state", state):
+            second = Farm("--state", state)
+            try:
+                with self.assertRaisesRegex(AssertionError, "another coordinator uses"):
+                    second.start_coordinator()
+            finally:
+                second.close()
+
+    def test_several_jobs_run_one_after_another_by_priority(self):
+        with Farm() as farm:
+            first = farm.submit(SCENE, *SIZE)
+            low = farm.submit(SCENE, *SIZE, "--seed", "2", "--priority", "10")
+            high = farm.submit(SCENE, *SIZE, "--seed", "3", "--priority", "90")
+            farm.start_worker("w1", threads=2)
+            reports = [farm.finish(job) for job in (first, low, high)]
+            log = farm.coordinator_log()
+            done = [int(number) for number in re.findall(r"job (\d+) '[^']*' is done", log)]
+            self.assertEqual(done, [high, first, low])
+            self.assertEqual(reports[0]["image_sha256"], self.expected)
+            self.assertEqual(len({r["image_sha256"] for r in reports}), 3)
+            # One worker: the scene has travelled once, although three jobs use it.
+            self.assertEqual(log.count("scene sent"), 1)
+
+    def test_a_cancelled_job_stops_its_workers_and_cannot_be_fetched(self):
+        with Farm("--heartbeat", "0.1") as farm:
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *ENDLESS)
+            wait_for(lambda: farm.job(job)["state"] == "running", "the job to run")
+            self.assertEqual(farm.client("cancel", job).returncode, 0)
+            self.assertEqual(farm.job(job)["state"], "cancelled")
+            self.assertEqual(farm.client("watch", job).returncode, 1)
+            fetched = farm.client("fetch", job, "-o", farm.directory / "no.png")
+            self.assertEqual(fetched.returncode, 2)
+            self.assertFalse((farm.directory / "no.png").exists())
+            # The worker is free for the next job at once.
+            report = farm.finish(farm.submit(SCENE, *SIZE))
+            self.assertEqual(report["image_sha256"], self.expected)
+
+    def test_garbage_on_the_port_disturbs_nobody(self):
+        with Farm() as farm:
+            port = int(farm.address.rsplit(":", 1)[1])
+            for size in (1, 64, 100000):
+                with socket.create_connection(("127.0.0.1", port)) as connection:
+                    connection.sendall(os.urandom(size))
+            farm.start_worker("w1", threads=2)
+            report = farm.finish(farm.submit(SCENE, *SIZE))
+            self.assertEqual(report["image_sha256"], self.expected)
+
+    def test_daemons_stop_cleanly_on_a_signal(self):
+        with Farm() as farm:
+            worker = farm.start_worker("w1")
+            wait_for(lambda: len(farm.workers()) == 1, "the worker")
+            farm.submit(SCENE, *ENDLESS)
+            begin = time.monotonic()
+            worker.send_signal(signal.SIGTERM)
+            self.assertEqual(worker.wait(timeout=10), 0)
+            wait_for(lambda: not farm.workers(), "the goodbye to arrive", timeout=3)
+            farm.coordinator.send_signal(signal.SIGINT)
+            self.assertEqual(farm.coordinator.wait(timeout=10), 0)
+            self.assertLess(time.monotonic() - begin, 20)
+
+    def test_beyond_loopback_is_refused_without_keys(self):
+        for address in ("tcp://0.0.0.0:7400", "tcp://*:7400", "tcp://127.example.org:7400"):
+            result = subprocess.run([BIN / "parray-coordinator", "--bind", address],
+                                    capture_output=True, text=True, timeout=20)
+            self.assertEqual(result.returncode, 2, address)
+            self.assertIn("refused", result.stderr)
+
+    def test_the_seed_format_and_v1_of_one_scene_give_one_picture(self):
+        seed = json.loads((SOURCE / "tests/integration/seed-scene.json").read_text())
+        kinds = {"lambertian": "diffuse", "metal": "metal", "dielectric": "dielectric"}
+        v1 = {"version": 1,
+              "camera": {"look_from": [13, 2, 3], "look_at": [0, 0, 0], "vfov": 20,
+                         "aperture": 0.1, "focus_distance": 10},
+              "materials": {}, "spheres": []}
+        for number, entry in enumerate(seed["spheres"]):
+            sphere = entry["sphere"]
+            material = sphere["material"]
+            new = {"type": kinds[material["type"]]}
+            if "color" in material:
+                new["albedo"] = [material["color"][c] for c in "rgb"]
+            if "fuzz" in material:
+                new["fuzz"] = material["fuzz"]
+            if "refraction_index" in material:
+                new["ior"] = material["refraction_index"]
+            v1["materials"][f"m{number}"] = new
+            v1["spheres"].append({"center": [sphere["location"][a] for a in "xyz"],
+                                  "radius": sphere["radius"], "material": f"m{number}"})
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+            json.dump(v1, file)
+            file.flush()
+            options = ["--width", "90", "--height", "60", "--spp", "8"]
+            a = render_report(SOURCE / "tests/integration/seed-scene.json", *options)
+            b = render_report(file.name, *options)
+        self.assertEqual(a["image_sha256"], b["image_sha256"])
+        self.assertEqual(a["scene_sha256"], b["scene_sha256"])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,143 @@
+#include "cli/progress.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "cli/text.h"
+
+namespace parray {
+namespace {
+
+JobStatus job_at(double progress, double seconds_left = 12) {
+  JobStatus job;
+  job.name = "a.json";
+  job.state = "running";
+  job.progress = progress;
+  job.samples_per_second = 3.14e6;
+  job.seconds_left = seconds_left;
+  return job;
+}
+
+/// What a Progress of one style writes.
+class Recorder {
+ public:
+  explicit Recorder(ProgressStyle style) : progress_(std::make_unique<Progress>(style, out_, 60)) {}
+  ~Recorder() { std::fclose(out_); }
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  void show(Time now, const JobStatus& job) { progress_->show(now, job); }
+  std::string end() {
+    progress_.reset();
+    std::string text(static_cast<std::size_t>(std::ftell(out_)), ' ');
+    std::rewind(out_);
+    text.resize(std::fread(text.data(), 1, text.size(), out_));
+    return text;
+  }
+
+ private:
+  std::FILE* out_ = std::tmpfile();
+  std::unique_ptr<Progress> progress_;
+};
+
+}  // namespace
+
+TEST_CASE("numbers have three digits, a prefix and a unit") {
+  CHECK(with_unit(0, "B") == "0.00 B");
+  CHECK(with_unit(9.994, "B") == "9.99 B");
+  CHECK(with_unit(9.996, "B") == "10.0 B");
+  CHECK(with_unit(999.4, "B") == "999 B");
+  CHECK(with_unit(999.6, "B") == "1.00 k B");
+  CHECK(with_unit(3.14159e6, "samples/s") == "3.14 M samples/s");
+  CHECK(with_unit(1e21, "B") == "1000 E B");
+  CHECK(with_unit(-1, "B") == "? B");
+  CHECK(with_unit(std::nan(""), "B") == "? B");
+  CHECK(bytes_text(1) == "1 byte");
+  CHECK(bytes_text(1023) == "1023 bytes");
+  CHECK(bytes_text(1536) == "1.50 KiB");
+  CHECK(bytes_text(std::uint64_t{3} << 30U) == "3.00 GiB");
+}
+
+TEST_CASE("times are said in the two largest units") {
+  CHECK(duration_text(0.25) == "0.25 s");
+  CHECK(duration_text(9.96) == "10 s");
+  CHECK(duration_text(59.6) == "1 min 00 s");
+  CHECK(duration_text(200) == "3 min 20 s");
+  CHECK(duration_text(7500) == "2 h 05 min");
+  CHECK(duration_text(100 * 3600) == "4 d 4 h");
+  CHECK(duration_text(-1) == "?");
+  CHECK(duration_text(std::nan("")) == "?");
+  CHECK(duration_text(std::numeric_limits<double>::infinity()) == "?");
+}
+
+TEST_CASE("columns of a table line up, and UTF-8 counts as characters") {
+  CHECK(table_text({"A", "B"}, {{"long", "1"}, {"\xC3\xA9", "2"}}) ==
+        "A     B\nlong  1\n\xC3\xA9     2\n");
+  CHECK(table_text({"A", "B"}, {}) == "A  B\n");
+}
+
+TEST_CASE("a bar fits its terminal, whatever its width") {
+  CHECK(bar_text(job_at(0.5), 80) ==
+        "[###############               ]  50.0 %  3.14 M samples/s  12 s left");
+  for (std::size_t columns = 0; columns < 100; ++columns) {
+    for (const double progress : {-1.0, 0.0, 0.123, 1.0, 2.0}) {
+      CHECK(bar_text(job_at(progress), columns).size() <= columns);
+    }
+  }
+  CHECK(bar_text(job_at(0.99999), 80).find("100") == std::string::npos);
+}
+
+TEST_CASE("a log gets a line every ten seconds and the last") {
+  Recorder recorder(ProgressStyle::lines);
+  for (int second = 0; second <= 25; ++second) {
+    recorder.show(seconds(1000 + second), job_at(second / 25.0));
+  }
+  JobStatus done = job_at(1);
+  done.state = "done";
+  recorder.show(seconds(1026), done);
+  CHECK(recorder.end() ==
+        "a.json:  40.0 %  3.14 M samples/s  12 s left\n"
+        "a.json:  80.0 %  3.14 M samples/s  12 s left\n"
+        "a.json: 100.0 %  done\n");
+}
+
+TEST_CASE("a bar is redrawn in place over what was longer, and its line is ended") {
+  Recorder recorder(ProgressStyle::bar);
+  recorder.show(seconds(1), job_at(0.1, 100000));
+  recorder.show(seconds(1) + milliseconds(50), job_at(0.2));  // too soon to be drawn
+  recorder.show(seconds(2), job_at(0.3));
+  const std::string text = recorder.end();
+  CHECK(std::count(text.begin(), text.end(), '\r') == 2);
+  CHECK(text.find("20.0 %") == std::string::npos);
+  CHECK(text.back() == '\n');
+  const std::size_t second = text.rfind('\r');
+  CHECK(text.size() - 1 - second >= second);  // covers the first
+}
+
+TEST_CASE("between two steps of progress the speed stays and the time left runs down") {
+  Recorder recorder(ProgressStyle::bar);
+  recorder.show(seconds(1), job_at(0.5, 12));
+  JobStatus later = job_at(0.5, 20);
+  later.samples_per_second = 1e6;
+  recorder.show(seconds(5), later);
+  recorder.show(seconds(50), later);
+  const std::string text = recorder.end();
+  CHECK(text.find("3.14 M samples/s  8 s left") != std::string::npos);
+  CHECK(text.find("0 s left") != std::string::npos);
+  CHECK(text.find("1.00 M") == std::string::npos);
+}
+
+TEST_CASE("quiet is quiet") {
+  Recorder recorder(ProgressStyle::none);
+  recorder.show(seconds(1), job_at(0.5));
+  recorder.show(seconds(100), job_at(0.6));
+  CHECK(recorder.end().empty());
+}
+
+}  // namespace parray

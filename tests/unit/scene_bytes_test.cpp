@@ -1,0 +1,270 @@
+#include "common/scene/scene_bytes.h"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/scene/limits.h"
+#include "common/trace/kernel.h"
+#include "tests/support/dice.h"
+#include "tests/support/sample_scenes.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+using test::small_scene;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+// Where things stand in the bytes.
+constexpr std::size_t camera_at = 8;
+constexpr std::size_t sky_at = camera_at + 13 * 8;
+constexpr std::size_t material_count_at = sky_at + 6 * 8;
+constexpr std::size_t materials_at = material_count_at + 8;
+constexpr std::size_t material_size = 41;
+constexpr std::size_t sphere_size = 36;
+
+std::optional<Scene> decoded(const std::string& bytes) {
+  try {
+    return scene_from_bytes(bytes);
+  } catch (const DecodeError&) {
+    return {};
+  }
+}
+
+bool refused(const std::string& bytes) { return !decoded(bytes); }
+
+template <typename T>
+std::string with(std::string bytes, std::size_t at, T value) {
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+  return bytes;
+}
+
+/// A scene of two materials and three spheres, small enough for exhaustive damage.
+Scene tiny_scene() {
+  Scene scene = small_scene();
+  scene.materials.resize(2);
+  scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 1}, {{4, 1, 0}, 0.5, 0}};
+  return scene;
+}
+
+/// What the kernel relies on. Tracing is the proof that it may.
+bool can_be_traced(const Scene& scene) {
+  RenderSettings settings;
+  settings.width = settings.height = 2;
+  settings.max_depth = 3;
+  for (const Precision precision : {Precision::f32, Precision::f64}) {
+    settings.precision = precision;
+    settings.accelerator = AcceleratorKind::bvh;
+    const auto kernel = make_kernel(scene, settings);
+    std::vector<PixelSums> sums(2);
+    TraceCounts counts;
+    kernel->trace({1, 0, 2}, {0, 2}, sums, counts);
+    if (counts.samples != 4 || counts.nonfinite != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("a scene comes back from its bytes as it was") {
+  CHECK(scene_from_bytes(scene_to_bytes(small_scene())) == small_scene());
+  Scene empty;
+  empty.camera.tan_half_vfov = 1;
+  CHECK(scene_from_bytes(scene_to_bytes(empty)) == empty);
+}
+
+TEST_CASE("random scenes come back with the same bits") {
+  Dice dice(1);
+  for (int round = 0; round < 200; ++round) {
+    Scene scene;
+    scene.camera.look_from = dice.ten_to(-3, 6) * dice.direction();
+    scene.camera.aperture = dice.ten_to(-300, 3);
+    scene.camera.tan_half_vfov = dice.ten_to(-8, 5);
+    scene.sky.horizon = {dice.unit(), dice.ten_to(-308, 6), 0};
+    const std::uint64_t materials = 1 + dice.below(5);
+    for (std::uint64_t i = 0; i < materials; ++i) {
+      scene.materials.push_back({static_cast<MaterialType>(dice.below(3)),
+                                 {dice.unit(), dice.unit(), dice.unit()},
+                                 dice.unit(),
+                                 dice.ten_to(-3, 3)});
+    }
+    for (std::uint64_t i = dice.below(50); i > 0; --i) {
+      scene.spheres.push_back({dice.ten_to(-9, 9) * dice.direction(), dice.ten_to(-9, 9),
+                               static_cast<std::uint32_t>(dice.below(materials))});
+    }
+    const std::string bytes = scene_to_bytes(scene);
+    const Scene back = scene_from_bytes(bytes);
+    REQUIRE(back == scene);
+    REQUIRE(scene_to_bytes(back) == bytes);
+  }
+}
+
+TEST_CASE("a scene's size is in proportion to what it holds") {
+  const Scene scene = small_scene();
+  CHECK(scene_to_bytes(scene).size() == materials_at + material_size * scene.materials.size() + 8 +
+                                            sphere_size * scene.spheres.size());
+}
+
+TEST_CASE("equal scenes have one identity, and any change gives another") {
+  const Scene scene = small_scene();
+  const std::string identity = scene_identity(scene_to_bytes(scene));
+  CHECK(identity.size() == 64);
+  CHECK(identity.find_first_not_of("0123456789abcdef") == std::string::npos);
+  CHECK(scene_identity(scene_to_bytes(small_scene())) == identity);
+  const std::vector<std::function<void(Scene&)>> changes = {
+      [](Scene& s) { s.camera.look_at.x = std::nextafter(s.camera.look_at.x, 1); },
+      [](Scene& s) { s.camera.aperture = 0; },
+      [](Scene& s) { s.camera.tan_half_vfov *= 1 + 0x1p-52; },
+      [](Scene& s) { s.sky.zenith.z = 0.25; },
+      [](Scene& s) { s.materials[1].fuzz = 0.25; },
+      [](Scene& s) { s.materials[0].type = MaterialType::metal; },
+      [](Scene& s) { s.spheres[2].material = 0; },
+      [](Scene& s) { s.spheres[2].radius = 0.5; },
+      [](Scene& s) { std::swap(s.spheres[0], s.spheres[1]); },
+      [](Scene& s) { s.spheres.pop_back(); }};
+  for (const auto& change : changes) {
+    Scene other = scene;
+    change(other);
+    CHECK(scene_identity(scene_to_bytes(other)) != identity);
+  }
+}
+
+TEST_CASE("a scene cut short at any length, or that goes on, is refused") {
+  const std::string bytes = scene_to_bytes(tiny_scene());
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    CHECK_UNARY(refused(bytes.substr(0, size)));
+  }
+  CHECK(refused(bytes + '\0'));
+  CHECK(refused(bytes + bytes));
+  CHECK_FALSE(refused(bytes));
+}
+
+TEST_CASE("any damaged bit gives an error or another valid scene") {
+  const std::string bytes = scene_to_bytes(tiny_scene());
+  std::size_t accepted = 0;
+  std::size_t rejected = 0;
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    for (int bit = 0; bit < 8; ++bit) {
+      CAPTURE(at);
+      CAPTURE(bit);
+      std::string damaged = bytes;
+      damaged[at] = static_cast<char>(damaged[at] ^ (1 << bit));
+      const auto scene = decoded(damaged);
+      ++(scene ? accepted : rejected);
+      if (scene) {
+        CHECK_UNARY(scene_to_bytes(*scene) == damaged);
+        CHECK_UNARY(can_be_traced(*scene));
+      }
+    }
+  }
+  CHECK(accepted > 500);  // a digit of a coordinate
+  CHECK(rejected > 200);  // a count, a type, an exponent
+}
+
+TEST_CASE("random bytes are refused and cost no more than their length") {
+  Dice dice(2);
+  const std::string bytes = scene_to_bytes(tiny_scene());
+  for (int round = 0; round < 20'000; ++round) {
+    std::string damaged = bytes;
+    for (std::uint64_t i = 1 + dice.below(6); i > 0; --i) {
+      damaged[dice.below(damaged.size())] = static_cast<char>(dice.below(256));
+    }
+    if (dice.one_in(4)) {
+      damaged.resize(dice.below(damaged.size()));
+    }
+    const auto scene = decoded(damaged);
+    CHECK_UNARY((!scene || scene_to_bytes(*scene) == damaged));
+  }
+}
+
+TEST_CASE("a count larger than the data is refused before anything is allocated") {
+  const Scene scene = tiny_scene();
+  const std::string bytes = scene_to_bytes(scene);
+  const std::size_t sphere_count_at = materials_at + scene.materials.size() * material_size;
+  for (const std::uint64_t count : {std::uint64_t{4}, limits::max_materials, limits::max_spheres,
+                                    limits::max_spheres + 1, std::uint64_t{1} << 40, UINT64_MAX,
+                                    UINT64_MAX / material_size, UINT64_MAX / sphere_size + 1}) {
+    CAPTURE(count);
+    CHECK(refused(with(bytes, material_count_at, count)));
+    CHECK(refused(with(bytes, sphere_count_at, count)));
+  }
+  CHECK(refused(with(bytes, sphere_count_at, std::uint64_t{2})));  // one sphere is left over
+}
+
+TEST_CASE("a number that the kernel could not bear is refused") {
+  const std::string bytes = scene_to_bytes(tiny_scene());
+  const std::size_t spheres_at = materials_at + 2 * material_size + 8;
+  struct Range {
+    const char* name;
+    std::size_t at;
+    double low;   ///< the least that is accepted
+    double high;  ///< the most
+  };
+  const double reach = limits::max_length;
+  for (const Range& range :
+       {Range{"look_from", camera_at, -reach, reach}, Range{"look_at", camera_at + 24, -reach, reach},
+        Range{"up", camera_at + 48, -reach, reach}, Range{"vfov", camera_at + 72, 0, 180},
+        Range{"aperture", camera_at + 80, 0, reach},
+        Range{"horizon", sky_at, 0, limits::max_radiance},
+        Range{"zenith", sky_at + 40, 0, limits::max_radiance},
+        Range{"albedo", materials_at + 1, 0, 1}, Range{"fuzz", materials_at + 25, 0, 1},
+        Range{"center", spheres_at + 16, -reach, reach},
+        Range{"radius", spheres_at + 24, limits::min_radius, reach}}) {
+    CAPTURE(range.name);
+    CHECK_FALSE(refused(with(bytes, range.at, range.low)));
+    CHECK_FALSE(refused(with(bytes, range.at, range.high)));
+    CHECK(refused(with(bytes, range.at, std::nextafter(range.high, inf))));
+    CHECK(refused(with(bytes, range.at, std::nextafter(range.low, -inf))));
+    for (const double bad : {nan, -nan, inf, -inf}) {
+      CHECK(refused(with(bytes, range.at, bad)));
+    }
+  }
+  for (const double radius : {0.0, -0.0, -1.0}) {
+    CHECK(refused(with(bytes, spheres_at + 24, radius)));
+  }
+  for (const std::size_t positive : {camera_at + 88, camera_at + 96}) {  // focus, tangent
+    CHECK(refused(with(bytes, positive, 0.0)));
+    CHECK(refused(with(bytes, positive, -1.0)));
+    CHECK(refused(with(bytes, positive, nan)));
+  }
+}
+
+TEST_CASE("a reference that leads nowhere is refused") {
+  const std::string bytes = scene_to_bytes(tiny_scene());
+  const std::size_t spheres_at = materials_at + 2 * material_size + 8;
+  CHECK(refused(with(bytes, spheres_at + 32, std::uint32_t{2})));
+  CHECK(refused(with(bytes, spheres_at + 32, UINT32_MAX)));
+  CHECK_FALSE(refused(with(bytes, spheres_at + 32, std::uint32_t{1})));
+  CHECK(refused(with(bytes, materials_at, std::uint8_t{3})));
+  CHECK(refused(with(bytes, materials_at, std::uint8_t{255})));
+  CHECK(refused(with(bytes, 0, 'p')));
+  CHECK(refused(with(bytes, 7, '2')));  // another version
+}
+
+TEST_CASE("a camera that looks nowhere is refused") {
+  const auto refused_with = [](const std::function<void(Camera&)>& change) {
+    Scene scene = tiny_scene();
+    change(scene.camera);
+    return refused(scene_to_bytes(scene));
+  };
+  CHECK(refused_with([](Camera& c) { c.look_at = c.look_from; }));
+  CHECK(refused_with([](Camera& c) { c.up = {0, 0, 0}; }));
+  CHECK(refused_with([](Camera& c) { c.up = c.look_from - c.look_at; }));
+  CHECK_FALSE(refused_with([](Camera& c) { c.up = {0, 1e-9, 0}; }));
+}
+
+}  // namespace parray
