@@ -94,8 +94,8 @@ nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).
 
 Picture Client::fetch(JobId job) {
   const JobStatus status = job_status(show(job));
-  auto answer = ask<msg::ImageData>(msg::Fetch{0, job},
-                                    status.width * status.height * 3 * sizeof(float));
+  auto answer =
+      ask<msg::ImageData>(msg::Fetch{0, job}, status.width * status.height * 3 * sizeof(float));
   Picture picture{{answer.width, answer.height, {}}, std::move(answer.report)};
   picture.image.rgb.resize(answer.pixels.size() / sizeof(float));
   std::memcpy(picture.image.rgb.data(), answer.pixels.data(), answer.pixels.size());

@@ -19,7 +19,7 @@ using nlohmann::json;
 
 /// What the image file says about itself: fields of the report.
 constexpr std::array<std::string_view, 12> kept_in_image = {
-    "version", "scene_sha256", "image_sha256", "width",    "height",   "samples_per_pixel",
+    "version", "scene_sha256", "image_sha256", "width",     "height",      "samples_per_pixel",
     "samples", "max_depth",    "seed",         "precision", "accelerator", "sampler"};
 
 std::string text_of(const json& value) {
@@ -92,8 +92,9 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> sta
   }
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
   if (nonfinite == 0) return 0;
-  std::cerr << "parray: warning: " << nonfinite << " of " << report.at("samples")
-            << " samples were not finite and were left out of the picture: please report the scene\n";
+  std::cerr
+      << "parray: warning: " << nonfinite << " of " << report.at("samples")
+      << " samples were not finite and were left out of the picture: please report the scene\n";
   return 1;
 }
 

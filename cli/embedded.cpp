@@ -123,7 +123,8 @@ class EmbeddedFarm::Impl {
   void run_coordinator() {
     MemoryStore store;
     Coordinator coordinator(patient_options(fingerprint_), store, make_logger());
-    run_actor(coordinator, hub_.coordinator(), SteadyClock(), [this](Time) { return stop_.load(); });
+    run_actor(coordinator, hub_.coordinator(), SteadyClock(),
+              [this](Time) { return stop_.load(); });
   }
 
   void run_worker() {

@@ -59,8 +59,8 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
   const std::size_t frame = std::string_view("[] ").size();
   if (columns < text.size() + frame + shortest_bar) return text.substr(0, columns);
   const std::size_t length = std::min(columns - text.size() - frame, longest_bar);
-  const auto filled = static_cast<std::size_t>(static_cast<double>(length) *
-                                               std::clamp(job.progress, 0.0, 1.0));
+  const auto filled =
+      static_cast<std::size_t>(static_cast<double>(length) * std::clamp(job.progress, 0.0, 1.0));
   return "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
 }
 

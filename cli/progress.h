@@ -44,7 +44,7 @@ class Progress {
   std::FILE* const out_;
   const std::size_t columns_;
   Time next_{};
-  JobStatus last_;      ///< as it was when its progress last grew
+  JobStatus last_;  ///< as it was when its progress last grew
   Time last_growth_{};
   bool started_ = false;
   std::size_t drawn_ = 0;  ///< length of the bar's line as it stands

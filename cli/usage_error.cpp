@@ -57,8 +57,8 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
     message = about_mismatch(message);
   }
-  const std::string help = chosen.empty() ? "parray --help"
-                                          : "parray " + command.get_name() + " --help";
+  const std::string help =
+      chosen.empty() ? "parray --help" : "parray " + command.get_name() + " --help";
   return message + (message.ends_with("?") ? " See `" : "; see `") + help + "`";
 }
 

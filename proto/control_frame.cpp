@@ -2,11 +2,10 @@
 
 #include <xxhash.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "common/base/bytes.h"
+#include "common/base/printable.h"
 #include "proto/settings_json.h"
 
 namespace parray {
@@ -59,21 +58,14 @@ std::uint64_t unsigned_in(const json& value, const std::string& key, std::uint64
   return number;
 }
 
-/// Removes what could act on a terminal or a log from somebody else's text.
-bool printable(const std::string& text) {
-  return std::none_of(text.begin(), text.end(), [](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return byte < 0x20 || byte == 0x7F;
-  });
-}
-
 }  // namespace
 
 ControlWriter::ControlWriter(std::string_view type)
     : map_{{"v", protocol_version}, {"type", type}} {}
 
-void ControlWriter::text(const char* key, std::string& value, std::size_t longest) {
-  map_[key] = value.substr(0, longest);
+void ControlWriter::text(const char* key, std::string& value, std::size_t longest,
+                         std::size_t /*shortest*/) {
+  map_[key] = printable(value, longest);
 }
 
 void ControlWriter::rect(const char* key, WorkRect& value) {
@@ -155,14 +147,17 @@ void ControlReader::flag(const char* key, bool& value) const {
   value = found.get<bool>();
 }
 
-void ControlReader::text(const char* key, std::string& value, std::size_t longest) const {
+/// Somebody else's text must neither act on a terminal or a log nor break what is written as JSON
+/// later, which is UTF-8.
+void ControlReader::text(const char* key, std::string& value, std::size_t longest,
+                         std::size_t shortest) const {
   const json& found = at(key);
   if (!found.is_string()) {
     malformed(key, "is not a string");
   }
   value = found.get<std::string>();
-  if (value.size() > longest || !printable(value)) {
-    malformed(key, "is too long or not printable");
+  if (value.size() < shortest || value.size() > longest || printable(value, longest) != value) {
+    malformed(key, "is empty, too long or not printable");
   }
 }
 
@@ -206,6 +201,20 @@ void ControlReader::epochs(const char* key,
 
 void ControlReader::settings(const char* key, RenderSettings& value) const {
   value = settings_from_json(at(key));
+}
+
+void ControlReader::object(const char* key, nlohmann::json& value) const {
+  if (!at(key).is_object()) {
+    malformed(key, "is not a map");
+  }
+  value = at(key);
+}
+
+void ControlReader::list(const char* key, nlohmann::json& value) const {
+  if (!at(key).is_array()) {
+    malformed(key, "is not a list");
+  }
+  value = at(key);
 }
 
 void ControlReader::verdict(const char* key, msg::Verdict& value) const {

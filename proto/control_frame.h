@@ -27,13 +27,15 @@ class ControlWriter {
   }
   void real(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
-  void text(const char* key, std::string& value, std::size_t longest);
+  /// What is not printable is escaped, what is too long is cut at a whole character.
+  void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
   void digest(const char* key, std::string& value) { map_[key] = value; }
   void version(std::uint32_t& value) { map_["v"] = value; }
   void rect(const char* key, WorkRect& value);
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value);
   void settings(const char* key, RenderSettings& value);
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
+  void list(const char* key, nlohmann::json& value) { map_[key] = value; }
   void verdict(const char* key, msg::Verdict& value) { map_[key] = name_of(value); }
 
   /// The control frame.
@@ -59,13 +61,15 @@ class ControlReader {
   }
   void real(const char* key, double& value) const;
   void flag(const char* key, bool& value) const;
-  void text(const char* key, std::string& value, std::size_t longest) const;
+  void text(const char* key, std::string& value, std::size_t longest,
+            std::size_t shortest = 0) const;
   void digest(const char* key, std::string& value) const;
   void version(std::uint32_t& value) const { value = protocol_; }
   void rect(const char* key, WorkRect& value) const;
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) const;
   void settings(const char* key, RenderSettings& value) const;
-  void object(const char* key, nlohmann::json& value) const { value = at(key); }
+  void object(const char* key, nlohmann::json& value) const;
+  void list(const char* key, nlohmann::json& value) const;
   void verdict(const char* key, msg::Verdict& value) const;
 
  private:

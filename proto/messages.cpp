@@ -19,8 +19,8 @@ static_assert(sizeof(PixelSums) == pixel_bytes, "sums are copied to the wire as 
 template <typename F>
 void fields(F& f, msg::Hello& m) {
   f.version(m.version);
-  f.text("name", m.name, max_name);
-  f.text("instance", m.instance, max_name);
+  f.text("name", m.name, max_name, 1);
+  f.text("instance", m.instance, max_name, 1);
   f.number("threads", m.threads, 1U, 4096U);
   f.number("capacity", m.capacity, 1U, 16U);
   f.number("trace_version", m.trace);
@@ -88,8 +88,8 @@ void fields(F& f, msg::Bye& m) {
 template <typename F>
 void fields(F& f, msg::Submit& m) {
   f.number("request", m.request);
-  f.text("token", m.token, 64);
-  f.text("name", m.name, max_name);
+  f.text("token", m.token, 64, 1);
+  f.text("name", m.name, max_name, 1);
   f.number("priority", m.priority, 0U, 100U);
   f.settings("settings", m.settings);
   f.text("precision_reason", m.precision_reason, max_line);
@@ -107,7 +107,7 @@ void fields(F& f, msg::ListJobs& m) {
 template <typename F>
 void fields(F& f, msg::Jobs& m) {
   f.number("request", m.request);
-  f.object("jobs", m.jobs);
+  f.list("jobs", m.jobs);
 }
 template <typename F>
 void fields(F& f, msg::ShowJob& m) {
@@ -143,7 +143,7 @@ void fields(F& f, msg::ListWorkers& m) {
 template <typename F>
 void fields(F& f, msg::Workers& m) {
   f.number("request", m.request);
-  f.object("workers", m.workers);
+  f.list("workers", m.workers);
 }
 template <typename F>
 void fields(F& f, msg::Error& m) {
@@ -186,10 +186,20 @@ void set_bulk(msg::ImageData& m, std::string_view data) {
   m.pixels = data;
 }
 
+/// What several fields of a message have to agree on.
+template <typename M>
+void check(const M& /*m*/) {}
+void check(const msg::Grant& m) {
+  if (m.rect.row_end > m.settings.height || m.rect.sample_end > m.settings.samples_per_pixel) {
+    throw ProtocolError("'rect' reaches beyond the picture");
+  }
+}
+
 template <std::size_t I>
 Message decode_as(ControlReader& reader, const Frames& frames) {
   std::variant_alternative_t<I, Message> message;
   fields(reader, message);
+  check(message);
   constexpr bool bulk = has_bulk<decltype(message)>;
   if (frames.size() != (bulk ? 2 : 1)) {
     throw ProtocolError("wrong number of frames", reader.request());
@@ -288,7 +298,9 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
     throw DecodeError("row block has false counts");
   }
   block.pixels.resize(pixels);
-  std::memcpy(block.pixels.data(), in.get_bytes(in.left()).data(), pixels * pixel_bytes);
+  if (pixels > 0) {  // memcpy may not be given null, not even for nothing
+    std::memcpy(block.pixels.data(), in.get_bytes(in.left()).data(), pixels * pixel_bytes);
+  }
   return block;
 }
 

@@ -137,10 +137,9 @@ void OutputOptions::add_to(CLI::App& command, bool image_required) {
                                   "Picture to write: .exr (float, linear) or .png (8 bit, sRGB)")
                       ->type_name("IMAGE")
                       ->required(image_required);
-  report_option_ = command
-                       .add_option("--report", report_,
-                                   "Write what was done, how fast and with which bits")
-                       ->type_name("FILE.json");
+  report_option_ =
+      command.add_option("--report", report_, "Write what was done, how fast and with which bits")
+          ->type_name("FILE.json");
   forbid_empty(*image_option_);
   forbid_empty(*report_option_);
 }

@@ -78,9 +78,9 @@ void print_facts(const json& f) {
                                     " dielectric"},
                     {"materials", count(f["materials"])},
                     {"features", joined(f["features"])},
-                    {"radii", any ? number(f["smallest_radius"]) + " to " +
-                                        number(f["largest_radius"])
-                                  : "none"},
+                    {"radii",
+                     any ? number(f["smallest_radius"]) + " to " + number(f["largest_radius"])
+                         : "none"},
                     {"extent", number(f["extent"]) + " (largest coordinate that tracing meets)"},
                     {"spread", number(f["spread"]) + " (extent / smallest radius)"},
                     {"precision", f["precision"].get<std::string>() + ": " +

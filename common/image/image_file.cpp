@@ -148,8 +148,7 @@ std::string encode(const std::string& name, CheckedFile& file, const Image& imag
 }
 
 std::string write_file(const std::string& name, const Image& image, Format format,
-                       const ImageMetadata& metadata,
-                       const std::function<void()>& between_strips) {
+                       const ImageMetadata& metadata, const std::function<void()>& between_strips) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
@@ -171,7 +170,8 @@ std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t 
   for (std::size_t i = 0; i < linear.size(); ++i) {
     linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
   }
-  std::transform(bytes.begin(), bytes.end(), rgb.begin(), [&](std::uint8_t b) { return linear[b]; });
+  std::transform(bytes.begin(), bytes.end(), rgb.begin(),
+                 [&](std::uint8_t b) { return linear[b]; });
   return rgb;
 }
 

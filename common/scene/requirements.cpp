@@ -13,8 +13,9 @@ namespace {
 /// 2^16 * 2^-24 = 1/256 of the smallest radius.
 constexpr double largest_f32_spread = 0x1p16;
 
-/// Spheres up to which linear search beats the BVH in scalar code [measured, see tests/bench].
-constexpr std::size_t largest_linear = 4;
+/// Spheres up to which linear search is at least as fast as the BVH in scalar code [measured by
+/// tests/bench/one-core: 1.02 x at 8, 0.80 x at 20].
+constexpr std::size_t largest_linear = 8;
 
 double largest_component(const Vec3d& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -22,8 +23,8 @@ double largest_component(const Vec3d& v) {
 
 std::string number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  const int length = std::snprintf(text.data(), text.size(), "%.3g", value);
+  return {text.data(), static_cast<std::size_t>(length)};
 }
 
 }  // namespace

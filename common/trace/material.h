@@ -67,7 +67,7 @@ Scattering<Real> scatter_metal(const Surface<Real>& surface, const Vec3<Real>& i
   const auto r = random.at<Real>(bounce, Purpose::fuzz);
   const Vec3<Real> direction =
       normalize(reflected) + surface.fuzz * uniform_ball(u.a, u.b, r.a, r.b, r.c);
-  if (!(dot(direction, m) > Real(0))) {
+  if (dot(direction, m) <= Real(0)) {  // not so for NaN, which is to be counted
     return {Event::absorbed, {}};
   }
   return {Event::reflected, normalize(direction)};

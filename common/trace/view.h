@@ -62,8 +62,10 @@ struct SkyGradient {
       : horizon(vec_cast<Real>(sky.horizon)), rise(vec_cast<Real>(sky.zenith - sky.horizon)) {}
 
   /// Radiance along a unit direction. horizon + h (zenith - horizon) is exact where both are equal.
+  /// A direction that is not a number gives a radiance that is none either: the bounds come first
+  /// in min_of and max_of, so that the sample is counted and not shown as sky.
   [[nodiscard]] Vec3<Real> radiance(const Vec3<Real>& direction) const {
-    const Real h = min_of(max_of((direction.y + Real(1)) * Real(0.5), Real(0)), Real(1));
+    const Real h = min_of(Real(1), max_of(Real(0), (direction.y + Real(1)) * Real(0.5)));
     return horizon + h * rise;
   }
 

@@ -96,7 +96,8 @@ TEST_CASE("a coordinator that never answers is given up after ten seconds, by na
 }
 
 TEST_CASE("a scene is not sent to a coordinator that does not answer") {
-  ScriptedLink link([](Message& message) { CHECK(std::holds_alternative<msg::ListWorkers>(message)); });
+  ScriptedLink link(
+      [](Message& message) { CHECK(std::holds_alternative<msg::ListWorkers>(message)); });
   Client client(link, link, options);
   CHECK_THROWS_AS(client.submit(some_submission(100)), RunError);
 }
@@ -197,10 +198,17 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
   nlohmann::json report = {{"image_sha256", image_sha256(image)}};
   ScriptedLink link([&](Message& message) {
     if (const auto* show = std::get_if<msg::ShowJob>(&message)) {
-      const nlohmann::json map = {
-          {"id", 5},          {"name", "a"},   {"state", "done"}, {"priority", 50},
-          {"progress", 1.0},  {"width", 2},    {"height", 1},     {"samples_per_second", 0.0},
-          {"seconds_left", -1.0}, {"reason", ""}, {"samples_per_pixel", 1}};
+      const nlohmann::json map = {{"id", 5},
+                                  {"name", "a"},
+                                  {"state", "done"},
+                                  {"priority", 50},
+                                  {"progress", 1.0},
+                                  {"width", 2},
+                                  {"height", 1},
+                                  {"samples_per_second", 0.0},
+                                  {"seconds_left", -1.0},
+                                  {"reason", ""},
+                                  {"samples_per_pixel", 1}};
       link.arrived.push_back(encode(msg::Job{show->request, map}));
       return;
     }

@@ -141,11 +141,11 @@ TEST_CASE("a picture of one pixel, one row and one column can be written and rea
 TEST_CASE("a PNG file has the sRGB curve, rounded, clamped, and black for NaN") {
   // Encoded by hand: 255 * (1.055 * v^(1/2.4) - 0.055), or 255 * 12.92 * v below 0.0031308.
   CHECK(byte_of(0.0F) == 0);
-  CHECK(byte_of(0.0001F) == 0);       // 0.33
-  CHECK(byte_of(0.0002F) == 1);       // 0.66
-  CHECK(byte_of(0.003F) == 10);       // 9.88
-  CHECK(byte_of(0.18F) == 118);       // 117.67
-  CHECK(byte_of(0.21403F) == 127);    // 127.5 is at 0.2140411
+  CHECK(byte_of(0.0001F) == 0);     // 0.33
+  CHECK(byte_of(0.0002F) == 1);     // 0.66
+  CHECK(byte_of(0.003F) == 10);     // 9.88
+  CHECK(byte_of(0.18F) == 118);     // 117.67
+  CHECK(byte_of(0.21403F) == 127);  // 127.5 is at 0.2140411
   CHECK(byte_of(0.21405F) == 128);
   CHECK(byte_of(0.5F) == 188);  // 187.52
   CHECK(byte_of(1.0F) == 255);
@@ -178,8 +178,7 @@ TEST_CASE("metadata are kept in both kinds of file") {
     write_image(directory.path() / name, random_image(3, 2), metadata);
     const ImageMetadata kept = read_image(directory.path() / name).metadata;
     for (const auto& pair : metadata) {
-      CHECK_MESSAGE(std::find(kept.begin(), kept.end(), pair) != kept.end(), name, " ",
-                    pair.first);
+      CHECK_MESSAGE(std::find(kept.begin(), kept.end(), pair) != kept.end(), name, " ", pair.first);
     }
   }
 }

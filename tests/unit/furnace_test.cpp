@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -239,6 +240,31 @@ TEST_CASE("nothing leaks into a closed sphere of any material from a camera in i
     scene.spheres = {{{0, 0, 0}, 1000, 0}, {{0, -1500, 0}, 900, 1}, {{700, 0, 0}, 2, 2}};
     for_all_kernels(scene, settings,
                     [](const Picture& picture) { CHECK(picture.pixels_other_than(0) == 0); });
+  }
+}
+
+TEST_CASE("a sample that is not a number is counted and adds nothing, even under an even sky") {
+  Scene scene = under_white_sky();
+  scene.camera.aperture = 1;
+  scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
+  const Picture picture = trace(scene, small({}, Precision::f32, AcceleratorKind::linear));
+  CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
+  CHECK(picture.counts.nonfinite == picture.counts.samples);
+  CHECK(picture.pixels_other_than(0) == 0);
+}
+
+TEST_CASE_TEMPLATE("no material turns a normal that is not a number into plain black", Real, float,
+                   double) {
+  const Real nan = std::numeric_limits<Real>::quiet_NaN();
+  for (const Material& material :
+       {diffuse(0.5), glass(1.5), Material{MaterialType::metal, {1, 1, 1}, 0, 1},
+        Material{MaterialType::metal, {1, 1, 1}, 0.5, 1}}) {
+    for (const bool leaving : {false, true}) {
+      const auto scattering = scatter<Real>(Surface<Real>(material), {0, 1, 0}, {nan, nan, nan},
+                                            leaving, SampleRandom(1, 2, 3), 0);
+      CHECK(scattering.event != Event::absorbed);
+      CHECK(std::isnan(scattering.direction.y));
+    }
   }
 }
 

@@ -1,0 +1,377 @@
+#!/usr/bin/env python3
+"""parray as somebody at a shell meets it: what it refuses, what it says, what it leaves behind."""
+
+import hashlib
+import json
+import os
+import pathlib
+import pty
+import re
+import resource
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from farm import BIN, SCENES, run, wait_for
+
+SCENE = {
+    "version": 1,
+    "camera": {"look_from": [3, 2, 5], "look_at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 40,
+               "aperture": 0.1, "focus_distance": 6},
+    "image": {"width": 40, "height": 30},
+    "render": {"samples_per_pixel": 8, "max_depth": 10, "seed": 7},
+    "sky": {"horizon": [1, 1, 1], "zenith": [0.5, 0.7, 1.0]},
+    "materials": {"ground": {"type": "diffuse", "albedo": [0.5, 0.5, 0.5]},
+                  "gold": {"type": "metal", "albedo": [0.8, 0.6, 0.2], "fuzz": 0.1},
+                  "glass": {"type": "dielectric", "ior": 1.5}},
+    "spheres": [{"center": [0, -100, 0], "radius": 100, "material": "ground"},
+                {"center": [-1.1, 0.5, 0], "radius": 0.5, "material": "gold"},
+                {"center": [0, 0.5, 0], "radius": 0.5, "material": "glass"},
+                {"center": [1.1, 0.5, 0], "radius": 0.5, "material": "ground"},
+                {"center": [0.4, 0.2, 1], "radius": 0.2, "material": "gold"},
+                {"center": [-0.5, 0.2, 1.2], "radius": 0.2, "material": "glass"}],
+}
+LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
+RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
+                  "--accelerator", "--schedule", "--row-order"]
+COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
+OPTIONS = {
+    "render": RENDER_OPTIONS + ["--output", "--report", "--threads", "--quiet"],
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--report", "--priority",
+                                              "--quiet"],
+    "jobs": COORDINATOR + ["--json"],
+    "show": COORDINATOR + ["--json"],
+    "watch": COORDINATOR + ["--quiet"],
+    "cancel": COORDINATOR + ["--json"],
+    "fetch": COORDINATOR + ["--output", "--report"],
+    "workers": COORDINATOR + ["--json"],
+    "validate": RENDER_OPTIONS + ["--json"],
+}
+REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
+    isa sampler schedule spheres accelerator_bytes threads workers samples rays samples_per_second
+    rays_per_second nonfinite_samples features""".split()
+
+
+class CliTest(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-cli-")
+        self.addCleanup(temporary.cleanup)
+        self.directory = pathlib.Path(temporary.name)
+        self.scene = self.directory / "scene.json"
+        self.scene.write_text(json.dumps(SCENE))
+        self.before = self.files()
+
+    def files(self):
+        return {path.name for path in self.directory.iterdir()}
+
+    def path(self, name):
+        return self.directory / name
+
+    def refused(self, *arguments, mentions, status=2):
+        with self.subTest(arguments=arguments):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, status, result.stderr)
+            self.assertEqual(result.stdout, "")
+            self.assertRegex(result.stderr, r"\Aparray: [^\n]*\n\Z")
+            self.assertIn(mentions, result.stderr)
+            self.assertEqual(self.files(), self.before)
+
+    def rendered(self, *options, name="a.exr"):
+        report = self.path("report.json")
+        result = run("render", self.scene, "-o", self.path(name), "--report", report, "-q", *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(result.stderr, "")
+        return json.loads(report.read_text()), result.stdout
+
+
+class Refusals(CliTest):
+    def test_numbers_that_are_none_or_out_of_range_are_refused_by_option(self):
+        output = ["-o", self.path("a.png")]
+        for option in ("--width", "--height", "--spp", "--max-depth", "--threads"):
+            for value in ("-1", "0", "1e30", "1.5", "text", "", " 5", "+5", "0x10", "99999999999",
+                          "18446744073709551617", "nan"):
+                self.refused("render", self.scene, *output, option, value, mentions=option + ":")
+        for value in ("-1", "18446744073709551616", "1e3", ""):
+            self.refused("render", self.scene, *output, "--seed", value, mentions="--seed:")
+        for value in ("-1", "101", "x"):
+            self.refused("submit", self.scene, "--priority", value, mentions="--priority:")
+        self.refused("render", self.scene, *output, "--width", "65536", "--height", "65536",
+                     mentions="--width, --height: ")
+
+    def test_unknown_words_are_refused_with_the_nearest_known_one(self):
+        output = ["-o", self.path("a.png")]
+        for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
+                                    ("--schedule", "guidd", "guided"),
+                                    ("--row-order", "sequentially", "sequential")):
+            self.refused("render", self.scene, *output, option, value, mentions=option + ":")
+            self.refused("render", self.scene, *output, option, value, mentions=hint)
+        self.refused("render", self.scene, *output, "--widht", "5", mentions="--width")
+        self.refused("rendr", self.scene, *output, mentions="render")
+
+    def test_missing_and_surplus_arguments_are_refused_with_the_help_to_read(self):
+        output = ["-o", self.path("a.png")]
+        help_of_render = "`parray render --help`"
+        self.refused("render", self.scene, mentions="--output")
+        self.refused("render", *output, mentions="SCENE")
+        self.refused("render", self.scene, *output, "--spp", mentions="--spp needs a value")
+        self.refused("render", self.scene, *output, "surplus", mentions="'surplus'")
+        self.refused("render", self.scene, *output, *output, mentions="only once")
+        self.refused("render", self.scene, mentions=help_of_render)
+        self.refused("submit", self.scene, *output, mentions="--wait")
+        self.refused("submit", self.scene, "--threads", "2", mentions="--threads")
+        for command in ("show", "watch", "cancel"):
+            self.refused(command, mentions="JOB")
+            self.refused(command, "-1", mentions="JOB")
+            self.refused(command, "first", mentions="JOB")
+        self.refused("fetch", "1", mentions="--output")
+        self.refused("--nonsense", mentions="`parray --help`")
+
+    def test_a_place_that_cannot_be_written_to_is_refused_before_the_scene_is_read(self):
+        missing = self.path("no-such-scene.json")
+        for name, mentions in (("a.jpg", "'.jpg'"), ("a", ".exr"), ("", "directory"),
+                               ("none/a.png", "no directory"), ("x" * 300 + ".png", "too long")):
+            self.refused("render", missing, "-o", self.path(name), mentions=mentions)
+            self.refused("submit", missing, "--wait", "-o", self.path(name), mentions=mentions)
+            self.refused("fetch", "1", "-o", self.path(name), mentions=mentions)
+        self.refused("render", missing, "-o", "", mentions="--output")
+        self.refused("render", missing, "-o", self.path("a.png"), "--report", self.directory,
+                     mentions="directory")
+        self.refused("render", missing, "-o", self.path("a.png"), "--report", self.path("a.png"),
+                     mentions="two files")
+        self.refused("render", self.scene, "-o", self.path("a.png"), "--report", self.scene,
+                     mentions="the scene itself")
+        self.assertEqual(json.loads(self.scene.read_text()), SCENE)
+        self.refused("render", missing, "-o", self.path("a.png"), mentions="no-such-scene.json")
+
+    def test_bad_scenes_are_refused_with_the_place(self):
+        for name, change in (("radius", lambda s: s["spheres"][0].update(radius=-1)),
+                             ("albdeo", lambda s: s["materials"]["gold"].update(albdeo=1)),
+                             ("version", lambda s: s.update(version=99)),
+                             ("look_from", lambda s: s["camera"].update(look_from=[0, 0]))):
+            scene = json.loads(json.dumps(SCENE))
+            change(scene)
+            self.scene.write_text(json.dumps(scene))
+            self.refused("validate", self.scene, mentions=name)
+            self.refused("render", self.scene, "-o", self.path("a.png"), mentions="scene.json:")
+        for text in ("", "{", "[]", "null", "\0", "[" * 100000):
+            self.scene.write_text(text)
+            self.refused("validate", self.scene, mentions="scene.json")
+        self.refused("validate", self.directory, mentions="directory")
+
+    def test_a_coordinator_that_cannot_be_reached_is_named(self):
+        self.refused("jobs", "--coordinator", "http://127.0.0.1:1", mentions="http://127.0.0.1:1")
+        self.refused("jobs", "--coordinator", "", mentions="tcp://127.0.0.1:7400")
+        self.refused("jobs", "--coordinator", "tcp://127.0.0.1:1", mentions="tcp://127.0.0.1:1",
+                     status=1)
+
+
+class Pictures(CliTest):
+    def test_the_bits_do_not_depend_on_how_the_work_is_done(self):
+        report, _ = self.rendered()
+        expected = report["image_sha256"]
+        for options in (["--threads", "1"], ["--threads", "2"], ["--threads", "5"],
+                        *(["--schedule", s] for s in ("static", "guided", "factoring", "weighted")),
+                        *(["--row-order", o] for o in ("sequential", "interleaved")),
+                        *(["--accelerator", a] for a in ("linear", "bvh"))):
+            with self.subTest(options=options):
+                report, _ = self.rendered(*options)
+                self.assertEqual(report["image_sha256"], expected)
+        report, _ = self.rendered("--seed", "8")
+        self.assertNotEqual(report["image_sha256"], expected)
+
+    def test_options_come_before_the_scene_and_the_last_of_one_counts(self):
+        report, _ = self.rendered()
+        self.assertEqual((report["width"], report["height"], report["samples_per_pixel"],
+                          report["max_depth"], report["seed"]), (40, 30, 8, 10, 7))
+        report, _ = self.rendered("--width", "9", "--spp", "3", "--width", "11", "--max-depth", "2",
+                                  "--seed", "18446744073709551615", "--precision", "f64")
+        self.assertEqual((report["width"], report["height"], report["samples_per_pixel"],
+                          report["max_depth"], report["seed"], report["precision"]),
+                         (11, 30, 3, 2, 18446744073709551615, "f64"))
+
+    def test_the_smallest_picture_and_an_empty_scene_render(self):
+        report, _ = self.rendered("--width", "1", "--height", "1", "--spp", "1", "--max-depth", "1")
+        self.assertEqual(report["samples"], 1)
+        self.scene.write_text(json.dumps({**SCENE, "spheres": []}))
+        report, _ = self.rendered()
+        self.assertEqual(report["spheres"], 0)
+        self.assertEqual(report["rays"], report["samples"])
+
+    def test_the_report_says_everything(self):
+        report, stdout = self.rendered("--threads", "2")
+        for field in REPORT_FIELDS:
+            self.assertIn(field, report)
+        self.assertEqual(set(report["seconds"]), {"load", "build", "render", "write", "total"})
+        self.assertTrue(all(value >= 0 for value in report["seconds"].values()))
+        parts = report["seconds"]
+        self.assertGreaterEqual(parts["total"], parts["load"] + parts["render"] + parts["write"])
+        self.assertEqual(report["samples"], 40 * 30 * 8)
+        self.assertEqual((report["threads"], report["workers"], report["spheres"]), (2, 1, 6))
+        self.assertEqual(report["nonfinite_samples"], 0)
+        self.assertEqual(stdout.count("\n"), 1)
+        self.assertIn(str(self.path("a.exr")), stdout)
+        self.assertIn(report["image_sha256"][:16], stdout)
+
+    def test_only_the_picture_and_the_report_are_left(self):
+        self.rendered()
+        self.rendered(name="b.PNG")
+        self.assertEqual(self.files(), self.before | {"a.exr", "b.PNG", "report.json"})
+
+    def test_the_scene_identity_is_that_of_its_contents(self):
+        report, _ = self.rendered()
+        validated = json.loads(run("validate", self.scene, "--json").stdout)
+        self.assertEqual(validated["scene_sha256"], report["scene_sha256"])
+        self.scene.write_text(json.dumps(SCENE, indent=1))
+        self.assertEqual(self.rendered()[0]["scene_sha256"], report["scene_sha256"])
+
+
+class Failures(CliTest):
+    def start(self, *arguments, **options):
+        process = subprocess.Popen([BIN / "parray", *map(str, arguments)], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, **options)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_an_interrupted_render_stops_within_a_second_and_leaves_nothing(self):
+        self.path("a.exr").write_text("an older picture")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            for pause in (0.3, 1.0):
+                process = self.start("render", self.scene, "-o", self.path("a.exr"), "--report",
+                                     self.path("r.json"), *LONG)
+                time.sleep(pause)
+                self.assertIsNone(process.poll())
+                begin = time.monotonic()
+                process.send_signal(number)
+                process.send_signal(number)  # people press it twice
+                _, stderr = process.communicate(timeout=60)
+                self.assertLess(time.monotonic() - begin, 1)
+                self.assertEqual(process.returncode, 130)
+                self.assertEqual(stderr, "parray: interrupted\n")
+                self.assertEqual(self.files(), self.before | {"a.exr"})
+        self.assertEqual(self.path("a.exr").read_text(), "an older picture")
+
+    def test_paths_of_a_million_segments_do_not_hold_up_an_interrupt(self):
+        """A closed mirror ball around the camera: hardly a path ever ends by itself."""
+        scene = {**SCENE, "materials": {"mirror": {"type": "metal", "albedo": [1, 1, 1], "fuzz": 0}},
+                 "spheres": [{"center": [0, 0, 0], "radius": 50, "material": "mirror"}]}
+        self.scene.write_text(json.dumps(scene))
+        process = self.start("render", self.scene, "-o", self.path("a.exr"), "--max-depth",
+                             "1048576", *LONG)
+        time.sleep(1)
+        self.assertIsNone(process.poll())
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
+        self.assertLess(time.monotonic() - begin, 1)
+        self.assertEqual((process.returncode, stderr), (130, "parray: interrupted\n"))
+        self.assertEqual(self.files(), self.before)
+
+    def test_an_interrupt_while_the_picture_is_written_leaves_nothing(self):
+        process = self.start("render", self.scene, "-o", self.path("a.png"), "--width", "3000",
+                             "--height", "3000", "--spp", "1", "-q")
+        wait_for(lambda: process.poll() is not None or self.writing() > 1000, "the writing")
+        self.assertIsNone(process.poll())
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130)
+        self.assertEqual(self.files(), self.before)
+
+    def writing(self):
+        """Bytes in the unfinished picture; the probe before the rendering has none."""
+        for name in self.files() - self.before:
+            try:
+                return self.path(name).stat().st_size
+            except FileNotFoundError:
+                pass
+        return 0
+
+    def test_a_full_disk_is_a_failure_that_leaves_what_was_there(self):
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        for name in ("a.exr", "a.png"):
+            self.path(name).write_text("an older picture")
+            process = self.start("render", self.scene, "-o", self.path(name), "-q",
+                                 preexec_fn=small)
+            _, stderr = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 1)
+            self.assertEqual(stderr, f"parray: writing {self.path(name)}: File too large\n")
+            self.assertEqual(self.path(name).read_text(), "an older picture")
+        self.assertEqual(self.files(), self.before | {"a.exr", "a.png"})
+
+    def test_output_that_nobody_can_read_is_a_failure_and_no_crash(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            result = subprocess.run([BIN / "parray", "validate", self.scene], stdout=full,
+                                    stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stderr, "parray: writing to standard output failed\n")
+
+
+class Talk(CliTest):
+    def test_every_command_lists_every_option(self):
+        for command, options in OPTIONS.items():
+            text = run(command, "--help").stdout
+            for option in options:
+                self.assertIn(option, text, command)
+            known = {*options, "--help", "--wait"}
+            self.assertLessEqual(set(re.findall(r"--[a-z][a-z-]+", text)), known, command)
+
+    def test_parray_alone_prints_the_help(self):
+        result = run()
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(result.stdout, run("--help").stdout)
+        for command in OPTIONS:
+            self.assertRegex(result.stdout, rf"\n  {command} +\w")
+        self.assertRegex(run("--version").stdout, r"\Aparray \d+\.\d+\.\d+\n\Z")
+
+    def test_validate_says_what_the_scene_requires(self):
+        result = run("validate", self.scene, "--json")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        facts = json.loads(result.stdout)
+        self.assertEqual((facts["spheres"], facts["diffuse"], facts["metal"], facts["dielectric"]),
+                         (6, 2, 2, 2))
+        self.assertEqual((facts["smallest_radius"], facts["largest_radius"], facts["extent"]),
+                         (0.2, 100, 200))
+        self.assertEqual(facts["features"],
+                         ["diffuse", "metal", "fuzz", "dielectric", "lens", "many-radii"])
+        self.assertIn(facts["precision"], ("f32", "f64"))
+        self.assertIn(facts["accelerator"], ("linear", "bvh"))
+        self.assertGreater(facts["accelerator_bytes"], 0)
+        text = run("validate", self.scene).stdout
+        for part in (facts["precision_reason"], facts["accelerator_reason"], facts["scene_sha256"]):
+            self.assertIn(part, text)
+
+    def test_every_scene_that_ships_is_valid(self):
+        for scene in sorted(SCENES.glob("*.json")):
+            result = run("validate", scene)
+            self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_a_terminal_gets_a_bar_and_a_log_gets_lines(self):
+        arguments = [BIN / "parray", "render", self.scene, "-o", self.path("a.png")]
+        for term, bar in (("xterm", True), ("dumb", False)):
+            main, terminal = pty.openpty()
+            result = subprocess.run(arguments, stderr=terminal, stdout=subprocess.PIPE, check=False,
+                                    env={**os.environ, "TERM": term})
+            os.close(terminal)
+            text = os.read(main, 100000).decode()
+            os.close(main)
+            self.assertEqual(result.returncode, 0)
+            self.assertEqual("\r[" in text, bar)
+            self.assertIn("100.0 %", text)
+            self.assertNotIn("\x1b", text)
+        result = run(*arguments[1:])
+        self.assertEqual(result.stderr, "scene.json: 100.0 %  done\n")
+        self.assertEqual(run(*arguments[1:], "--quiet").stderr, "")
+
+    def test_the_same_picture_is_the_same_file(self):
+        arguments = ["render", self.scene, "-q", "-o"]
+        run(*arguments, self.path("a.png"))
+        run(*arguments, self.path("b.png"), "--threads", "1")
+        digests = {hashlib.sha256(self.path(name).read_bytes()).hexdigest()
+                   for name in ("a.png", "b.png")}
+        self.assertEqual(len(digests), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

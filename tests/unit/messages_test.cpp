@@ -1,0 +1,318 @@
+#include "proto/messages.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/scene/limits.h"
+#include "proto/control_frame.h"
+#include "tests/support/sample_messages.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+using test::sample_messages;
+
+json map_of(const Frames& frames) { return json::from_msgpack(frames[0]); }
+
+/// A message's frames with its control map changed.
+Frames with(Frames frames, const std::function<void(json&)>& change) {
+  json map = map_of(frames);
+  change(map);
+  frames[0].clear();
+  json::to_msgpack(map, frames[0]);
+  return frames;
+}
+
+/// "" if the frames are a message, else what the error says.
+std::string problem_of(const Frames& frames) {
+  try {
+    decode(frames);
+  } catch (const ProtocolError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+Frames frames_of(const std::string& type) {
+  for (const Message& message : sample_messages()) {
+    Frames frames = encode(message);
+    if (map_of(frames)["type"] == type) {
+      return frames;
+    }
+  }
+  FAIL("no sample of ", type);
+  return {};
+}
+
+std::string problem_with(const std::string& type, const std::string& key, const json& value) {
+  return problem_of(with(frames_of(type), [&](json& map) { map[key] = value; }));
+}
+
+/// PROTOCOL.md: the keys of every type besides v and type, and whether bulk data follow.
+struct TypeRow {
+  std::string type;
+  std::set<std::string> keys;
+  bool bulk = false;
+};
+
+const std::vector<TypeRow>& protocol() {
+  static const std::vector<TypeRow> table = {
+      {"hello", {"name", "instance", "threads", "capacity", "trace_version", "fingerprint"}},
+      {"welcome", {"heartbeat_ms", "silence_ms"}},
+      {"refuse", {"reason"}},
+      {"heartbeat", {"traced", "preparing", "epochs"}},
+      {"pulse", {}},
+      {"who", {}},
+      {"grant", {"job", "epoch", "rect", "scene", "settings"}},
+      {"need_scene", {"scene"}},
+      {"scene", {"scene"}, true},
+      {"result", {"job", "epoch", "seconds", "build_seconds", "accelerator_bytes", "isa"}, true},
+      {"verdict", {"job", "epoch", "verdict"}},
+      {"revoke", {"job", "epoch"}},
+      {"bye", {"reason"}},
+      {"submit",
+       {"request", "token", "name", "priority", "settings", "precision_reason", "load_seconds"},
+       true},
+      {"submitted", {"request", "job"}},
+      {"list_jobs", {"request"}},
+      {"jobs", {"request", "jobs"}},
+      {"show_job", {"request", "job"}},
+      {"job", {"request", "job"}},
+      {"cancel", {"request", "job"}},
+      {"fetch", {"request", "job"}},
+      {"image", {"request", "report", "width", "height"}, true},
+      {"list_workers", {"request"}},
+      {"workers", {"request", "workers"}},
+      {"error", {"request", "status", "message"}}};
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("every message has the type, keys and frames that PROTOCOL.md lists") {
+  const auto messages = sample_messages();
+  REQUIRE(messages.size() == std::variant_size_v<Message>);
+  REQUIRE(messages.size() == protocol().size());
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    CAPTURE(i);
+    REQUIRE(messages[i].index() == i);
+    const Frames frames = encode(messages[i]);
+    const json map = map_of(frames);
+    CHECK(frames.size() == (protocol()[i].bulk ? 2 : 1));
+    CHECK(map["type"] == protocol()[i].type);
+    CHECK(map["v"] == protocol_version);
+    std::set<std::string> keys;
+    for (const auto& [key, value] : map.items()) {
+      keys.insert(key);
+    }
+    keys.erase("type");
+    keys.erase("v");
+    CHECK(keys == protocol()[i].keys);
+  }
+}
+
+TEST_CASE("every message comes back as it was sent") {
+  for (const Message& message : sample_messages()) {
+    CAPTURE(message.index());
+    const Frames frames = encode(message);
+    const Message back = decode(frames);
+    CHECK(back.index() == message.index());
+    CHECK(encode(back) == frames);
+  }
+}
+
+TEST_CASE("every key of a message is needed, and of its own type") {
+  for (const TypeRow& row : protocol()) {
+    for (const std::string& key : row.keys) {
+      CAPTURE(row.type);
+      CAPTURE(key);
+      const std::string missing =
+          problem_of(with(frames_of(row.type), [&](json& map) { map.erase(key); }));
+      CHECK(missing.find(row.type) == 0);
+      CHECK(missing.find("missing") != std::string::npos);
+      CHECK(missing.find("'" + key + "'") != std::string::npos);
+      CHECK(problem_with(row.type, key, nullptr) != "");
+      CHECK(problem_with(row.type, key, json::array({nullptr})) !=
+            (key == "jobs" || key == "workers" ? "?" : ""));
+      const bool text = map_of(frames_of(row.type))[key].is_string();
+      CHECK((problem_with(row.type, key, "text") == "") ==
+            (text && key != "scene" && key != "verdict"));
+    }
+  }
+}
+
+TEST_CASE("unknown keys are ignored, at any level") {
+  for (const Message& message : sample_messages()) {
+    const Frames frames = encode(message);
+    const Frames more = with(frames, [](json& map) {
+      map["colour"] = {{"deep", {1, 2, {3}}}};
+      if (map.contains("settings")) {
+        map["settings"]["sampler"] = "sobol";
+      }
+    });
+    CHECK(encode(decode(more)) == frames);
+  }
+}
+
+TEST_CASE("a number out of its range is refused, its ends are not") {
+  struct Range {
+    const char* type;
+    const char* key;
+    std::uint64_t low;
+    std::uint64_t high;
+  };
+  for (const Range& range : {Range{"hello", "threads", 1, 4096}, Range{"hello", "capacity", 1, 16},
+                             Range{"hello", "trace_version", 0, UINT32_MAX},
+                             Range{"welcome", "heartbeat_ms", 1, 60'000},
+                             Range{"welcome", "silence_ms", 1, 600'000},
+                             Range{"submit", "priority", 0, 100}, Range{"error", "status", 1, 2},
+                             Range{"grant", "job", 0, UINT64_MAX},
+                             Range{"result", "accelerator_bytes", 0, UINT64_MAX}}) {
+    CAPTURE(range.type);
+    CAPTURE(range.key);
+    CHECK(problem_with(range.type, range.key, range.low) == "");
+    CHECK(problem_with(range.type, range.key, range.high) == "");
+    if (range.low > 0) {
+      CHECK(problem_with(range.type, range.key, range.low - 1) != "");
+    }
+    if (range.high < UINT64_MAX) {
+      CHECK(problem_with(range.type, range.key, range.high + 1) != "");
+      CHECK(problem_with(range.type, range.key, UINT64_MAX) != "");
+    }
+    CHECK(problem_with(range.type, range.key, -1) != "");
+    CHECK(problem_with(range.type, range.key, 1.0) != "");
+    CHECK(problem_with(range.type, range.key, true) != "");
+  }
+}
+
+TEST_CASE("a real number must be finite; a whole one is one too") {
+  for (const double bad : {std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK(problem_with("result", "seconds", bad) != "");
+    CHECK(problem_with("submit", "load_seconds", bad) != "");
+  }
+  CHECK(problem_with("result", "seconds", 3) == "");
+  CHECK(problem_with("result", "seconds", "3") != "");
+}
+
+TEST_CASE("texts are printable, and names are neither empty nor long") {
+  for (const char* key : {"name", "instance"}) {
+    CHECK(problem_with("hello", key, "") != "");
+    CHECK(problem_with("hello", key, std::string(128, 'n')) == "");
+    CHECK(problem_with("hello", key, std::string(129, 'n')) != "");
+  }
+  CHECK(problem_with("submit", "token", "") != "");
+  CHECK(problem_with("submit", "token", std::string(64, 't')) == "");
+  CHECK(problem_with("submit", "token", std::string(65, 't')) != "");
+  CHECK(problem_with("submit", "name", "") != "");
+  CHECK(problem_with("hello", "name", "Mühle \xe6\xb0\xb4") == "");
+  for (const char* bad : {"line\nline", "\x1b[2J", "\x7f", "\xff", "cut \xc3", "\xe2\x80\xae"}) {
+    CAPTURE(bad);
+    CHECK(problem_with("hello", "name", bad) != "");
+    CHECK(problem_with("bye", "reason", bad) != "");
+    CHECK(problem_with("submit", "precision_reason", bad) != "");
+  }
+}
+
+TEST_CASE("a text that may not travel as it is goes out escaped or cut, and so arrives") {
+  const auto arrives = [](const std::string& reason) {
+    return std::get<msg::Bye>(decode(encode(msg::Bye{reason}))).reason;
+  };
+  CHECK(arrives("two\nlines") == "two\\x0alines");
+  CHECK(arrives("\xff") == "\\xff");
+  std::string umlauts;
+  for (int i = 0; i < 1200; ++i) {
+    umlauts += "\xc3\xa4";
+  }
+  const std::string cut = arrives(umlauts);
+  CHECK(cut.size() <= max_line);
+  CHECK(cut.substr(cut.size() - 3) == "...");
+  CHECK(arrives(std::string(max_line, 'x')) == std::string(max_line, 'x'));
+}
+
+TEST_CASE("a digest is 64 lower-case hexadecimal digits") {
+  for (const std::string& bad : {std::string(63, 'a'), std::string(65, 'a'), std::string(64, 'A'),
+                                 std::string(64, 'g'), std::string()}) {
+    CHECK(problem_with("need_scene", "scene", bad) != "");
+    CHECK(problem_with("grant", "scene", bad) != "");
+  }
+}
+
+TEST_CASE("a lease's rectangle is not empty and lies in the picture") {
+  const auto with_rect = [](std::uint64_t r0, std::uint64_t r1, std::uint64_t s0, std::uint64_t s1) {
+    return problem_with("grant", "rect", {r0, r1, s0, s1});  // of 30 rows and 40 samples
+  };
+  CHECK(with_rect(0, 30, 0, 40) == "");
+  CHECK(with_rect(29, 30, 39, 40) == "");
+  CHECK(with_rect(0, 31, 0, 40) != "");
+  CHECK(with_rect(0, 30, 0, 41) != "");
+  CHECK(with_rect(5, 5, 0, 40) != "");
+  CHECK(with_rect(6, 5, 0, 40) != "");
+  CHECK(with_rect(0, 30, 4, 4) != "");
+  CHECK(with_rect(0, 30, 5, 4) != "");
+  CHECK(with_rect(0, std::uint64_t{1} << 32, 0, 40) != "");
+  CHECK(problem_with("grant", "rect", {1, 2, 3}) != "");
+  CHECK(problem_with("grant", "rect", {1, 2, 3, 4, 5}) != "");
+  CHECK(problem_with("grant", "rect", {1, 2, 3, "4"}) != "");
+  CHECK(problem_with("grant", "rect", {-1, 2, 3, 4}) != "");
+}
+
+TEST_CASE("a heartbeat lists at most 64 leases, in pairs") {
+  json epochs = json::array();
+  for (int i = 0; i < 64; ++i) {
+    epochs.push_back({1, i});
+  }
+  CHECK(problem_with("heartbeat", "epochs", epochs) == "");
+  CHECK(problem_with("heartbeat", "epochs", json::array()) == "");
+  epochs.push_back({1, 64});
+  CHECK(problem_with("heartbeat", "epochs", epochs) != "");
+  for (const json& bad : {json::array({1}), json::array({json::array({1, 2, 3})}),
+                          json::array({json::array({1, -2})}), json(7)}) {
+    CHECK(problem_with("heartbeat", "epochs", bad) != "");
+  }
+}
+
+TEST_CASE("settings are complete, in range and leave nothing automatic") {
+  const auto problem = [](const std::string& key, const json& value) {
+    return problem_of(with(frames_of("grant"), [&](json& map) { map["settings"][key] = value; }));
+  };
+  for (const char* key : {"width", "height", "samples_per_pixel", "max_depth", "seed", "precision",
+                          "accelerator", "schedule", "row_order"}) {
+    CAPTURE(key);
+    CHECK(problem_of(with(frames_of("grant"), [&](json& map) { map["settings"].erase(key); })) != "");
+    CHECK(problem(key, nullptr) != "");
+    CHECK(problem(key, -1) != "");
+  }
+  for (const char* key : {"precision", "accelerator", "row_order"}) {
+    CHECK(problem(key, "auto") != "");
+    CHECK(problem(key, "quantum") != "");
+  }
+  CHECK(problem("width", 0) != "");
+  CHECK(problem("width", limits::max_image_side + 1) != "");
+  CHECK(problem("width", limits::max_image_side) == "");
+  CHECK(problem("max_depth", limits::max_depth + 1) != "");
+  CHECK(problem("samples_per_pixel", (std::uint64_t{1} << 32) + 40) != "");
+  CHECK(problem("seed", UINT64_MAX) == "");
+}
+
+TEST_CASE("every verdict comes back, and no other word is one") {
+  using enum msg::Verdict;
+  for (const msg::Verdict verdict : {accepted, duplicate, stale, mismatch}) {
+    const auto back = decode(encode(msg::VerdictOf{1, 2, verdict}));
+    CHECK(std::get<msg::VerdictOf>(back).verdict == verdict);
+  }
+  CHECK(problem_with("verdict", "verdict", "maybe") != "");
+  CHECK(problem_with("verdict", "verdict", "") != "");
+}
+
+}  // namespace parray

@@ -1,0 +1,213 @@
+#include "common/scene/requirements.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene_file.h"
+
+namespace parray {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Material diffuse() { return {MaterialType::diffuse, {0.5, 0.5, 0.5}, 0, 1}; }
+Material metal(double fuzz) { return {MaterialType::metal, {1, 1, 1}, fuzz, 1}; }
+Material glass() { return {MaterialType::dielectric, {1, 1, 1}, 0, 1.5}; }
+
+/// A pinhole at the origin and nothing to see.
+Scene empty_scene() {
+  Scene scene;
+  scene.camera.look_from = {0, 0, 0};
+  scene.camera.aperture = 0;
+  return scene;
+}
+
+Scene with_spheres(const std::vector<Material>& materials, const std::vector<Sphere>& spheres) {
+  Scene scene = empty_scene();
+  scene.materials = materials;
+  scene.spheres = spheres;
+  return scene;
+}
+
+RenderSettings resolved(const Scene& scene, const RenderSettings& asked = {}) {
+  return resolve_settings(requirements_of(scene), asked).settings;
+}
+
+/// One sphere of radius `r` at the centre, and one whose surface reaches out to 1.
+Scene of_spread(double spread) {
+  return with_spheres({diffuse()}, {{{0, 0, 0}, 1 / spread, 0}, {{0, 0.5, 0}, 0.5, 0}});
+}
+
+}  // namespace
+
+TEST_CASE("requirements count the spheres of each kind") {
+  const Scene scene = with_spheres(
+      {diffuse(), metal(0), glass()},
+      {{{0, 0, 0}, 1, 0}, {{1, 0, 0}, 1, 1}, {{2, 0, 0}, 1, 1}, {{3, 0, 0}, 1, 2}, {{4, 0, 0}, 1, 0},
+       {{5, 0, 0}, 1, 0}});
+  const Requirements r = requirements_of(scene);
+  CHECK(r.spheres == 6);
+  CHECK(r.diffuse == 3);
+  CHECK(r.metal == 2);
+  CHECK(r.dielectric == 1);
+}
+
+TEST_CASE("an empty scene requires nothing") {
+  const Requirements r = requirements_of(empty_scene());
+  CHECK(r.spheres == 0);
+  CHECK(r.features().empty());
+  CHECK(r.smallest_radius == 0);
+  CHECK(r.largest_radius == 0);
+  CHECK_FALSE(r.one_radius);
+  CHECK(r.spread() == 0);
+  CHECK(resolved(empty_scene()).precision == Precision::f32);
+}
+
+TEST_CASE("each feature is there when the scene has it and not otherwise") {
+  const auto features = [](const Scene& scene) { return requirements_of(scene).features(); };
+  CHECK(features(with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}})) == Names{"diffuse"});
+  CHECK(features(with_spheres({metal(0)}, {{{0, 0, 0}, 1, 0}})) == Names{"metal"});
+  CHECK(features(with_spheres({metal(0.1)}, {{{0, 0, 0}, 1, 0}})) == Names{"metal", "fuzz"});
+  CHECK(features(with_spheres({glass()}, {{{0, 0, 0}, 1, 0}})) == Names{"dielectric"});
+  CHECK(features(with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}, {{3, 0, 0}, 2, 0}})) ==
+        Names{"diffuse", "many-radii"});
+  Scene lens = empty_scene();
+  lens.camera.aperture = 0.1;
+  CHECK(features(lens) == Names{"lens"});
+  // A material that no sphere wears costs nothing.
+  CHECK(features(with_spheres({diffuse(), metal(1), glass()}, {{{0, 0, 0}, 1, 0}})) ==
+        Names{"diffuse"});
+}
+
+TEST_CASE("one radius is recognised exactly") {
+  CHECK(requirements_of(with_spheres({diffuse()}, {{{0, 0, 0}, 0.1, 0}, {{1, 0, 0}, 0.1, 0}}))
+            .one_radius);
+  CHECK_FALSE(requirements_of(with_spheres({diffuse()}, {{{0, 0, 0}, 0.1, 0},
+                                                         {{1, 0, 0}, std::nextafter(0.1, 1), 0}}))
+                  .one_radius);
+}
+
+TEST_CASE("the extent reaches to surfaces, the camera and its lens") {
+  Scene scene = with_spheres({diffuse()}, {{{-3, 1, 2}, 0.5, 0}, {{0, 0, 0}, 2, 0}});
+  CHECK(requirements_of(scene).extent == 3.5);
+  CHECK(requirements_of(scene).smallest_radius == 0.5);
+  CHECK(requirements_of(scene).largest_radius == 2);
+  CHECK(requirements_of(scene).spread() == 7);
+  scene.camera.look_from = {1, -9, 2};
+  CHECK(requirements_of(scene).extent == 9);
+  scene.camera.aperture = 2;
+  CHECK(requirements_of(scene).extent == 10);
+}
+
+TEST_CASE("automatic precision is single up to a spread of 2^16 and double beyond") {
+  CHECK(requirements_of(of_spread(0x1p16)).spread() == 0x1p16);
+  CHECK(resolved(of_spread(0x1p16)).precision == Precision::f32);
+  CHECK(requirements_of(of_spread(0x1p17)).spread() == 0x1p17);
+  CHECK(resolved(of_spread(0x1p17)).precision == Precision::f64);
+  Scene border = of_spread(0x1p16);
+  border.spheres[0].radius = std::nextafter(border.spheres[0].radius, 0);
+  CHECK(requirements_of(border).spread() > 0x1p16);
+  CHECK(resolved(border).precision == Precision::f64);
+}
+
+TEST_CASE("precision does not depend on the scene's unit or on where its camera looks") {
+  for (const double scale : {0x1p-30, 1.0, 0x1p30}) {
+    for (const double spread : {0x1p10, 0x1p16, 0x1p20}) {
+      Scene scene = of_spread(spread);
+      for (Sphere& sphere : scene.spheres) {
+        sphere.center = scale * sphere.center;
+        sphere.radius *= scale;
+      }
+      CHECK(resolved(scene).precision == resolved(of_spread(spread)).precision);
+    }
+  }
+}
+
+TEST_CASE("a distant camera asks for double precision") {
+  Scene scene = with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}});
+  scene.camera.look_from = {0, 0, 1e6};
+  CHECK(resolved(scene).precision == Precision::f64);
+}
+
+TEST_CASE("what the user asks for is never overruled") {
+  RenderSettings asked;
+  asked.precision = Precision::f32;
+  asked.accelerator = AcceleratorKind::linear;
+  asked.row_order = RowOrder::sequential;
+  const auto result = resolve_settings(requirements_of(of_spread(0x1p20)), asked);
+  CHECK(result.settings == asked);
+  CHECK(result.precision_reason == "asked for");
+  CHECK(result.accelerator_reason == "asked for");
+  asked.accelerator = AcceleratorKind::bvh;
+  CHECK(resolved(empty_scene(), asked).accelerator == AcceleratorKind::bvh);
+}
+
+TEST_CASE("the reasons name the numbers") {
+  const auto far = resolve_settings(requirements_of(of_spread(0x1p17)), {});
+  CHECK(far.precision_reason.find("1.31e+05") != std::string::npos);
+  CHECK(far.precision_reason.find("more than") != std::string::npos);
+  CHECK(far.accelerator_reason.find("2 spheres") != std::string::npos);
+  const auto near = resolve_settings(requirements_of(of_spread(8)), {});
+  CHECK(near.precision_reason.find("at most") != std::string::npos);
+}
+
+TEST_CASE("a handful of spheres is searched in line, more through the hierarchy") {
+  std::vector<Sphere> spheres;
+  AcceleratorKind last = AcceleratorKind::linear;
+  int changes = 0;
+  for (int count = 0; count <= 100; ++count) {
+    const AcceleratorKind kind = resolved(with_spheres({diffuse()}, spheres)).accelerator;
+    CHECK(kind != AcceleratorKind::automatic);
+    changes += kind != last ? 1 : 0;
+    last = kind;
+    spheres.push_back({{static_cast<double>(count), 0, 0}, 0.5, 0});
+  }
+  CHECK(last == AcceleratorKind::bvh);
+  CHECK(changes == 1);
+}
+
+TEST_CASE("rows are interleaved with the weighted policy only, unless asked for") {
+  for (const SchedulePolicy policy :
+       {SchedulePolicy::static_split, SchedulePolicy::guided, SchedulePolicy::factoring}) {
+    RenderSettings asked;
+    asked.schedule = policy;
+    CHECK(resolved(empty_scene(), asked).row_order == RowOrder::sequential);
+    asked.row_order = RowOrder::interleaved;
+    CHECK(resolved(empty_scene(), asked).row_order == RowOrder::interleaved);
+  }
+  CHECK(resolved(empty_scene()).row_order == RowOrder::interleaved);
+}
+
+TEST_CASE("resolving twice changes nothing more, and leaves the rest alone") {
+  RenderSettings asked;
+  asked.width = 7;
+  asked.height = 9;
+  asked.samples_per_pixel = 11;
+  asked.max_depth = 13;
+  asked.seed = 17;
+  const RenderSettings once = resolved(of_spread(0x1p20), asked);
+  CHECK(resolved(of_spread(0x1p20), once) == once);
+  RenderSettings back = once;
+  back.precision = asked.precision;
+  back.accelerator = asked.accelerator;
+  back.row_order = asked.row_order;
+  CHECK(back == asked);
+}
+
+TEST_CASE("the shipped scenes require what they show") {
+  const auto of = [](const std::string& name) {
+    return requirements_of(
+        read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene);
+  };
+  const Requirements weekend = of("one-weekend-484.json");
+  CHECK(weekend.spheres == 484);
+  CHECK(weekend.diffuse + weekend.metal + weekend.dielectric == 484);
+  CHECK(weekend.features() == Names{"diffuse", "metal", "fuzz", "dielectric", "lens", "many-radii"});
+  CHECK(of("furnace.json").features() ==
+        Names{"diffuse", "metal", "dielectric", "lens", "many-radii"});
+}
+
+}  // namespace parray
