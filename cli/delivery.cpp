@@ -87,9 +87,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> sta
   parts["write"] = write;
   parts["total"] = total;
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
-  if (!outputs.image.empty() || !outputs.report.empty()) {
-    say_what_was_written(report, outputs, total);
-  }
+  if (!outputs.none()) say_what_was_written(report, outputs, total);
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
   if (nonfinite == 0) return 0;
   std::cerr

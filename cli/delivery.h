@@ -11,6 +11,8 @@ namespace parray {
 struct OutputPaths {
   std::filesystem::path image;
   std::filesystem::path report;
+
+  [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
 
 /// Throws InputError unless both can be written, differ, and are not `scene`. Called before any

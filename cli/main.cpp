@@ -48,9 +48,7 @@ int run(const parray::Action& action) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int front_door(int argc, char** argv) {
   parray::install_signal_handlers();
   CLI::App app(about, "parray");
   app.footer(footer);
@@ -69,4 +67,14 @@ int main(int argc, char** argv) {
     return fail(2, parray::usage_message(app, error));
   }
   return run(action);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return front_door(argc, argv);
+  } catch (...) {  // not even the message could be made
+    return 1;
+  }
 }

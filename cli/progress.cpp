@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
@@ -21,9 +20,7 @@ constexpr Time line_interval = seconds(10);
 std::string percent_text(double fraction) {
   // Rounded down, so that 100 % means the end.
   const double tenths = std::floor(1000 * std::clamp(fraction, 0.0, 1.0));
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%5.1f %%", tenths / 10);
-  return text.data();
+  return formatted("%5.1f %%", tenths / 10);
 }
 
 /// What follows the bar.
@@ -41,6 +38,7 @@ std::string facts(const JobStatus& job) {
 
 ProgressStyle progress_style(bool quiet) {
   if (quiet) return ProgressStyle::none;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const terminal = std::getenv("TERM");
   const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
   return isatty(STDERR_FILENO) != 0 && !dumb ? ProgressStyle::bar : ProgressStyle::lines;
@@ -64,11 +62,11 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
   return "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
 }
 
-Progress::Progress(ProgressStyle style, std::FILE* out, std::size_t columns)
+Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
     : style_(style), out_(out), columns_(columns) {}
 
 Progress::~Progress() {
-  if (drawn_ > 0) std::fputc('\n', out_);
+  if (drawn_ > 0) out_ << '\n';
 }
 
 /// Progress grows lease by lease, and an average over a time without growth sinks: in between, the
@@ -99,8 +97,7 @@ void Progress::show(Time now, const JobStatus& reported) {
     next_ = now + bar_interval;
     return;
   }
-  const std::string line = printable(job.name) + ": " + facts(job) + "\n";
-  std::fputs(line.c_str(), out_);
+  out_ << printable(job.name) + ": " + facts(job) + "\n" << std::flush;
   next_ = now + line_interval;
 }
 
@@ -110,8 +107,7 @@ void Progress::draw_bar(const JobStatus& job) {
   const std::size_t length = line.size();
   if (length < drawn_) line.append(drawn_ - length, ' ');  // over what stood there
   line.insert(line.begin(), '\r');
-  std::fputs(line.c_str(), out_);
-  std::fflush(out_);
+  out_ << line << std::flush;
   drawn_ = length;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdio>
+#include <ostream>
 #include <string>
 
 #include "cli/client.h"
@@ -27,21 +27,21 @@ std::string bar_text(const JobStatus& job, std::size_t columns);
 class Progress {
  public:
   /// Writes to `out`, which must outlive the object.
-  Progress(ProgressStyle style, std::FILE* out, std::size_t columns);
+  Progress(ProgressStyle style, std::ostream& out, std::size_t columns);
   /// Ends a bar's line, so that whatever comes next starts its own.
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   /// Takes note of a job's state; shows it when it is time to, and always when the job has ended.
-  void show(Time now, const JobStatus& job);
+  void show(Time now, const JobStatus& reported);
 
  private:
   JobStatus between_leases(Time now, const JobStatus& job);
   void draw_bar(const JobStatus& job);
 
   const ProgressStyle style_;
-  std::FILE* const out_;
+  std::ostream& out_;
   const std::size_t columns_;
   Time next_{};
   JobStatus last_;  ///< as it was when its progress last grew

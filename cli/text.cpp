@@ -3,17 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace parray {
 namespace {
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 /// Three significant digits without an exponent, for 0 <= value < 1000.
 std::string three_digits(double value) {
@@ -101,7 +93,10 @@ std::string list_text(const std::vector<std::pair<std::string, std::string>>& pa
   for (const auto& [name, value] : pairs) width = std::max(width, columns_of(name));
   std::string text;
   for (const auto& [name, value] : pairs) {
-    text += name + std::string(width - columns_of(name) + 2, ' ') + value + '\n';
+    text += name;
+    text.append(width - columns_of(name) + 2, ' ');
+    text += value;
+    text += '\n';
   }
   return text;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -8,6 +10,14 @@
 
 /// Numbers and tables as people read them.
 namespace parray {
+
+/// std::snprintf as a function: at most 63 characters.
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+  std::array<char, 64> text{};
+  const int length = std::snprintf(text.data(), text.size(), format, values...);
+  return length < 0 ? std::string() : std::string(text.data());
+}
 
 /// A number with three significant digits and an SI prefix before `unit`: "3.14 M samples/s".
 /// Below 1: no prefix. Not finite or negative: "? samples/s".

@@ -43,6 +43,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
                m.settings.height, m.settings.samples_per_pixel);
     send(peer, msg::Submitted{m.request, job.record.id});
     jobs_.emplace(job.record.id, std::move(job));
+    sort_open_jobs();
   } catch (const InputError& error) {
     fail_request(peer, m.request, 2, error.what());
   } catch (const DecodeError& error) {
@@ -105,7 +106,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   auto list = json::array();
   for (const auto& [id, worker] : workers_) {
     std::size_t leases = 0;
-    for (const Job* job : open_jobs_in_order()) {
+    for (const Job* job : open_jobs_) {
       leases += job->work->leases.held_by(worker.id);
     }
     list.push_back({{"name", worker.hello.name},

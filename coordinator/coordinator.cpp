@@ -47,7 +47,7 @@ Time Coordinator::tick(Time now) {
   }
   expire_leases(now);
   grant_leases(now);
-  for (Job* job : open_jobs_in_order()) {
+  for (Job* job : open_jobs_) {
     next = std::min(next, job->work->leases.next_deadline());
   }
   return next;
@@ -189,7 +189,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
   }
   worker->last_heard = now;
   Job* job = job_of(m.job);
-  if (job == nullptr || !job->open()) {
+  if (job == nullptr || !job->open() || worker->quarantined) {
     ++tally_.stale;
     send(peer, msg::VerdictOf{m.job, m.epoch, msg::Verdict::stale});
     return;
@@ -216,7 +216,7 @@ void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Re
       return;
     case msg::Verdict::mismatch:
       ++tally_.mismatch;
-      worker.quarantined = true;
+      quarantine(worker);
       log_->error("job {} lease {}: worker {} '{}' returned other bits than another worker did for "
                   "the same samples; it gets no more leases: test both machines",
                   result.job, result.epoch, worker.id, worker.hello.name);
@@ -254,6 +254,14 @@ void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Re
   }
 }
 
+/// No more leases, and none of its results counts any more.
+void Coordinator::quarantine(WorkerRecord& worker) {
+  worker.quarantined = true;
+  for (Job* job : open_jobs_) {
+    job->work->leases.drop_worker(worker.id);
+  }
+}
+
 void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Bye& m) { lose_worker(peer, m.reason); }
 
 void Coordinator::lose_worker(const PeerId& peer, const std::string& why) {
@@ -262,7 +270,7 @@ void Coordinator::lose_worker(const PeerId& peer, const std::string& why) {
     return;
   }
   std::size_t leases = 0;
-  for (Job* job : open_jobs_in_order()) {
+  for (Job* job : open_jobs_) {
     leases += job->work->leases.drop_worker(worker->id).size();
   }
   log_->info("worker {} '{}' left ({}); {} of its leases go to others", worker->id,
@@ -271,7 +279,7 @@ void Coordinator::lose_worker(const PeerId& peer, const std::string& why) {
 }
 
 void Coordinator::expire_leases(Time now) {
-  for (Job* job : open_jobs_in_order()) {
+  for (Job* job : open_jobs_) {
     for (const auto& expired : job->work->leases.expire(now)) {
       log_->warn("job {} lease {}: worker {} made no progress in time; the lease goes to another",
                  job->record.id, expired.epoch, expired.worker);
@@ -279,40 +287,39 @@ void Coordinator::expire_leases(Time now) {
   }
 }
 
-double Coordinator::speed_of(const WorkerRecord& worker) const {
-  if (worker.samples_per_second > 0) {
-    return worker.samples_per_second;
-  }
-  // Not measured yet: as fast, a thread, as those that are; 1 a thread if none is.
-  double speed = 0;
-  double threads = 0;
-  for (const auto& [peer, other] : workers_) {
-    if (other.samples_per_second > 0) {
-      speed += other.samples_per_second;
-      threads += other.hello.threads;
+/// Speeds of all workers. One that is not measured yet counts as fast, a thread, as those that are;
+/// as 1 a thread if none is.
+Coordinator::FarmSpeed Coordinator::farm_speed() const {
+  double measured = 0;
+  double measured_threads = 0;
+  double other_threads = 0;
+  for (const auto& [peer, worker] : workers_) {
+    if (worker.samples_per_second > 0) {
+      measured += worker.samples_per_second;
+      measured_threads += worker.hello.threads;
+    } else {
+      other_threads += worker.hello.threads;
     }
   }
-  return (threads > 0 ? speed / threads : 1) * worker.hello.threads;
+  const double per_thread = measured_threads > 0 ? measured / measured_threads : 1;
+  return {per_thread, measured + per_thread * other_threads};
 }
 
-Asker Coordinator::asker_for(const WorkerRecord& worker, const Job& job) const {
+Asker Coordinator::asker_for(const WorkerRecord& worker, const Job& job,
+                             const FarmSpeed& farm) const {
   Asker asker;
   asker.worker = worker.id;
   asker.threads = worker.hello.threads;
   asker.workers = static_cast<std::uint32_t>(workers_.size());
-  double all = 0;
-  for (const auto& [peer, other] : workers_) {
-    all += speed_of(other);
-  }
-  asker.share = speed_of(worker) / all;
+  const double speed = worker.samples_per_second;
+  asker.share = (speed > 0 ? speed : farm.per_thread * worker.hello.threads) / farm.all;
   const double width = job.record.settings.width;
   // A first lease only measures: about 50 ms on a core of 2 M samples/s.
   constexpr double first_lease_samples = 1e5;
-  const double samples = worker.samples_per_second > 0
-                             ? worker.samples_per_second * to_seconds(options_.longest_lease)
-                             : first_lease_samples * worker.hello.threads;
-  const double least = worker.samples_per_second * to_seconds(options_.shortest_lease);
-  asker.most_units = static_cast<std::uint64_t>(std::max(samples / width, 1.0));
+  const double most = speed > 0 ? speed * to_seconds(options_.longest_lease)
+                                : first_lease_samples * worker.hello.threads;
+  const double least = speed * to_seconds(options_.shortest_lease);
+  asker.most_units = static_cast<std::uint64_t>(std::max(most / width, 1.0));
   asker.least_units = static_cast<std::uint64_t>(std::max(least / width, 1.0));
   return asker;
 }
@@ -320,54 +327,57 @@ Asker Coordinator::asker_for(const WorkerRecord& worker, const Job& job) const {
 /// Leases to every worker with room, one at a time in turn, so that the first to be asked does not
 /// take all.
 void Coordinator::grant_leases(Time now) {
+  const FarmSpeed farm = farm_speed();
   bool granted = true;
   while (granted) {
     granted = false;
     for (auto& [peer, worker] : workers_) {
-      granted = (!worker.quarantined && grant_one(now, worker)) || granted;
+      granted = (!worker.quarantined && grant_one(now, worker, farm)) || granted;
     }
   }
 }
 
-bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
-  const std::vector<Job*> jobs = open_jobs_in_order();
+/// Pending work first, by the jobs' order. A copy of somebody else's lease only for a worker with
+/// nothing else to do, and only when no job has pending work.
+bool Coordinator::grant_one(Time now, WorkerRecord& worker, const FarmSpeed& farm) {
   std::size_t held = 0;
-  for (const Job* job : jobs) {
+  Job* with_pending = nullptr;
+  for (Job* job : open_jobs_) {
     held += job->work->leases.held_by(worker.id);
+    if (with_pending == nullptr && job->work->leases.has_pending()) {
+      with_pending = job;
+    }
   }
   if (held >= worker.hello.capacity) {
     return false;
   }
-  // Copies only for a worker with nothing else to do, and only when no job has pending work.
-  for (const bool copies : {false, true}) {
-    if (copies && held > 0) {
-      break;
-    }
-    for (Job* job : jobs) {
-      LeaseTable& leases = job->work->leases;
-      if (!copies && !leases.has_pending()) {
-        continue;
-      }
-      const Time deadline = now + options_.lease_timeout;
-      const auto lease = leases.grant(deadline, asker_for(worker, *job), copies);
-      if (!lease) {
-        continue;
-      }
-      if (job->record.state == JobState::queued) {
-        job->record.state = JobState::running;
-        job->work->started = now;
-      }
-      ++tally_.granted;
-      log_->debug("job {} lease {} to worker {} '{}': rows [{}, {}) samples [{}, {}){}",
-                  job->record.id, lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
-                  lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
-                  lease->copy ? ", a copy" : "");
-      send(worker.peer, msg::Grant{job->record.id, lease->epoch, lease->rect, job->record.scene,
-                                   job->record.settings});
-      return true;
-    }
+  if (with_pending != nullptr) {
+    return grant_from(now, worker, *with_pending, farm, false);
   }
-  return false;
+  return held == 0 && std::any_of(open_jobs_.begin(), open_jobs_.end(), [&](Job* job) {
+           return grant_from(now, worker, *job, farm, true);
+         });
+}
+
+bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const FarmSpeed& farm,
+                             bool may_copy) {
+  const auto lease = job.work->leases.grant(now + options_.lease_timeout,
+                                            asker_for(worker, job, farm), may_copy);
+  if (!lease) {
+    return false;
+  }
+  if (job.record.state == JobState::queued) {
+    job.record.state = JobState::running;
+    job.work->started = now;
+  }
+  ++tally_.granted;
+  log_->debug("job {} lease {} to worker {} '{}': rows [{}, {}) samples [{}, {}){}", job.record.id,
+              lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
+              lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
+              lease->copy ? ", a copy" : "");
+  send(worker.peer, msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene,
+                               job.record.settings});
+  return true;
 }
 
 }  // namespace parray

@@ -76,6 +76,12 @@ class Coordinator final : public Actor {
     bool quarantined = false;
   };
 
+  /// Samples a second.
+  struct FarmSpeed {
+    double per_thread;  ///< of the workers that have been measured
+    double all;
+  };
+
   // Messages of workers (coordinator.cpp).
   void on(Time now, const PeerId& peer, msg::Hello& m);
   void on(Time now, const PeerId& peer, msg::Heartbeat& m);
@@ -102,9 +108,12 @@ class Coordinator final : public Actor {
   void lose_worker(const PeerId& peer, const std::string& why);
   void merge_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result);
   void grant_leases(Time now);
-  bool grant_one(Time now, WorkerRecord& worker);
-  [[nodiscard]] Asker asker_for(const WorkerRecord& worker, const Job& job) const;
-  [[nodiscard]] double speed_of(const WorkerRecord& worker) const;
+  bool grant_one(Time now, WorkerRecord& worker, const FarmSpeed& farm);
+  bool grant_from(Time now, WorkerRecord& worker, Job& job, const FarmSpeed& farm, bool may_copy);
+  [[nodiscard]] FarmSpeed farm_speed() const;
+  [[nodiscard]] Asker asker_for(const WorkerRecord& worker, const Job& job,
+                                const FarmSpeed& farm) const;
+  void quarantine(WorkerRecord& worker);
   void expire_leases(Time now);
 
   // Jobs (jobs.cpp).
@@ -115,13 +124,14 @@ class Coordinator final : public Actor {
   void finish_job(Time now, Job& job);
   void close_job(Job& job, JobState state, const std::string& reason);
   void make_room_for_job();
-  std::vector<Job*> open_jobs_in_order();
+  void sort_open_jobs();
 
   const CoordinatorOptions options_;
   Store& store_;
   std::shared_ptr<spdlog::logger> log_;
   std::map<PeerId, WorkerRecord> workers_;
   std::map<JobId, Job> jobs_;
+  std::vector<Job*> open_jobs_;  ///< of jobs_: those with work left, by priority, then by age
   WorkerId next_worker_ = 1;
   JobId next_job_ = 1;
   Tally tally_;

@@ -17,22 +17,18 @@ Job* Coordinator::job_of(JobId id) {
   return found == jobs_.end() ? nullptr : &found->second;
 }
 
-bool Coordinator::all_jobs_closed() const {
-  return std::none_of(jobs_.begin(), jobs_.end(), [](const auto& j) { return j.second.open(); });
-}
+bool Coordinator::all_jobs_closed() const { return open_jobs_.empty(); }
 
-/// Jobs with work left, by priority, then by age.
-std::vector<Job*> Coordinator::open_jobs_in_order() {
-  std::vector<Job*> open;
+void Coordinator::sort_open_jobs() {
+  open_jobs_.clear();
   for (auto& [id, job] : jobs_) {
     if (job.open()) {
-      open.push_back(&job);
+      open_jobs_.push_back(&job);
     }
   }
-  std::stable_sort(open.begin(), open.end(), [](const Job* a, const Job* b) {
+  std::stable_sort(open_jobs_.begin(), open_jobs_.end(), [](const Job* a, const Job* b) {
     return a->record.priority > b->record.priority;
   });
-  return open;
 }
 
 /// Throws DecodeError when the bytes are no scene.
@@ -62,6 +58,7 @@ void Coordinator::restore_jobs() {
     }
     jobs_.emplace(id, std::move(job));
   }
+  sort_open_jobs();
   store_.commit();
 }
 
@@ -97,6 +94,7 @@ void Coordinator::close_job(Job& job, JobState state, const std::string& reason)
   job.record.state = state;
   job.record.reason = reason;
   job.work.reset();
+  sort_open_jobs();
   store_.put_job(job.record);
   store_.drop_work(job.record.id);
   store_dirty_ = true;

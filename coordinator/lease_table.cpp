@@ -74,6 +74,7 @@ std::optional<Lease> LeaseTable::grant(Time deadline, const Asker& asker, bool m
   const WorkRect rect = carve(chunk_units(policy_, request));
   const Epoch epoch = next_epoch_++;
   leased_.emplace(epoch, Leased{rect, {{asker.worker, deadline}}});
+  ++held_[asker.worker];
   return Lease{epoch, rect, false};
 }
 
@@ -105,6 +106,7 @@ std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
                                    [&](const Holder& h) { return h.worker == worker; });
     if (!holds && lease.holders.size() < most_holders) {
       lease.holders.push_back({worker, deadline});
+      ++held_[worker];
       return Lease{epoch, lease.rect, true};
     }
   }
@@ -124,6 +126,7 @@ LeaseTable::Completion LeaseTable::complete(WorkerId worker, Epoch epoch, const 
   }
   Completion completion{accepted, {}};
   for (const Holder& holder : lease->second.holders) {
+    let_go(holder.worker);
     if (holder.worker != worker) {
       completion.others.push_back(holder.worker);
     }
@@ -154,6 +157,13 @@ void LeaseTable::retire(std::map<Epoch, Leased>::iterator lease) {
   leased_.erase(lease);
 }
 
+void LeaseTable::let_go(WorkerId worker) {
+  const auto held = held_.find(worker);
+  if (--held->second == 0) {
+    held_.erase(held);
+  }
+}
+
 std::vector<Epoch> LeaseTable::drop_worker(WorkerId worker) {
   std::vector<Epoch> dropped;
   for (auto lease = leased_.begin(); lease != leased_.end();) {
@@ -162,6 +172,7 @@ std::vector<Epoch> LeaseTable::drop_worker(WorkerId worker) {
     if (std::erase_if(holders, [&](const Holder& h) { return h.worker == worker; }) == 0) {
       continue;
     }
+    let_go(worker);
     dropped.push_back(current->first);
     if (holders.empty()) {
       retire(current);
@@ -177,6 +188,7 @@ std::vector<LeaseTable::Expired> LeaseTable::expire(Time now) {
     auto& holders = current->second.holders;
     for (const Holder& holder : holders) {
       if (holder.deadline <= now) {
+        let_go(holder.worker);
         expired.push_back({current->first, holder.worker});
       }
     }
@@ -203,10 +215,8 @@ double LeaseTable::progress() const {
 }
 
 std::size_t LeaseTable::held_by(WorkerId worker) const {
-  return static_cast<std::size_t>(std::count_if(leased_.begin(), leased_.end(), [&](const auto& l) {
-    return std::any_of(l.second.holders.begin(), l.second.holders.end(),
-                       [&](const Holder& h) { return h.worker == worker; });
-  }));
+  const auto held = held_.find(worker);
+  return held == held_.end() ? 0 : held->second;
 }
 
 }  // namespace parray

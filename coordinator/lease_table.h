@@ -102,6 +102,7 @@ class LeaseTable {
   [[nodiscard]] WorkRect carve(std::uint64_t units);
   std::optional<Lease> grant_copy(Time deadline, WorkerId worker);
   void retire(std::map<Epoch, Leased>::iterator lease);
+  void let_go(WorkerId worker);
 
   SchedulePolicy policy_;
   std::uint64_t row_units_;
@@ -113,6 +114,7 @@ class LeaseTable {
   Epoch next_epoch_;
   std::deque<WorkRect> pending_;              ///< handed out from the front
   std::map<Epoch, Leased> leased_;
+  std::map<WorkerId, std::size_t> held_;      ///< leases of each worker; no zeros
   std::map<Epoch, std::pair<WorkRect, ResultDigest>> done_;  ///< what duplicates are compared with
 };
 

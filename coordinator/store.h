@@ -59,15 +59,26 @@ class Store {
   virtual std::optional<std::string> picture(JobId job) = 0;
 };
 
-/// Keeps finished pictures for as long as the process lives, and nothing else.
+/// Keeps the last finished pictures for as long as the process lives, and nothing else.
 class MemoryStore final : public Store {
  public:
   void put_job(const JobRecord& /*job*/) override {}
   void put_scene(const std::string& /*digest*/, const std::string& /*bytes*/) override {}
   void put_block(JobId /*job*/, std::uint64_t /*epoch*/, const std::string& /*bytes*/) override {}
-  void put_picture(JobId job, const std::string& bytes) override { pictures_[job] = bytes; }
+  void put_picture(JobId job, const std::string& bytes) override {
+    pictures_[job] = bytes;
+    kept_bytes_ += bytes.size();
+    while (kept_bytes_ > most_bytes && pictures_.size() > 1) {
+      drop_job(pictures_.begin()->first);
+    }
+  }
   void drop_work(JobId /*job*/) override {}
-  void drop_job(JobId job) override { pictures_.erase(job); }
+  void drop_job(JobId job) override {
+    if (const auto found = pictures_.find(job); found != pictures_.end()) {
+      kept_bytes_ -= found->second.size();
+      pictures_.erase(found);
+    }
+  }
   void commit() override {}
   std::vector<JobRecord> jobs() override { return {}; }
   std::optional<std::string> scene(const std::string& /*digest*/) override { return {}; }
@@ -78,7 +89,9 @@ class MemoryStore final : public Store {
   }
 
  private:
+  static constexpr std::size_t most_bytes = std::size_t{1} << 32;
   std::map<JobId, std::string> pictures_;
+  std::size_t kept_bytes_ = 0;
 };
 
 }  // namespace parray

@@ -1,8 +1,8 @@
 #include "cli/commands/rendering.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
+#include <iostream>
 
 #include "cli/progress.h"
 #include "common/base/error.h"
@@ -42,7 +42,7 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
 void wait_until_done(Client& client, JobId job, bool quiet) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  Progress progress(progress_style(quiet), stderr, terminal_columns());
+  Progress progress(progress_style(quiet), std::cerr, terminal_columns());
   JobStatus status;
   for (;;) {
     status = job_status(client.show(job));

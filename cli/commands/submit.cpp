@@ -30,7 +30,7 @@ int submit(const SubmitCommand& command) {
   if (!command.wait) return 0;
   const DeferredInterrupts deferred;
   try {
-    if (!command.output.image_option()->count() && !command.output.report_option()->count()) {
+    if (command.output.paths().none()) {
       wait_until_done(*client, job, command.quiet);
       return 0;
     }

@@ -68,7 +68,7 @@ Submission some_submission(std::size_t bytes) {
   return submission;
 }
 
-const Client::Options options = {.address = "tcp://somewhere:7400"};
+Client::Options options() { return {.address = "tcp://somewhere:7400"}; }
 
 }  // namespace
 
@@ -77,7 +77,7 @@ TEST_CASE("a request is repeated every half second until its answer comes") {
     const auto& asked = std::get<msg::ListWorkers>(message);
     if (link.sent == 4) link.arrived.push_back(encode(msg::Workers{asked.request, {"w"}}));
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   const Time begin = link.now();
   CHECK(client.workers() == nlohmann::json{"w"});
   CHECK(link.sent == 4);
@@ -86,7 +86,7 @@ TEST_CASE("a request is repeated every half second until its answer comes") {
 
 TEST_CASE("a coordinator that never answers is given up after ten seconds, by name") {
   ScriptedLink link([](Message&) {});
-  Client client(link, link, options);
+  Client client(link, link, options());
   const Time begin = link.now();
   CHECK(message_of<RunError>([&] { client.jobs(); }) ==
         "no answer from the coordinator at tcp://somewhere:7400: is parray-coordinator running "
@@ -98,7 +98,7 @@ TEST_CASE("a coordinator that never answers is given up after ten seconds, by na
 TEST_CASE("a scene is not sent to a coordinator that does not answer") {
   ScriptedLink link(
       [](Message& message) { CHECK(std::holds_alternative<msg::ListWorkers>(message)); });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK_THROWS_AS(client.submit(some_submission(100)), RunError);
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("time during which the process was stopped is not held against the coo
     if (link.sent == 3) link.arrived.push_back(encode(msg::Jobs{asked.request, {1}}));
     link.extra = std::chrono::hours(1);
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK(client.jobs() == nlohmann::json{1});
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("late and foreign answers are passed over") {
     link.arrived.push_back({"damaged"});
     link.arrived.push_back(encode(msg::Job{asked.request, {{"id", asked.job}}}));
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK(client.show(7).at("id") == 7);
   CHECK(client.show(8).at("id") == 8);
 }
@@ -134,7 +134,7 @@ TEST_CASE("an error answer is an InputError or a RunError, with the coordinator'
     const auto& asked = std::get<msg::Cancel>(message);
     link.arrived.push_back(encode(msg::Error{asked.request, status, "no job 3"}));
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK(message_of<InputError>([&] { client.cancel(3); }) == "no job 3");
   status = 1;
   CHECK(message_of<RunError>([&] { client.cancel(3); }) == "no job 3");
@@ -142,7 +142,7 @@ TEST_CASE("an error answer is an InputError or a RunError, with the coordinator'
 
 TEST_CASE("answers that cannot be read are told apart from none") {
   ScriptedLink link([&](Message&) { link.arrived.push_back({"\x81\xA1v\x63"}); });
-  Client client(link, link, options);
+  Client client(link, link, options());
   const std::string message = message_of<RunError>([&] { client.jobs(); });
   CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);
 }
@@ -160,7 +160,7 @@ TEST_CASE("a submit that is repeated keeps its token, and another submit has ano
       link.arrived.push_back(encode(msg::Submitted{submit.request, 42}));
     }
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK(client.submit(some_submission(10)) == 42);
   const Time begin = link.now();
   CHECK(client.submit(some_submission(20'000'000)) == 42);
@@ -217,7 +217,7 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
                              image.rgb.size() * sizeof(float));
     link.arrived.push_back(encode(msg::ImageData{fetch.request, report, 2, 1, pixels}));
   });
-  Client client(link, link, options);
+  Client client(link, link, options());
   CHECK(client.fetch(5).image.rgb == image.rgb);
   report["image_sha256"] = std::string(64, '0');
   CHECK_THROWS_AS(client.fetch(5), RunError);

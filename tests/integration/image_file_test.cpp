@@ -48,10 +48,10 @@ class TemporaryDirectory {
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
+    REQUIRE(std::signal(SIGXFSZ, SIG_IGN) != SIG_ERR);
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before_) == 0);
     const rlimit small{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &small);
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
   }
   ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
   FullDisk(const FullDisk&) = delete;

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "cli/text.h"
@@ -28,21 +28,15 @@ JobStatus job_at(double progress, double seconds_left = 12) {
 class Recorder {
  public:
   explicit Recorder(ProgressStyle style) : progress_(std::make_unique<Progress>(style, out_, 60)) {}
-  ~Recorder() { std::fclose(out_); }
-  Recorder(const Recorder&) = delete;
-  Recorder& operator=(const Recorder&) = delete;
 
   void show(Time now, const JobStatus& job) { progress_->show(now, job); }
   std::string end() {
     progress_.reset();
-    std::string text(static_cast<std::size_t>(std::ftell(out_)), ' ');
-    std::rewind(out_);
-    text.resize(std::fread(text.data(), 1, text.size(), out_));
-    return text;
+    return out_.str();
   }
 
  private:
-  std::FILE* out_ = std::tmpfile();
+  std::ostringstream out_;
   std::unique_ptr<Progress> progress_;
 };
 
