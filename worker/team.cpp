@@ -134,6 +134,7 @@ void ThreadTeam::abandon() {
 }
 
 void ThreadTeam::lead() {
+  const FloatMode ieee;  // building a kernel rounds too
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return quit_ || busy_; });

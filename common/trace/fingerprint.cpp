@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/base/sha256.h"
+#include "common/math/float_mode.h"
 #include "common/trace/kernel.h"
 
 namespace parray {
@@ -25,6 +26,7 @@ Scene built_in_scene() {
 }  // namespace
 
 std::string trace_fingerprint() {
+  const FloatMode ieee;
   const Scene scene = built_in_scene();
   RenderSettings settings;
   settings.width = 24;

@@ -48,7 +48,8 @@ class TemporaryDirectory {
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
-    REQUIRE(std::signal(SIGXFSZ, SIG_IGN) != SIG_ERR);
+    const bool ignored = std::signal(SIGXFSZ, SIG_IGN) != SIG_ERR;
+    REQUIRE(ignored);
     REQUIRE(getrlimit(RLIMIT_FSIZE, &before_) == 0);
     const rlimit small{bytes, before_.rlim_max};
     REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);

@@ -69,7 +69,8 @@ template <typename Real>
 Spheres<Real> tiny_far(Dice& dice) {
   Spheres<Real> spheres;
   for (int i = 0; i < 300; ++i) {
-    const Vec3d center{1e6 + dice.between(-20, 20), -1e6 + dice.between(-20, 20), dice.between(-2, 2)};
+    const Vec3d center{1e6 + dice.between(-20, 20), -1e6 + dice.between(-20, 20),
+                       dice.between(-2, 2)};
     spheres.push_back(shape<Real>(center, dice.ten_to(-3, 0)));
   }
   return spheres;
@@ -103,7 +104,8 @@ Spheres<Real> doubled_grid(Dice& dice) {
     for (int x = 0; x < 12; ++x) {
       for (int y = 0; y < 12; ++y) {
         spheres.push_back(shape<Real>(
-            {static_cast<double>(x), static_cast<double>(y), static_cast<double>(dice.below(2))}, 0.5));
+            {static_cast<double>(x), static_cast<double>(y), static_cast<double>(dice.below(2))},
+            0.5));
       }
     }
   }
@@ -188,8 +190,9 @@ class Questioner {
       default: {  // from inside some, which they leave somewhere
         const std::uint32_t index = any_index();
         const auto& sphere = spheres_[index];
-        query.ray = {sphere.center + (sphere.radius * Real(0.7)) * vec_cast<Real>(dice_.direction()),
-                     vec_cast<Real>(dice_.direction())};
+        query.ray = {
+            sphere.center + (sphere.radius * Real(0.7)) * vec_cast<Real>(dice_.direction()),
+            vec_cast<Real>(dice_.direction())};
         query.sides.cross(index, false);
         query.best = {exit_distance(query.ray, sphere), index, true};
         break;
@@ -263,7 +266,8 @@ class Questioner {
     const Vec3<Real> origin = vec_cast<Real>(center + distance * dice_.direction());
     const Vec3d to_center = center - vec_cast<double>(origin);
     const double scale = std::max(1.0, length(to_center) / radius);
-    const double steps = dice_.between(-8, 8) * 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
+    const double steps =
+        dice_.between(-8, 8) * 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
     const double sine = std::min((1 + steps * scale) * radius / length(to_center), 1.0);
     const Vec3d axis = normalize(to_center);
     return {origin, vec_cast<Real>(std::sqrt(1 - sine * sine) * axis + sine * dice_.across(axis))};
@@ -344,7 +348,8 @@ TEST_CASE_TEMPLATE("the hierarchy finds the very hits of linear search", Real, f
   check_equal("10 000 coincident", coincident<Real>(10'000), dice, 700);
   check_equal("one", coincident<Real>(1), dice, rays);
   check_equal("two", coincident<Real>(2), dice, rays);
-  check_equal("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice, rays);
+  check_equal("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice,
+              rays);
 }
 
 TEST_CASE_TEMPLATE("a hierarchy of nothing is never hit", Real, float, double) {
@@ -357,7 +362,8 @@ TEST_CASE_TEMPLATE("a hierarchy of nothing is never hit", Real, float, double) {
   CHECK(bvh.depth() == 0);
 }
 
-TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", Real, float, double) {
+TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", Real, float,
+                   double) {
   const Bvh<Real> bvh(coincident<Real>(1000));
   const Ray<Real> ray({1, 2, -5}, {0, 0, 1});
   Sides<Real> sides;
@@ -370,7 +376,8 @@ TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", R
   }
 }
 
-TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one sphere", Real, float, double) {
+TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one sphere", Real, float,
+                   double) {
   Spheres<Real> spheres;
   const int distances = sizeof(Real) == sizeof(float) ? 35 : 150;
   for (int i = 0; i < distances; ++i) {  // each twenty times as far out as the one before it

@@ -32,7 +32,8 @@ double turn_error(Real u) {
   const long double angle = two_pi * u;
   const long double error =
       std::max(std::abs(std::cos(angle) - got.cos), std::abs(std::sin(angle) - got.sin));
-  return static_cast<double>(error / (2 * static_cast<long double>(RealTraits<Real>::unit_roundoff)));
+  return static_cast<double>(error /
+                             (2 * static_cast<long double>(RealTraits<Real>::unit_roundoff)));
 }
 
 template <typename Real>
@@ -41,13 +42,12 @@ double length_error(const Vec3<Real>& v) {
   const auto y = static_cast<long double>(v.y);
   const auto z = static_cast<long double>(v.z);
   const long double error = std::abs(std::sqrt(x * x + y * y + z * z) - 1);
-  return static_cast<double>(error / (2 * static_cast<long double>(RealTraits<Real>::unit_roundoff)));
+  return static_cast<double>(error /
+                             (2 * static_cast<long double>(RealTraits<Real>::unit_roundoff)));
 }
 
 /// Angle of (x, y) as a fraction of a turn in [0, 1].
-double turns_of(double x, double y) {
-  return std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
-}
+double turns_of(double x, double y) { return std::atan2(y, x) / (2 * std::numbers::pi) + 0.5; }
 
 /// First and second moments of a vector whose components should have mean 0, variance `variance`
 /// and fourth moment `fourth`, and be uncorrelated with E[x^2 y^2] = `mixed`.
@@ -65,9 +65,10 @@ class Moments {
   [[nodiscard]] double worst_z(double variance, double fourth, double mixed) const {
     double worst = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      worst = std::max({worst, std::abs(z_score(first_[i], count_, 0, variance)),
-                        std::abs(z_score(second_[i], count_, variance, fourth - variance * variance)),
-                        std::abs(z_score(products_[i], count_, 0, mixed))});
+      worst =
+          std::max({worst, std::abs(z_score(first_[i], count_, 0, variance)),
+                    std::abs(z_score(second_[i], count_, variance, fourth - variance * variance)),
+                    std::abs(z_score(products_[i], count_, 0, mixed))});
     }
     return worst;
   }
@@ -144,7 +145,8 @@ TEST_CASE_TEMPLATE("a uniform direction has unit length", Real, float, double) {
   double worst = 0;
   for (const double u : edges) {
     for (const double v : edges) {
-      worst = std::max(worst, length_error(uniform_direction(static_cast<Real>(u), static_cast<Real>(v))));
+      worst = std::max(worst,
+                       length_error(uniform_direction(static_cast<Real>(u), static_cast<Real>(v))));
     }
   }
   for (std::uint32_t i = 0; i < draws; ++i) {
@@ -223,8 +225,8 @@ TEST_CASE("a point of the disc is uniform in area") {
   CHECK(largest <= 1 + 0x1p-22);
 }
 
-TEST_CASE_TEMPLATE("the ends of the random numbers give finite points of ball and disc", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("the ends of the random numbers give finite points of ball and disc", Real,
+                   float, double) {
   for (const double a : edges) {
     for (const double b : edges) {
       const Real u = static_cast<Real>(a);

@@ -83,7 +83,8 @@ TEST_CASE("any split into rectangles, merged in any order, gives the same sums")
   Dice dice(1);
   for (int round = 0; round < 60; ++round) {
     const RowOrder order = dice.one_in(2) ? RowOrder::interleaved : RowOrder::sequential;
-    const auto settings = sized(1 + dice.below32(9), 1 + dice.below32(13), 1 + dice.below32(17), order);
+    const auto settings =
+        sized(1 + dice.below32(9), 1 + dice.below32(13), 1 + dice.below32(17), order);
     Framebuffer at_once(settings);
     at_once.merge(made_up_block(settings, whole(settings)));
     std::vector<WorkRect> pieces;

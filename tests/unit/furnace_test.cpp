@@ -41,12 +41,14 @@ struct Picture {
 
 Picture trace(const Scene& scene, const RenderSettings& settings) {
   const auto kernel = make_kernel(scene, settings);
-  Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {},
+  Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height),
+                  {},
                   settings.samples_per_pixel};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel->trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
-                  std::span(picture.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-                  picture.counts);
+    kernel->trace(
+        {y, 0, settings.width}, {0, settings.samples_per_pixel},
+        std::span(picture.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+        picture.counts);
   }
   return picture;
 }
@@ -99,8 +101,8 @@ Scene nested_glass() {
   Scene scene = under_white_sky();
   scene.camera.look_from = {0, 0.5, 4};
   scene.materials = {glass(1.5), glass(1 / 1.5), glass(1.33), glass(2.4)};
-  scene.spheres = {{{0, 0, 0}, 1, 0},       {{0, 0, 0}, 0.95, 1},    {{0.1, 0, 0}, 0.8, 2},
-                   {{0.1, 0, 0}, 0.4, 1},   {{0.1, 0, 0}, 0.2, 3},   {{1.5, 0.2, 0.3}, 0.6, 0},
+  scene.spheres = {{{0, 0, 0}, 1, 0},         {{0, 0, 0}, 0.95, 1},     {{0.1, 0, 0}, 0.8, 2},
+                   {{0.1, 0, 0}, 0.4, 1},     {{0.1, 0, 0}, 0.2, 3},    {{1.5, 0.2, 0.3}, 0.6, 0},
                    {{1.9, 0.2, 0.3}, 0.5, 2}, {{-1.6, 0, 0.5}, 0.6, 3}, {{-1.6, 0, 0.5}, 0.599, 1}};
   return scene;
 }
@@ -138,8 +140,7 @@ bool alternates(const TraceScene<Real>& scene, const A& accelerator, Ray<Real> r
     sides.stand_on(hit.sphere, normal);
     const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
     ray = {sphere.center + sphere.radius * normal, scattering.direction};
-    const auto depth =
-        static_cast<std::size_t>(std::count(inside.begin(), inside.end(), true));
+    const auto depth = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), true));
     if (depth != sides.inside().size()) {
       return false;
     }
@@ -149,8 +150,8 @@ bool alternates(const TraceScene<Real>& scene, const A& accelerator, Ray<Real> r
 
 template <typename Real>
 TraceScene<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
-  TraceScene<Real> result{{},    {}, {}, SkyGradient<Real>(scene.sky),
-                          View<Real>(scene.camera, width, height), {}, depth};
+  TraceScene<Real> result{
+      {}, {}, {}, SkyGradient<Real>(scene.sky), View<Real>(scene.camera, width, height), {}, depth};
   for (const Sphere& sphere : scene.spheres) {
     result.spheres.push_back({vec_cast<Real>(sphere.center), static_cast<Real>(sphere.radius)});
     result.material_of.push_back(sphere.material);
@@ -271,9 +272,8 @@ TEST_CASE_TEMPLATE("no material turns a normal that is not a number into plain b
 TEST_CASE("glass in glass loses no light") {
   RenderSettings settings;
   settings.max_depth = 100'000;
-  for_all_kernels(nested_glass(), settings, [](const Picture& picture) {
-    CHECK(picture.pixels_other_than(one) == 0);
-  });
+  for_all_kernels(nested_glass(), settings,
+                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
 }
 
 TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absorbs") {
@@ -282,9 +282,8 @@ TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absor
   scene.camera.look_from = {0, 0, 3};
   scene.materials = {{MaterialType::metal, {1, 1, 1}, 0, 1}};
   scene.spheres = {{{0, 0, 0}, 1, 0}};
-  for_all_kernels(scene, settings, [](const Picture& picture) {
-    CHECK(picture.pixels_other_than(one) == 0);
-  });
+  for_all_kernels(scene, settings,
+                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
   scene.materials[0].fuzz = 1;
   for_all_kernels(scene, settings, [](const Picture& picture) {
     for (const PixelSums& pixel : picture.pixels) {

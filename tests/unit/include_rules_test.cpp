@@ -40,8 +40,9 @@ std::vector<std::string> includes_of(const SourceFile& file) {
   std::vector<std::string> names;
   std::istringstream lines(file.text);
   for (std::string line; std::getline(lines, line);) {
-    line.erase(std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\t'; }),
-               line.end());
+    line.erase(
+        std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\t'; }),
+        line.end());
     constexpr std::string_view directive = "#include";
     if (line.compare(0, directive.size(), directive) != 0) {
       continue;
@@ -57,10 +58,11 @@ std::vector<std::string> includes_of(const SourceFile& file) {
 /// Headers of clocks, threads and sockets: common/ is pure.
 bool is_impure(const std::string& include) {
   static const std::set<std::string> headers = {
-      "<chrono>",       "<thread>",     "<mutex>",      "<condition_variable>", "<future>",
-      "<ctime>",        "<time.h>",     "<omp.h>",      "<pthread.h>",          "<netdb.h>",
-      "<sys/socket.h>", "<sys/time.h>", "<arpa/inet.h>", "<zmq.hpp>",           "<zmq.h>",
-      "<mpi.h>",        "<sys/un.h>",   "<poll.h>",     "<httplib.h>"};
+      "<chrono>",      "<thread>",  "<mutex>",        "<condition_variable>",
+      "<future>",      "<ctime>",   "<time.h>",       "<omp.h>",
+      "<pthread.h>",   "<netdb.h>", "<sys/socket.h>", "<sys/time.h>",
+      "<arpa/inet.h>", "<zmq.hpp>", "<zmq.h>",        "<mpi.h>",
+      "<sys/un.h>",    "<poll.h>",  "<httplib.h>"};
   return headers.contains(include) || include.compare(0, 9, "<netinet/") == 0;
 }
 

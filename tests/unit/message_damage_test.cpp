@@ -149,14 +149,13 @@ TEST_CASE("a message with frames too few or too many is refused") {
 }
 
 TEST_CASE("a control frame that is no map, or says no type or version, is refused") {
-  for (const json& odd : {json(nullptr), json(7), json("hello"), json::array({1, 2}), json::object(),
-                          json{{"type", "pulse"}}, json{{"v", 1}}, json{{"v", 1}, {"type", 3}},
-                          json{{"v", "1"}, {"type", "pulse"}}, json{{"v", -1}, {"type", "pulse"}},
-                          json{{"v", 1.0}, {"type", "pulse"}},
-                          json{{"v", std::uint64_t{1} << 32}, {"type", "pulse"}},
-                          json{{"v", 1}, {"type", ""}}, json{{"v", 1}, {"type", "Pulse"}},
-                          json{{"v", 1}, {"type", "pulse\n"}},
-                          json{{"v", 1}, {"type", std::string(1000, 'x')}}}) {
+  for (const json& odd :
+       {json(nullptr), json(7), json("hello"), json::array({1, 2}), json::object(),
+        json{{"type", "pulse"}}, json{{"v", 1}}, json{{"v", 1}, {"type", 3}},
+        json{{"v", "1"}, {"type", "pulse"}}, json{{"v", -1}, {"type", "pulse"}},
+        json{{"v", 1.0}, {"type", "pulse"}}, json{{"v", std::uint64_t{1} << 32}, {"type", "pulse"}},
+        json{{"v", 1}, {"type", ""}}, json{{"v", 1}, {"type", "Pulse"}},
+        json{{"v", 1}, {"type", "pulse\n"}}, json{{"v", 1}, {"type", std::string(1000, 'x')}}}) {
     CAPTURE(odd.dump());
     CHECK(refused({pack(odd)}));
   }
@@ -206,7 +205,9 @@ TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
   }
   // As a value of an otherwise good message: the deepest that is allowed, and one more.
   for (const int depth : {7, 8}) {
-    std::string bytes = "\x83\xa1v\x01\xa4type\xa5pulse\xa4" "deep";
+    std::string bytes =
+        "\x83\xa1v\x01\xa4type\xa5pulse\xa4"
+        "deep";
     bytes += std::string(static_cast<std::size_t>(depth), '\x91') + '\xc0';
     CHECK(refused({bytes}) == (depth > 7));
   }
@@ -322,10 +323,10 @@ TEST_CASE("20 000 random mutations give a message or a protocol error, nothing e
         json map = json::from_msgpack(frames[0]);
         auto field = map.begin();
         std::advance(field, static_cast<std::ptrdiff_t>(dice.below(map.size())));
-        json& target = field->is_object() && !field->empty() && dice.one_in(2)
-                           ? *std::next(field->begin(), static_cast<std::ptrdiff_t>(
-                                                            dice.below(field->size())))
-                           : *field;
+        json& target =
+            field->is_object() && !field->empty() && dice.one_in(2)
+                ? *std::next(field->begin(), static_cast<std::ptrdiff_t>(dice.below(field->size())))
+                : *field;
         target = odd_value(dice);
         frames[0] = pack(map);
         break;

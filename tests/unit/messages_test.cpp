@@ -171,13 +171,12 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
     std::uint64_t low;
     std::uint64_t high;
   };
-  for (const Range& range : {Range{"hello", "threads", 1, 4096}, Range{"hello", "capacity", 1, 16},
-                             Range{"hello", "trace_version", 0, UINT32_MAX},
-                             Range{"welcome", "heartbeat_ms", 1, 60'000},
-                             Range{"welcome", "silence_ms", 1, 600'000},
-                             Range{"submit", "priority", 0, 100}, Range{"error", "status", 1, 2},
-                             Range{"grant", "job", 0, UINT64_MAX},
-                             Range{"result", "accelerator_bytes", 0, UINT64_MAX}}) {
+  for (const Range& range :
+       {Range{"hello", "threads", 1, 4096}, Range{"hello", "capacity", 1, 16},
+        Range{"hello", "trace_version", 0, UINT32_MAX}, Range{"welcome", "heartbeat_ms", 1, 60'000},
+        Range{"welcome", "silence_ms", 1, 600'000}, Range{"submit", "priority", 0, 100},
+        Range{"error", "status", 1, 2}, Range{"grant", "job", 0, UINT64_MAX},
+        Range{"result", "accelerator_bytes", 0, UINT64_MAX}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");
@@ -196,8 +195,8 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
 }
 
 TEST_CASE("a real number must be finite; a whole one is one too") {
-  for (const double bad : {std::numeric_limits<double>::infinity(),
-                           std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double bad :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     CHECK(problem_with("result", "seconds", bad) != "");
     CHECK(problem_with("submit", "load_seconds", bad) != "");
   }
@@ -249,7 +248,8 @@ TEST_CASE("a digest is 64 lower-case hexadecimal digits") {
 }
 
 TEST_CASE("a lease's rectangle is not empty and lies in the picture") {
-  const auto with_rect = [](std::uint64_t r0, std::uint64_t r1, std::uint64_t s0, std::uint64_t s1) {
+  const auto with_rect = [](std::uint64_t r0, std::uint64_t r1, std::uint64_t s0,
+                            std::uint64_t s1) {
     return problem_with("grant", "rect", {r0, r1, s0, s1});  // of 30 rows and 40 samples
   };
   CHECK(with_rect(0, 30, 0, 40) == "");
@@ -289,7 +289,8 @@ TEST_CASE("settings are complete, in range and leave nothing automatic") {
   for (const char* key : {"width", "height", "samples_per_pixel", "max_depth", "seed", "precision",
                           "accelerator", "schedule", "row_order"}) {
     CAPTURE(key);
-    CHECK(problem_of(with(frames_of("grant"), [&](json& map) { map["settings"].erase(key); })) != "");
+    CHECK(problem_of(with(frames_of("grant"), [&](json& map) { map["settings"].erase(key); })) !=
+          "");
     CHECK(problem(key, nullptr) != "");
     CHECK(problem(key, -1) != "");
   }

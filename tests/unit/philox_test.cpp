@@ -154,7 +154,9 @@ TEST_CASE("random numbers are uniform and uncorrelated along every part of their
     }
     within.add(here[0], here[1]);
     const auto other = [&](std::uint64_t seed, std::uint32_t p, std::uint32_t s, std::uint32_t b,
-                           Purpose purpose) { return numbers(SampleRandom(seed, p, s), b, purpose)[0]; };
+                           Purpose purpose) {
+      return numbers(SampleRandom(seed, p, s), b, purpose)[0];
+    };
     next_pixel.add(here[0], other(1, pixel + 1, sample, 0, Purpose::scatter));
     next_sample.add(here[0], other(1, pixel, sample + 1, 0, Purpose::scatter));
     next_bounce.add(here[0], other(1, pixel, sample, 1, Purpose::scatter));

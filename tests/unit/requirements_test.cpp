@@ -44,10 +44,12 @@ Scene of_spread(double spread) {
 }  // namespace
 
 TEST_CASE("requirements count the spheres of each kind") {
-  const Scene scene = with_spheres(
-      {diffuse(), metal(0), glass()},
-      {{{0, 0, 0}, 1, 0}, {{1, 0, 0}, 1, 1}, {{2, 0, 0}, 1, 1}, {{3, 0, 0}, 1, 2}, {{4, 0, 0}, 1, 0},
-       {{5, 0, 0}, 1, 0}});
+  const Scene scene = with_spheres({diffuse(), metal(0), glass()}, {{{0, 0, 0}, 1, 0},
+                                                                    {{1, 0, 0}, 1, 1},
+                                                                    {{2, 0, 0}, 1, 1},
+                                                                    {{3, 0, 0}, 1, 2},
+                                                                    {{4, 0, 0}, 1, 0},
+                                                                    {{5, 0, 0}, 1, 0}});
   const Requirements r = requirements_of(scene);
   CHECK(r.spheres == 6);
   CHECK(r.diffuse == 3);
@@ -205,7 +207,8 @@ TEST_CASE("the shipped scenes require what they show") {
   const Requirements weekend = of("one-weekend-484.json");
   CHECK(weekend.spheres == 484);
   CHECK(weekend.diffuse + weekend.metal + weekend.dielectric == 484);
-  CHECK(weekend.features() == Names{"diffuse", "metal", "fuzz", "dielectric", "lens", "many-radii"});
+  CHECK(weekend.features() ==
+        Names{"diffuse", "metal", "fuzz", "dielectric", "lens", "many-radii"});
   CHECK(of("furnace.json").features() ==
         Names{"diffuse", "metal", "dielectric", "lens", "many-radii"});
 }

@@ -216,9 +216,9 @@ TEST_CASE("a number that the kernel could not bear is refused") {
   };
   const double reach = limits::max_length;
   for (const Range& range :
-       {Range{"look_from", camera_at, -reach, reach}, Range{"look_at", camera_at + 24, -reach, reach},
-        Range{"up", camera_at + 48, -reach, reach}, Range{"vfov", camera_at + 72, 0, 180},
-        Range{"aperture", camera_at + 80, 0, reach},
+       {Range{"look_from", camera_at, -reach, reach},
+        Range{"look_at", camera_at + 24, -reach, reach}, Range{"up", camera_at + 48, -reach, reach},
+        Range{"vfov", camera_at + 72, 0, 180}, Range{"aperture", camera_at + 80, 0, reach},
         Range{"horizon", sky_at, 0, limits::max_radiance},
         Range{"zenith", sky_at + 40, 0, limits::max_radiance},
         Range{"albedo", materials_at + 1, 0, 1}, Range{"fuzz", materials_at + 25, 0, 1},

@@ -44,8 +44,8 @@ ChunkRequest rows(std::uint64_t count, std::uint32_t workers, std::uint32_t thre
 }
 
 ChunkRequest random_request(Dice& dice) {
-  ChunkRequest request = rows(1 + dice.below(2000), 1 + dice.below32(300), 1 + dice.below32(64),
-                              1 + dice.below(600));
+  ChunkRequest request =
+      rows(1 + dice.below(2000), 1 + dice.below32(300), 1 + dice.below32(64), 1 + dice.below(600));
   request.share = dice.one_in(8) ? 1 : dice.unit() + 1e-9;
   request.least = 1 + dice.below(dice.one_in(2) ? 4 : 100'000);
   request.most = request.least + dice.below(100'000);
@@ -129,8 +129,8 @@ TEST_CASE("guided gives ceil(R / P) rows, never below two a thread") {
 
 TEST_CASE("factoring gives batches of P equal chunks, each batch half of what is left") {
   const auto chunks = chunks_of(factoring, rows(64, 4));
-  CHECK(chunks == std::vector<std::uint64_t>{8, 8, 8, 8, 4, 4, 4, 4, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1,
-                                             1, 1});
+  CHECK(chunks ==
+        std::vector<std::uint64_t>{8, 8, 8, 8, 4, 4, 4, 4, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1});
   for (const std::uint32_t workers : {1U, 3U, 16U, 100U}) {
     for (const std::uint64_t height : {1ULL, 2ULL, 799ULL, 1080ULL, 4000ULL}) {
       const auto all = chunks_of(factoring, rows(height, workers));

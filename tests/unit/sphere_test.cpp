@@ -167,7 +167,9 @@ TEST_CASE_TEMPLATE("a ray from inside leaves at the far crossing, to 8 ulp", Rea
     const SphereShape<Real> sphere{vec_cast<Real>((dice.one_in(2) ? 0 : r) * dice.direction()),
                                    static_cast<Real>(r)};
     // At the centre, anywhere, and ever nearer to the surface.
-    const double depth = i % 3 == 0 ? 1 : i % 3 == 1 ? dice.unit() : std::exp2(-dice.between(1, 20));
+    const double depth = i % 3 == 0   ? 1
+                         : i % 3 == 1 ? dice.unit()
+                                      : std::exp2(-dice.between(1, 20));
     const Vec3<Real> origin =
         vec_cast<Real>(vec_cast<double>(sphere.center) + ((1 - depth) * r) * dice.direction());
     const Ray<Real> ray(origin, vec_cast<Real>(dice.ten_to(-6, 6) * dice.direction()));
@@ -175,8 +177,8 @@ TEST_CASE_TEMPLATE("a ray from inside leaves at the far crossing, to 8 ulp", Rea
     const Real t = exit_distance(ray, sphere);
     CHECK(t >= 0);
     backward = std::max(backward, truth.backward_error(t));
-    normal = std::max(normal,
-                      truth.normal_error(normal_at(ray, sphere, true), truth.foot + truth.half_chord));
+    normal = std::max(
+        normal, truth.normal_error(normal_at(ray, sphere, true), truth.foot + truth.half_chord));
   }
   CHECK(backward <= 8);
   CHECK(normal <= 8);
@@ -218,8 +220,8 @@ TEST_CASE_TEMPLATE("a chord along the surface or outward has length 0", Real, fl
   CHECK(chord_from_surface(Ray<Real>({0, 2, 0}, {0, -1, 0}), sphere, n) == 4);
 }
 
-TEST_CASE_TEMPLATE("a tangent ray hits at its foot at every scale and along every axis", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("a tangent ray hits at its foot at every scale and along every axis", Real,
+                   float, double) {
   const auto turned = [](int axis, Real a, Real b) {
     return axis == 0 ? Vec3<Real>{a, b, 0} : axis == 1 ? Vec3<Real>{0, a, b} : Vec3<Real>{b, 0, a};
   };
@@ -249,14 +251,17 @@ TEST_CASE_TEMPLATE("the vectors of Lass are met", Real, float, double) {
   for (const auto& [radius, entry, exit] : table) {
     const SphereShape<Real> sphere{center, static_cast<Real>(radius)};
     const Exact<Real> truth(ray, sphere);
-    CHECK(static_cast<double>(truth.foot - truth.half_chord) == doctest::Approx(entry).epsilon(1e-14));
-    CHECK(static_cast<double>(truth.foot + truth.half_chord) == doctest::Approx(exit).epsilon(1e-14));
+    CHECK(static_cast<double>(truth.foot - truth.half_chord) ==
+          doctest::Approx(entry).epsilon(1e-14));
+    CHECK(static_cast<double>(truth.foot + truth.half_chord) ==
+          doctest::Approx(exit).epsilon(1e-14));
     for (const Real scale : {Real(1), Real(2)}) {
       const Ray<Real> scaled(ray.origin, scale * ray.direction);
       Real t = 0;
       REQUIRE(enters(scaled, sphere, t));
       CHECK(truth.forward_error(scale * t, static_cast<Quad>(entry)) <= 2);
-      CHECK(truth.forward_error(scale * exit_distance(scaled, sphere), static_cast<Quad>(exit)) <= 2);
+      CHECK(truth.forward_error(scale * exit_distance(scaled, sphere), static_cast<Quad>(exit)) <=
+            2);
     }
   }
 }
@@ -320,7 +325,8 @@ TEST_CASE_TEMPLATE("a sphere behind the origin or around a direction away is not
   CHECK(t == 1);
 }
 
-TEST_CASE_TEMPLATE("nothing overflows at the limits of coordinates and radii", Real, float, double) {
+TEST_CASE_TEMPLATE("nothing overflows at the limits of coordinates and radii", Real, float,
+                   double) {
   for (const double r : {limits::min_radius, 1.0, limits::max_length}) {
     for (const double x : {0.0, limits::max_length}) {
       const SphereShape<Real> sphere{{static_cast<Real>(x), 0, 0}, static_cast<Real>(r)};
