@@ -1,6 +1,5 @@
 #include "cli/embedded.h"
 
-#include <sched.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -159,13 +158,5 @@ EmbeddedFarm::~EmbeddedFarm() = default;
 std::unique_ptr<Link> EmbeddedFarm::connect() { return impl_->connect(); }
 void EmbeddedFarm::check() const { impl_->check(); }
 bool EmbeddedFarm::stop(Time patience) { return impl_->stop(patience); }
-
-std::uint32_t available_processors() {
-  cpu_set_t allowed;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) {
-    return static_cast<std::uint32_t>(std::max(CPU_COUNT(&allowed), 1));
-  }
-  return std::max(std::thread::hardware_concurrency(), 1U);  // more processors than the set holds
-}
 
 }  // namespace parray

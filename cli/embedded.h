@@ -7,9 +7,6 @@
 
 namespace parray {
 
-/// Processors that this process may run on (its affinity mask); at least 1.
-std::uint32_t available_processors();
-
 /// A coordinator and a worker inside this process, joined by in-process links: what renders for
 /// `parray render`. Both run in threads of their own.
 class EmbeddedFarm {

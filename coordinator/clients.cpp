@@ -33,14 +33,14 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     job.record.precision_reason = m.precision_reason;
     job.record.load_seconds = m.load_seconds;
     job.record.scene = scene_identity(m.scene_bytes);
-    open_job(job, std::make_shared<const std::string>(std::move(m.scene_bytes)));
+    job.start_work(std::make_shared<const std::string>(std::move(m.scene_bytes)));
     store_.put_scene(job.record.scene, *job.work->scene_bytes);
     store_.put_job(job.record);
     store_dirty_ = true;
     ++next_job_;
     log_->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
-               job.record.name, job.work->requirements.spheres, m.settings.width,
-               m.settings.height, m.settings.samples_per_pixel);
+               job.record.name, job.work->requirements.spheres, m.settings.width, m.settings.height,
+               m.settings.samples_per_pixel);
     send(peer, msg::Submitted{m.request, job.record.id});
     jobs_.emplace(job.record.id, std::move(job));
     sort_open_jobs();
@@ -87,8 +87,8 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   }
   if (job->record.state != JobState::done) {
     fail_request(peer, m.request, 2,
-                 "job " + std::to_string(m.job) + " is " +
-                     std::string(name_of(job->record.state)) + ", not done: see parray watch");
+                 "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
+                     ", not done: see parray watch");
     return;
   }
   auto picture = store_.picture(m.job);

@@ -87,13 +87,15 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
     return;
   }
   if (m.trace != trace_version) {
-    refuse("trace version " + std::to_string(m.trace) + ", but this coordinator's pictures are of " +
-           std::to_string(trace_version) + ": install the same release on both");
+    refuse("trace version " + std::to_string(m.trace) +
+           ", but this coordinator's pictures are of " + std::to_string(trace_version) +
+           ": install the same release on both");
     return;
   }
   if (m.fingerprint != options_.fingerprint) {
-    refuse("it traces other bits than this coordinator (the built-in test picture differs): build "
-           "both from the same sources, without fast-math, or test that machine's memory");
+    refuse(
+        "it traces other bits than this coordinator (the built-in test picture differs): build "
+        "both from the same sources, without fast-math, or test that machine's memory");
     return;
   }
   WorkerRecord* known = worker_at(peer);
@@ -133,8 +135,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
   for (const auto& [job_id, epoch] : m.epochs) {
     Job* job = job_of(job_id);
     const Time deadline = worker->traced_at + options_.lease_timeout;
-    if (job == nullptr || !job->open() ||
-        !job->work->leases.extend(worker->id, epoch, deadline)) {
+    if (job == nullptr || !job->open() || !job->work->leases.extend(worker->id, epoch, deadline)) {
       send(peer, msg::Revoke{job_id, epoch});  // it works on what is no longer its own
     }
   }
@@ -144,12 +145,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
 /// A worker is at work while the samples that it has traced grow, and while it prepares, within
 /// reason.
 void Coordinator::note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat) {
-  worker.preparing_since =
-      heartbeat.preparing ? std::min(worker.preparing_since, now) : never;
+  worker.preparing_since = heartbeat.preparing ? std::min(worker.preparing_since, now) : never;
   constexpr int longest_preparation = 30;  // lease timeouts
-  const bool preparing =
-      heartbeat.preparing &&
-      now - worker.preparing_since < longest_preparation * options_.lease_timeout;
+  const bool preparing = heartbeat.preparing && now - worker.preparing_since <
+                                                    longest_preparation * options_.lease_timeout;
   if (heartbeat.traced != worker.traced || preparing) {
     worker.traced = heartbeat.traced;
     worker.traced_at = now;
@@ -217,9 +216,10 @@ void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Re
     case msg::Verdict::mismatch:
       ++tally_.mismatch;
       quarantine(worker);
-      log_->error("job {} lease {}: worker {} '{}' returned other bits than another worker did for "
-                  "the same samples; it gets no more leases: test both machines",
-                  result.job, result.epoch, worker.id, worker.hello.name);
+      log_->error(
+          "job {} lease {}: worker {} '{}' returned other bits than another worker did for "
+          "the same samples; it gets no more leases: test both machines",
+          result.job, result.epoch, worker.id, worker.hello.name);
       return;
     case msg::Verdict::accepted:
       break;
@@ -361,8 +361,8 @@ bool Coordinator::grant_one(Time now, WorkerRecord& worker, const FarmSpeed& far
 
 bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const FarmSpeed& farm,
                              bool may_copy) {
-  const auto lease = job.work->leases.grant(now + options_.lease_timeout,
-                                            asker_for(worker, job, farm), may_copy);
+  const auto lease =
+      job.work->leases.grant(now + options_.lease_timeout, asker_for(worker, job, farm), may_copy);
   if (!lease) {
     return false;
   }
@@ -375,8 +375,8 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const Far
               lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
               lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
               lease->copy ? ", a copy" : "");
-  send(worker.peer, msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene,
-                               job.record.settings});
+  send(worker.peer,
+       msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene, job.record.settings});
   return true;
 }
 

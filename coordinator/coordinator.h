@@ -1,10 +1,11 @@
 #pragma once
 
+#include <spdlog/logger.h>
+
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <spdlog/logger.h>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,8 @@ struct CoordinatorOptions {
   std::string fingerprint;
 };
 
-/// The coordinator's side of PROTOCOL.md: owns jobs, framebuffers and leases. Plain state, driven by
-/// one thread; no clock and no I/O but through the store.
+/// The coordinator's side of PROTOCOL.md: owns jobs, framebuffers and leases. Plain state, driven
+/// by one thread; no clock and no I/O but through the store.
 class Coordinator final : public Actor {
  public:
   /// Takes up the jobs that `store` still has. Throws RunError when it cannot be read.
@@ -67,12 +68,12 @@ class Coordinator final : public Actor {
     msg::Hello hello;
     Time last_heard{};
     std::uint64_t traced = 0;
-    Time traced_at{};            ///< when `traced` last grew
+    Time traced_at{};  ///< when `traced` last grew
     Time preparing_since = never;
-    std::string scene_sent;      ///< digest of the last one, and when it may be sent again
+    std::string scene_sent;  ///< digest of the last one, and when it may be sent again
     Time scene_again_at{};
     double samples_per_second = 0;  ///< measured; 0: not yet
-    std::uint64_t accepted = 0;  ///< results
+    std::uint64_t accepted = 0;     ///< results
     bool quarantined = false;
   };
 
@@ -118,7 +119,6 @@ class Coordinator final : public Actor {
 
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
-  void open_job(Job& job, std::shared_ptr<const std::string> scene_bytes);
   void restore_jobs();
   void restore_work(Job& job);
   void finish_job(Time now, Job& job);

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
+
+#include "common/scene/scene_bytes.h"
+#include "common/trace/kernel.h"
 
 namespace parray {
 
@@ -11,6 +15,17 @@ std::string_view name_of(JobState state) {
   constexpr std::array<std::string_view, 6> names = {"queued", "running", "paused",
                                                      "done",   "failed",  "cancelled"};
   return names[static_cast<std::size_t>(state)];
+}
+
+void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
+  const Scene scene = scene_from_bytes(*scene_bytes);
+  // Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
+  const Epoch first_epoch = (Epoch{record.life} << 32) + 1;
+  auto fresh = std::make_unique<JobWork>(record.settings, first_epoch);
+  fresh->requirements = requirements_of(scene);
+  fresh->largest_radiance = largest_radiance(scene);
+  fresh->scene_bytes = std::move(scene_bytes);
+  work = std::move(fresh);
 }
 
 json job_summary(const Job& job, Time now) {

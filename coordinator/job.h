@@ -36,6 +36,8 @@ struct Job {
   std::unique_ptr<JobWork> work;  ///< null once done, failed or cancelled
 
   [[nodiscard]] bool open() const { return work != nullptr; }
+  /// All of the job's samples are pending. Throws DecodeError when the bytes are no scene.
+  void start_work(std::shared_ptr<const std::string> scene_bytes);
 };
 
 /// The job map of PROTOCOL.md.

@@ -6,8 +6,6 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/image/image.h"
-#include "common/scene/scene_bytes.h"
-#include "common/trace/kernel.h"
 #include "coordinator/coordinator.h"
 
 namespace parray {
@@ -29,18 +27,6 @@ void Coordinator::sort_open_jobs() {
   std::stable_sort(open_jobs_.begin(), open_jobs_.end(), [](const Job* a, const Job* b) {
     return a->record.priority > b->record.priority;
   });
-}
-
-/// Throws DecodeError when the bytes are no scene.
-void Coordinator::open_job(Job& job, std::shared_ptr<const std::string> scene_bytes) {
-  const Scene scene = scene_from_bytes(*scene_bytes);
-  // Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
-  const Epoch first_epoch = (Epoch{job.record.life} << 32) + 1;
-  auto work = std::make_unique<JobWork>(job.record.settings, first_epoch);
-  work->requirements = requirements_of(scene);
-  work->largest_radiance = largest_radiance(scene);
-  work->scene_bytes = std::move(scene_bytes);
-  job.work = std::move(work);
 }
 
 void Coordinator::restore_jobs() {
@@ -71,7 +57,7 @@ void Coordinator::restore_work(Job& job) {
   ++job.record.life;
   job.record.state = JobState::queued;
   store_.put_job(job.record);
-  open_job(job, std::make_shared<const std::string>(std::move(*scene)));
+  job.start_work(std::make_shared<const std::string>(std::move(*scene)));
   store_.each_block(job.record.id, [&](const std::string& bytes) {
     const RowBlock block = row_block_from_bytes(bytes);
     job.work->leases.restore(block.rect);
@@ -107,8 +93,8 @@ void Coordinator::make_room_for_job() {
   if (jobs_.size() < options_.max_jobs) {
     return;
   }
-  const auto oldest = std::find_if(jobs_.begin(), jobs_.end(),
-                                   [](const auto& j) { return !j.second.open(); });
+  const auto oldest =
+      std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return !j.second.open(); });
   if (oldest == jobs_.end()) {
     throw InputError("this coordinator has its " + std::to_string(options_.max_jobs) +
                      " jobs and none has ended: wait, cancel one, or raise --max-jobs");

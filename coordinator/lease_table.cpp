@@ -19,10 +19,10 @@ std::vector<WorkRect> subtract(const WorkRect& from, const WorkRect& hole) {
     return {from};
   }
   std::vector<WorkRect> parts;
-  for (const WorkRect& part : {WorkRect{from.row_begin, r0, from.sample_begin, from.sample_end},
-                               WorkRect{r0, r1, from.sample_begin, s0},
-                               WorkRect{r0, r1, s1, from.sample_end},
-                               WorkRect{r1, from.row_end, from.sample_begin, from.sample_end}}) {
+  for (const WorkRect& part :
+       {WorkRect{from.row_begin, r0, from.sample_begin, from.sample_end},
+        WorkRect{r0, r1, from.sample_begin, s0}, WorkRect{r0, r1, s1, from.sample_end},
+        WorkRect{r1, from.row_end, from.sample_begin, from.sample_end}}) {
     if (part.row_begin < part.row_end && part.sample_begin < part.sample_end) {
       parts.push_back(part);
     }

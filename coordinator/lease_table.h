@@ -112,9 +112,9 @@ class LeaseTable {
   std::uint64_t done_units_ = 0;
   std::uint64_t step_ = 0;
   Epoch next_epoch_;
-  std::deque<WorkRect> pending_;              ///< handed out from the front
+  std::deque<WorkRect> pending_;  ///< handed out from the front
   std::map<Epoch, Leased> leased_;
-  std::map<WorkerId, std::size_t> held_;      ///< leases of each worker; no zeros
+  std::map<WorkerId, std::size_t> held_;                     ///< leases of each worker; no zeros
   std::map<Epoch, std::pair<WorkRect, ResultDigest>> done_;  ///< what duplicates are compared with
 };
 

@@ -2,15 +2,14 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-#include <cstdio>
+#include <iostream>
 #include <memory>
 
 #include "common/base/error.h"
-#include "common/base/stop_signal.h"
 #include "common/trace/fingerprint.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/sqlite_store.h"
+#include "proto/daemon_main.h"
 #include "proto/zmq_link.h"
 
 namespace {
@@ -78,8 +77,9 @@ int serve(Arguments& a) {
                      "yet)");
   }
   if (a.lease_timeout < 3 * a.heartbeat) {
-    throw InputError("--lease-timeout must be at least three times --heartbeat, or leases end "
-                     "before their workers can say that they are at work");
+    throw InputError(
+        "--lease-timeout must be at least three times --heartbeat, or leases end "
+        "before their workers can say that they are at work");
   }
   a.options.heartbeat = from_seconds(a.heartbeat);
   a.options.silence = 5 * a.options.heartbeat;
@@ -93,8 +93,7 @@ int serve(Arguments& a) {
   ZmqServer server(a.bind, a.max_message_bytes);
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
-  std::printf("%s\n", server.endpoint().c_str());
-  std::fflush(stdout);
+  std::cout << server.endpoint() << std::endl;
   run_actor(coordinator, server.link(), clock, [](Time) { return stop_requested(); });
   coordinator.leave("coordinator stopped");
   for (Delivery& goodbye : coordinator.take_outbox()) {
@@ -107,25 +106,13 @@ int serve(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Serves render jobs to ParRay workers. Prints the address that it serves.");
-  Arguments arguments;
-  declare_options(app, arguments);
   try {
-    app.parse(argc, argv);
-    parray::catch_stop_signals();
-    return serve(arguments);
-  } catch (const CLI::CallForHelp& request) {
-    return app.exit(request);
-  } catch (const CLI::CallForVersion& request) {
-    return app.exit(request);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "parray-coordinator: %s; see parray-coordinator --help\n", error.what());
-    return 2;
-  } catch (const parray::InputError& error) {
-    std::fprintf(stderr, "parray-coordinator: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "parray-coordinator: %s\n", error.what());
+    CLI::App app("Serves render jobs to ParRay workers. Prints the address that it serves.",
+                 "parray-coordinator");
+    Arguments arguments;
+    declare_options(app, arguments);
+    return parray::daemon_main(app, argc, argv, [&] { return serve(arguments); });
+  } catch (...) {  // not even the options could be made
     return 1;
   }
 }

@@ -57,8 +57,8 @@ JobRecord record_from_json(JobId id, const std::string& text) {
     job.report = map.at("report");
     return job;
   } catch (const std::exception& error) {
-    throw RunError("the state's record of job " + std::to_string(id) + " is damaged: " +
-                   error.what());
+    throw RunError("the state's record of job " + std::to_string(id) +
+                   " is damaged: " + error.what());
   }
 }
 

@@ -26,11 +26,11 @@ struct JobRecord {
   RenderSettings settings;
   std::string precision_reason;
   double load_seconds = 0;
-  std::string scene;  ///< digest
-  std::uint32_t life = 0;   ///< coordinators that have had it open before this one
+  std::string scene;       ///< digest
+  std::uint32_t life = 0;  ///< coordinators that have had it open before this one
   JobState state = JobState::queued;
-  std::string reason;       ///< of a failure
-  std::string report;       ///< JSON, of a done job
+  std::string reason;  ///< of a failure
+  std::string report;  ///< JSON, of a done job
 };
 
 /// Where jobs, scenes, accepted blocks and pictures are kept: the seam to the disk.

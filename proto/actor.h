@@ -37,7 +37,8 @@ inline Time take_turn(Actor& actor, Link& link, Time now) {
   }
   const Time deadline = actor.tick(now);
   for (Delivery& delivery : actor.take_outbox()) {
-    link.send(delivery.peer, std::move(delivery.frames));  // a lost message is the actor's to repeat
+    link.send(delivery.peer,
+              std::move(delivery.frames));  // a lost message is the actor's to repeat
   }
   return deadline;
 }

@@ -230,9 +230,7 @@ void ControlReader::verdict(const char* key, msg::Verdict& value) const {
   malformed(key, "is not a verdict");
 }
 
-std::uint64_t digest_of(std::string_view bytes) {
-  return XXH3_64bits(bytes.data(), bytes.size());
-}
+std::uint64_t digest_of(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 std::string seal_bulk(std::string_view data) {
   ByteWriter out;

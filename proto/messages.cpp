@@ -154,10 +154,10 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",     "welcome",  "refuse", "heartbeat", "pulse",  "who",          "grant",
-    "need_scene", "scene",   "result", "verdict",   "revoke", "bye",          "submit",
-    "submitted", "list_jobs", "jobs",  "show_job",  "job",    "cancel",       "fetch",
-    "image",     "list_workers", "workers", "error"};
+    "hello",      "welcome",      "refuse",  "heartbeat", "pulse",  "who",    "grant",
+    "need_scene", "scene",        "result",  "verdict",   "revoke", "bye",    "submit",
+    "submitted",  "list_jobs",    "jobs",    "show_job",  "job",    "cancel", "fetch",
+    "image",      "list_workers", "workers", "error"};
 
 // The bulk frame of the messages that have one.
 
@@ -211,7 +211,8 @@ Message decode_as(ControlReader& reader, const Frames& frames) {
 }
 
 template <std::size_t... I>
-Message decode_type(ControlReader& reader, const Frames& frames, std::index_sequence<I...> /*all*/) {
+Message decode_type(ControlReader& reader, const Frames& frames,
+                    std::index_sequence<I...> /*all*/) {
   std::optional<Message> result;
   (void)((reader.type() == type_names[I] ? (result = decode_as<I>(reader, frames), true) : false) ||
          ...);
@@ -270,8 +271,8 @@ std::string row_block_to_bytes(const RowBlock& block) {
   out.put(block.counts.samples);
   out.put(block.counts.rays);
   out.put(block.counts.nonfinite);
-  out.put_bytes({reinterpret_cast<const char*>(block.pixels.data()),
-                 block.pixels.size() * pixel_bytes});
+  out.put_bytes(
+      {reinterpret_cast<const char*>(block.pixels.data()), block.pixels.size() * pixel_bytes});
   return out.take();
 }
 
@@ -286,7 +287,8 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
   block.counts.samples = in.get<std::uint64_t>();
   block.counts.rays = in.get<std::uint64_t>();
   block.counts.nonfinite = in.get<std::uint64_t>();
-  if (block.rect.row_begin > block.rect.row_end || block.rect.sample_begin > block.rect.sample_end) {
+  if (block.rect.row_begin > block.rect.row_end ||
+      block.rect.sample_begin > block.rect.sample_end) {
     throw DecodeError("row block has a negative size");
   }
   const std::uint64_t pixels = std::uint64_t{block.rect.rows()} * block.width;

@@ -146,8 +146,8 @@ using Message =
     std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
                  msg::Grant, msg::NeedScene, msg::SceneData, msg::Result, msg::VerdictOf,
                  msg::Revoke, msg::Bye, msg::Submit, msg::Submitted, msg::ListJobs, msg::Jobs,
-                 msg::ShowJob, msg::Job, msg::Cancel, msg::Fetch, msg::ImageData,
-                 msg::ListWorkers, msg::Workers, msg::Error>;
+                 msg::ShowJob, msg::Job, msg::Cancel, msg::Fetch, msg::ImageData, msg::ListWorkers,
+                 msg::Workers, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.

@@ -106,8 +106,8 @@ class ZmqLink final : public Link {
   }
 
   void wait(Time timeout) override {
-    std::array<zmq::pollitem_t, 2> items{{{socket_.handle(), 0, ZMQ_POLLIN, 0},
-                                          {nullptr, wake_up_.fd(), ZMQ_POLLIN, 0}}};
+    std::array<zmq::pollitem_t, 2> items{
+        {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wake_up_.fd(), ZMQ_POLLIN, 0}}};
     // Rounded up, so that a deadline below a millisecond is slept for, not spun for.
     const auto ms = std::chrono::ceil<milliseconds>(timeout);
     try {
@@ -146,8 +146,8 @@ class ZmqLink final : public Link {
 }  // namespace
 
 bool is_loopback(const std::string& endpoint) {
-  constexpr std::array<std::string_view, 3> prefixes = {"tcp://[::1]:", "tcp://localhost:",
-                                                        "ipc://"};
+  constexpr std::array<std::string_view, 3> prefixes = {
+      "tcp://[::1]:", "tcp://localhost:", "ipc://"};
   for (const std::string_view prefix : prefixes) {
     if (endpoint.starts_with(prefix)) {
       return true;

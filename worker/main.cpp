@@ -3,16 +3,14 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
 #include <memory>
 #include <random>
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
-#include "common/base/stop_signal.h"
 #include "common/trace/fingerprint.h"
+#include "proto/daemon_main.h"
 #include "proto/zmq_link.h"
 #include "worker/worker.h"
 
@@ -102,25 +100,12 @@ int work(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Traces leases for a ParRay coordinator.");
-  Arguments arguments;
-  declare_options(app, arguments);
   try {
-    app.parse(argc, argv);
-    parray::catch_stop_signals();
-    return work(arguments);
-  } catch (const CLI::CallForHelp& request) {
-    return app.exit(request);
-  } catch (const CLI::CallForVersion& request) {
-    return app.exit(request);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "parray-worker: %s; see parray-worker --help\n", error.what());
-    return 2;
-  } catch (const parray::InputError& error) {
-    std::fprintf(stderr, "parray-worker: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "parray-worker: %s\n", error.what());
+    CLI::App app("Traces leases for a ParRay coordinator.", "parray-worker");
+    Arguments arguments;
+    declare_options(app, arguments);
+    return parray::daemon_main(app, argc, argv, [&] { return work(arguments); });
+  } catch (...) {  // not even the options could be made
     return 1;
   }
 }

@@ -22,8 +22,8 @@ constexpr std::uint64_t piece_samples = 2048;
 /// How a rectangle is cut into pieces: runs of pixels, and within them ranges of samples.
 struct Pieces {
   Pieces(std::uint32_t width, const WorkRect& rect)
-      : samples_each(static_cast<std::uint32_t>(
-            std::min<std::uint64_t>(rect.samples(), piece_samples))),
+      : samples_each(
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(rect.samples(), piece_samples))),
         pixels_each(static_cast<std::uint32_t>(
             std::clamp<std::uint64_t>(piece_samples / rect.samples(), 1, width))),
         sample_parts((rect.samples() + samples_each - 1) / samples_each),

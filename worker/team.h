@@ -32,8 +32,8 @@ struct Finished {
   std::uint64_t job = 0;
   std::uint64_t epoch = 0;
   RowBlock block;
-  double seconds = 0;         ///< spent tracing
-  double build_seconds = 0;   ///< spent building the accelerator, whenever that was
+  double seconds = 0;        ///< spent tracing
+  double build_seconds = 0;  ///< spent building the accelerator, whenever that was
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
 };
@@ -62,8 +62,9 @@ class Team {
 RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const WorkRect& rect,
                     int threads, std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop);
 
-/// The real team: a thread of its own that leads an OpenMP team. It touches no sockets; `on_finished`
-/// is called from its thread when a result is ready (to wake the thread that owns the link).
+/// The real team: a thread of its own that leads an OpenMP team. It touches no sockets;
+/// `on_finished` is called from its thread when a result is ready (to wake the thread that owns the
+/// link).
 class ThreadTeam final : public Team {
  public:
   ThreadTeam(int threads, std::function<void()> on_finished);

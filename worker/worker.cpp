@@ -158,9 +158,9 @@ void Worker::collect(Time now) {
   }
   const LeaseKey key{finished->job, finished->epoch};
   tracing_.reset();
-  Frames frames = encode(msg::Result{finished->job, finished->epoch, finished->seconds,
-                                     finished->build_seconds, finished->accelerator_bytes,
-                                     finished->isa, std::move(finished->block)});
+  Frames frames =
+      encode(msg::Result{finished->job, finished->epoch, finished->seconds, finished->build_seconds,
+                         finished->accelerator_bytes, finished->isa, std::move(finished->block)});
   if (connected_) {
     outbox_.push_back({{}, frames});
   }

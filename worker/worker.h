@@ -80,11 +80,11 @@ class Worker final : public Actor {
   Time last_heard_ = Time::min();
   Time next_beat_ = Time::min();
   Time next_scene_request_ = Time::min();
-  std::deque<msg::Grant> waiting_;         ///< leases not started
-  std::optional<LeaseKey> tracing_;        ///< the lease that the team has
+  std::deque<msg::Grant> waiting_;   ///< leases not started
+  std::optional<LeaseKey> tracing_;  ///< the lease that the team has
   std::map<LeaseKey, Unacknowledged> results_;
   std::map<std::string, std::shared_ptr<const Scene>> scenes_;  ///< by digest; the last few
-  std::deque<std::string> scene_age_;      ///< digests, oldest use first
+  std::deque<std::string> scene_age_;                           ///< digests, oldest use first
   std::vector<Delivery> outbox_;
 };
 

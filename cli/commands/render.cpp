@@ -8,6 +8,7 @@
 #include "cli/commands/rendering.h"
 #include "cli/embedded.h"
 #include "cli/interrupt.h"
+#include "common/base/cpu_count.h"
 
 namespace parray {
 namespace {
@@ -36,7 +37,7 @@ int render(const RenderCommand& command) {
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, 50);
   const DeferredInterrupts deferred;
-  EmbeddedFarm farm(command.threads.value_or(available_processors()));
+  EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {

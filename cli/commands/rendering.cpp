@@ -15,9 +15,9 @@ namespace parray {
 namespace {
 
 /// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
-/// at most a tenth to the time that a job takes.
+/// at most a fiftieth to the time that a job takes.
 Time next_look(Time waited) {
-  return std::clamp(waited / 10, Time(milliseconds(2)), Time(milliseconds(250)));
+  return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
 }  // namespace

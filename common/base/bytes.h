@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little,
 class ByteWriter {
  public:
   template <typename T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void put(T value) {
     const auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
     bytes_.append(raw.data(), raw.size());
@@ -45,8 +45,7 @@ class ByteReader {
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
 
   template <typename T>
-    requires std::is_arithmetic_v<T>
-  T get() {
+  requires std::is_arithmetic_v<T> T get() {
     std::array<char, sizeof(T)> raw{};
     std::memcpy(raw.data(), get_bytes(sizeof(T)).data(), sizeof(T));
     return std::bit_cast<T>(raw);

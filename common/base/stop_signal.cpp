@@ -10,17 +10,23 @@ namespace {
 std::atomic<bool> stop = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may not lock");
 
-extern "C" void on_stop_signal(int signal) {
-  stop = true;
-  std::signal(signal, SIG_DFL);
+extern "C" void on_stop_signal(int /*signal*/) { stop = true; }
+
+void handle(int signal, void (*handler)(int), int flags) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  sigemptyset(&action.sa_mask);
+  sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
 
 void catch_stop_signals() {
-  std::signal(SIGINT, on_stop_signal);
-  std::signal(SIGTERM, on_stop_signal);
-  std::signal(SIGPIPE, SIG_IGN);
+  constexpr int once = static_cast<int>(SA_RESETHAND);
+  handle(SIGINT, on_stop_signal, once);
+  handle(SIGTERM, on_stop_signal, once);
+  handle(SIGPIPE, SIG_IGN, 0);
 }
 
 bool stop_requested() { return stop; }

@@ -22,6 +22,8 @@ Image resolve_image(const Framebuffer& framebuffer, double largest_radiance) {
   return image;
 }
 
-std::string image_sha256(const Image& image) { return sha256_hex(std::as_bytes(std::span(image.rgb))); }
+std::string image_sha256(const Image& image) {
+  return sha256_hex(std::as_bytes(std::span(image.rgb)));
+}
 
 }  // namespace parray

@@ -11,7 +11,8 @@ namespace parray {
 class RadianceScale {
  public:
   /// `largest` is the largest radiance that a sample can have: finite, >= 0. The scale is the
-  /// power of two that maps it into (2^31, 2^32]; 0, or less than any float32 can show, counts as 1.
+  /// power of two that maps it into (2^31, 2^32]; 0, or less than any float32 can show, counts
+  /// as 1.
   explicit RadianceScale(double largest) {
     double unit = 1;
     if (!(largest >= 0x1p-200)) {

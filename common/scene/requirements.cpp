@@ -76,8 +76,7 @@ ResolvedSettings resolve_settings(const Requirements& requirements, const Render
     const bool single = spread <= largest_f32_spread;
     settings.precision = single ? Precision::f32 : Precision::f64;
     result.precision_reason = "extent / smallest radius = " + number(spread) +
-                              (single ? ", at most " : ", more than ") +
-                              number(largest_f32_spread);
+                              (single ? ", at most " : ", more than ") + number(largest_f32_spread);
   }
   if (settings.accelerator == AcceleratorKind::automatic) {
     const bool few = requirements.spheres <= largest_linear;

@@ -11,7 +11,7 @@ namespace parray {
 /// What a scene contains and therefore needs; everything else costs it nothing.
 struct Requirements {
   std::size_t spheres = 0;
-  std::size_t diffuse = 0;     ///< spheres of each kind
+  std::size_t diffuse = 0;  ///< spheres of each kind
   std::size_t metal = 0;
   std::size_t dielectric = 0;
   bool fuzz = false;           ///< some metal is not a perfect mirror

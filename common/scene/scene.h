@@ -25,8 +25,8 @@ struct Material {
 
 struct Sphere {
   Vec3d center;
-  double radius = 1;            ///< > 0
-  std::uint32_t material = 0;   ///< index into Scene::materials
+  double radius = 1;           ///< > 0
+  std::uint32_t material = 0;  ///< index into Scene::materials
 
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
@@ -36,9 +36,9 @@ struct Camera {
   Vec3d look_from{13, 2, 3};
   Vec3d look_at{0, 0, 0};
   Vec3d up{0, 1, 0};
-  double vfov = 20;              ///< vertical angle of view, degrees, in (0, 180)
-  double aperture = 0.1;         ///< lens diameter, >= 0; 0 is a pinhole
-  double focus_distance = 10;    ///< > 0
+  double vfov = 20;            ///< vertical angle of view, degrees, in (0, 180)
+  double aperture = 0.1;       ///< lens diameter, >= 0; 0 is a pinhole
+  double focus_distance = 10;  ///< > 0
   /// tan(vfov / 2). Computed once by whoever loads the scene and sent as bits: the one value that
   /// needs libm, whose last bit differs between machines.
   double tan_half_vfov = 0;

@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::string_view magic = "PRSCENE1";
 constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
+/// What the readers' range of vfov comes to, and some room.
+constexpr double least_tangent = 1e-9;
+constexpr double largest_tangent = 1e6;
 constexpr std::size_t sphere_bytes = 4 * sizeof(double) + sizeof(std::uint32_t);
 
 void put_vec(ByteWriter& out, const Vec3d& v) {
@@ -43,11 +46,10 @@ Camera get_camera(ByteReader& in) {
   camera.up = get_vec(in, -reach, reach);
   camera.vfov = get_number(in, 0, 180);
   camera.aperture = get_number(in, 0, reach);
-  camera.focus_distance = get_number(in, 0, reach);
-  camera.tan_half_vfov = get_number(in, 0, reach);
+  camera.focus_distance = get_number(in, limits::min_radius, reach);
+  camera.tan_half_vfov = get_number(in, least_tangent, largest_tangent);
   const Vec3d back = camera.look_from - camera.look_at;
-  if (!(length(back) > 0) || !(length(cross(camera.up, back)) > 0) ||
-      !(camera.focus_distance > 0) || !(camera.tan_half_vfov > 0)) {
+  if (!(length(back) > 0) || !(length(cross(camera.up, back)) > 0)) {
     throw DecodeError("scene: impossible camera");
   }
   return camera;

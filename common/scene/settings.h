@@ -6,25 +6,29 @@
 
 namespace parray {
 
-enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2 };       // wire values
+enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2 };           // wire values
 enum class AcceleratorKind : std::uint8_t { automatic = 0, linear = 1, bvh = 2 };  // wire values
-enum class SchedulePolicy : std::uint8_t {  // wire values
+enum class SchedulePolicy : std::uint8_t {                                         // wire values
   static_split = 0,
   guided = 1,
   factoring = 2,
   weighted = 3
 };
-enum class RowOrder : std::uint8_t { automatic = 0, sequential = 1, interleaved = 2 };  // wire values
+enum class RowOrder : std::uint8_t {
+  automatic = 0,
+  sequential = 1,
+  interleaved = 2
+};  // wire values
 
 /// How a scene is to be rendered.
 ///
 /// The first group decides the picture's bits; the second never does.
 struct RenderSettings {
   // --- the picture is a function of the scene and of these ---
-  std::uint32_t width = 1200;              ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t height = 800;              ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t samples_per_pixel = 500;   ///< 1 .. limits::max_samples_per_pixel
-  std::uint32_t max_depth = 10;            ///< ray segments a path, 1 .. limits::max_depth
+  std::uint32_t width = 1200;             ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t height = 800;             ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t samples_per_pixel = 500;  ///< 1 .. limits::max_samples_per_pixel
+  std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
 

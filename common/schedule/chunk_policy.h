@@ -9,14 +9,14 @@ namespace parray {
 /// What a policy may look at. Work is counted in units of one sample of every pixel of one row;
 /// a whole row is `row_units` (samples per pixel) of them.
 struct ChunkRequest {
-  std::uint64_t total = 0;      ///< units of the whole job, > 0
-  std::uint64_t remaining = 0;  ///< units not handed out yet, 1 .. total
-  std::uint64_t step = 0;       ///< chunks handed out before this one
-  std::uint64_t row_units = 1;  ///< units of one whole row, > 0
-  std::uint32_t workers = 1;    ///< P > 0
-  std::uint32_t threads = 1;    ///< threads of the asking worker, > 0
-  double share = 1;             ///< its measured speed over the sum of all, in (0, 1]
-  std::uint64_t least = 1;      ///< units below which a lease costs more than it spreads, > 0
+  std::uint64_t total = 0;          ///< units of the whole job, > 0
+  std::uint64_t remaining = 0;      ///< units not handed out yet, 1 .. total
+  std::uint64_t step = 0;           ///< chunks handed out before this one
+  std::uint64_t row_units = 1;      ///< units of one whole row, > 0
+  std::uint32_t workers = 1;        ///< P > 0
+  std::uint32_t threads = 1;        ///< threads of the asking worker, > 0
+  double share = 1;                 ///< its measured speed over the sum of all, in (0, 1]
+  std::uint64_t least = 1;          ///< units below which a lease costs more than it spreads, > 0
   std::uint64_t most = UINT64_MAX;  ///< units that one lease should not exceed, >= least
 };
 

@@ -24,7 +24,7 @@ std::vector<std::uint32_t> make_row_order(RowOrder order, std::uint32_t height) 
     std::iota(rows.begin(), rows.end(), 0U);
     return rows;
   }
-  const int bits = height > 1 ? std::bit_width(height - 1) : 0;
+  const int bits = height > 1 ? static_cast<int>(std::bit_width(height - 1)) : 0;
   for (std::uint32_t i = 0; i < 1ULL << bits; ++i) {
     const std::uint32_t row = reverse_bits(i, bits);
     if (row < height) {

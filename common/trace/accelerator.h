@@ -17,12 +17,12 @@ namespace parray {
 /// rule out. All accelerators call enters() of sphere.h on the same numbers and break ties by
 /// index, so that all give the same bits.
 template <typename A, typename Real>
-concept Accelerator = std::constructible_from<A, const std::vector<SphereShape<Real>>&> &&
-                      requires(const A& a, const Ray<Real>& ray, const Sides<Real>& sides,
-                               Hit<Real>& best) {
-                        { a.enter(ray, sides, best) } -> std::same_as<void>;
-                        { a.bytes() } -> std::same_as<std::size_t>;
-                      };
+concept Accelerator = std::constructible_from < A,
+        const std::vector<SphereShape<Real>>
+& > &&requires(const A& a, const Ray<Real>& ray, const Sides<Real>& sides, Hit<Real>& best) {
+  { a.enter(ray, sides, best) } -> std::same_as<void>;
+  { a.bytes() } -> std::same_as<std::size_t>;
+};
 
 /// Tries one sphere: the step that all accelerators share.
 template <typename Real>

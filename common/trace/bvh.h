@@ -62,8 +62,8 @@ template <typename Real>
 struct Bvh<Real>::Probe {
   explicit Probe(const Ray<Real>& ray) {
     const auto& o = ray.origin;
-    const Real reach = max_of(max_of(o.x < 0 ? -o.x : o.x, o.y < 0 ? -o.y : o.y),
-                              o.z < 0 ? -o.z : o.z);
+    const Real reach =
+        max_of(max_of(o.x < 0 ? -o.x : o.x, o.y < 0 ? -o.y : o.y), o.z < 0 ? -o.z : o.z);
     const Real margin = Real(32) * RealTraits<Real>::unit_roundoff * reach;
     const Vec3<Real> grow{margin, margin, margin};
     for_lo = o + grow;

@@ -176,10 +176,9 @@ class Bvh<Real>::Builder {
     const Real lo = component(centers.lo, plane.axis);
     const Real hi = component(centers.hi, plane.axis);
     const auto first = bvh_.indices_.begin();
-    const auto cut = std::stable_partition(
-        first + begin, first + end, [&](std::uint32_t index) {
-          return bin_of(component(spheres_[index].center, plane.axis), lo, hi) < plane.bin;
-        });
+    const auto cut = std::stable_partition(first + begin, first + end, [&](std::uint32_t index) {
+      return bin_of(component(spheres_[index].center, plane.axis), lo, hi) < plane.bin;
+    });
     return static_cast<std::uint32_t>(cut - first);
   }
 

@@ -17,8 +17,8 @@ Scene built_in_scene() {
                      {MaterialType::metal, {0.9, 0.8, 0.7}, 0.3, 1},
                      {MaterialType::dielectric, {1, 1, 1}, 0, 1.5},
                      {MaterialType::dielectric, {1, 1, 1}, 0, 1 / 1.5}};
-  scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 2},    {{0, 1, 0}, 0.9, 3},
-                   {{4, 1, 0}, 1, 1},        {{-4, 1, 0}, 1, 0},   {{6, 0.4, 1.5}, 0.4, 2},
+  scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 2},      {{0, 1, 0}, 0.9, 3},
+                   {{4, 1, 0}, 1, 1},        {{-4, 1, 0}, 1, 0},     {{6, 0.4, 1.5}, 0.4, 2},
                    {{5, 0.3, 2}, 0.3, 0},    {{7, 0.25, 2}, 0.25, 1}};
   return scene;
 }
@@ -39,8 +39,8 @@ std::string trace_fingerprint() {
     const auto kernel = make_kernel(scene, settings);
     for (std::uint32_t y = 0; y < settings.height; ++y) {
       TraceCounts counts;
-      kernel->trace({y, 0, settings.width}, {0, 4},
-                    std::span(sums).subspan(next, settings.width), counts);
+      kernel->trace({y, 0, settings.width}, {0, 4}, std::span(sums).subspan(next, settings.width),
+                    counts);
       next += settings.width;
     }
   }

@@ -48,8 +48,8 @@ Scattering<Real> scatter_diffuse(const Vec3<Real>& m, const Uniform4<Real>& u) {
   const Vec3<Real> sum = m + uniform_direction(u.a, u.b);
   const Real square = dot(sum, sum);
   // The sum of two opposite unit vectors has no direction; rounding may also tip a short one below.
-  if (!(dot(sum, m) > Real(0)) || !(square > RealTraits<Real>::unit_roundoff *
-                                                 RealTraits<Real>::unit_roundoff)) {
+  if (!(dot(sum, m) > Real(0)) ||
+      !(square > RealTraits<Real>::unit_roundoff * RealTraits<Real>::unit_roundoff)) {
     return {Event::reflected, m};
   }
   return {Event::reflected, (Real(1) / square_root(square)) * sum};
@@ -82,14 +82,13 @@ Scattering<Real> scatter_dielectric(const Surface<Real>& surface, const Vec3<Rea
   const Real eta = leaving ? surface.ior : surface.inverse_ior;
   const Real sine_squared = eta * eta * max_of(Real(1) - cosine * cosine, Real(0));
   const Real x = Real(1) - cosine;
-  const Real reflectance = surface.normal_reflectance +
-                           (Real(1) - surface.normal_reflectance) * ((x * x) * (x * x) * x);
+  const Real reflectance =
+      surface.normal_reflectance + (Real(1) - surface.normal_reflectance) * ((x * x) * (x * x) * x);
   if (sine_squared > Real(1) || u.a < reflectance) {
     return {Event::reflected, normalize(mirror(incoming, m, cosine))};
   }
   const Real transmitted_cosine = square_root(Real(1) - sine_squared);
-  return {Event::refracted,
-          normalize(eta * incoming + (eta * cosine - transmitted_cosine) * m)};
+  return {Event::refracted, normalize(eta * incoming + (eta * cosine - transmitted_cosine) * m)};
 }
 
 /// What happens to a path that meets a surface. `incoming` is the unit direction of travel, `m`

@@ -21,8 +21,8 @@ struct TraceScene {
 
 /// First crossing along a ray: out of a sphere that the path is inside of, or into another.
 template <typename Real, Accelerator<Real> A>
-Hit<Real> first_crossing(const TraceScene<Real>& scene, const A& accelerator,
-                         const Ray<Real>& ray, const Sides<Real>& sides) {
+Hit<Real> first_crossing(const TraceScene<Real>& scene, const A& accelerator, const Ray<Real>& ray,
+                         const Sides<Real>& sides) {
   Hit<Real> best;
   for (const std::uint32_t index : sides.inside()) {
     const SphereShape<Real>& sphere = scene.spheres[index];

@@ -45,8 +45,7 @@ class Sides {
   /// True for a sphere that the path cannot enter: it is inside already, or stands on its outside,
   /// and a convex body cannot be met by a ray that leaves it.
   [[nodiscard]] bool cannot_enter(std::uint32_t sphere) const {
-    return sphere == surface_ ||
-           std::find(inside_.begin(), inside_.end(), sphere) != inside_.end();
+    return sphere == surface_ || std::find(inside_.begin(), inside_.end(), sphere) != inside_.end();
   }
 
  private:

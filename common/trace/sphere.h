@@ -64,8 +64,7 @@ Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
 template <typename Real>
 Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                         const Vec3<Real>& normal) {
-  const Real t =
-      Real(-2) * sphere.radius * dot(normal, ray.direction) * ray.inverse_square;
+  const Real t = Real(-2) * sphere.radius * dot(normal, ray.direction) * ray.inverse_square;
   return max_of(t, Real(0));
 }
 

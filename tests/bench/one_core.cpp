@@ -1,5 +1,6 @@
-// Samples a second on one core, by scene, precision and accelerator. Variants take turns within each
-// round, and medians of rounds are printed, so that a machine whose speed drifts drifts for all.
+// Samples a second on one core, by scene, precision and accelerator. Variants take turns within
+// each round, and medians of rounds are printed, so that a machine whose speed drifts drifts for
+// all.
 #include <sched.h>
 
 #include <algorithm>
@@ -27,10 +28,11 @@ struct Variant {
   Precision precision;
   AcceleratorKind accelerator;
 };
-constexpr std::array<Variant, 4> variants{{{"f32 bvh", Precision::f32, AcceleratorKind::bvh},
-                                           {"f64 bvh", Precision::f64, AcceleratorKind::bvh},
-                                           {"f32 linear", Precision::f32, AcceleratorKind::linear},
-                                           {"f64 linear", Precision::f64, AcceleratorKind::linear}}};
+constexpr std::array<Variant, 4> variants{
+    {{"f32 bvh", Precision::f32, AcceleratorKind::bvh},
+     {"f64 bvh", Precision::f64, AcceleratorKind::bvh},
+     {"f32 linear", Precision::f32, AcceleratorKind::linear},
+     {"f64 linear", Precision::f64, AcceleratorKind::linear}}};
 
 struct Rate {
   double samples = 0;  ///< a second
@@ -49,7 +51,8 @@ Rate take_turn(const Kernel& kernel, const RenderSettings& settings) {
     kernel.trace({row, 0, settings.width}, {0, 4}, sums, counts);
     elapsed = to_seconds(clock.now() - begin);
   }
-  return {static_cast<double>(counts.samples) / elapsed, static_cast<double>(counts.rays) / elapsed};
+  return {static_cast<double>(counts.samples) / elapsed,
+          static_cast<double>(counts.rays) / elapsed};
 }
 
 Rate median(std::vector<Rate> rates) {

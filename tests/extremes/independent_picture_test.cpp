@@ -145,8 +145,8 @@ class TextbookTracer {
       if (discriminant < 0) {
         continue;
       }
-      for (const double root : {(-b - std::sqrt(discriminant)) / a,
-                                (-b + std::sqrt(discriminant)) / a}) {
+      for (const double root :
+           {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a}) {
         if (root > 1e-7 && root < t) {
           t = root;
           hit = &sphere;

@@ -117,7 +117,8 @@ struct OneLease {
 
 }  // namespace
 
-TEST_CASE("a result that comes after its lease's deadline is stale, and the lease is granted again") {
+TEST_CASE(
+    "a result that comes after its lease's deadline is stale, and the lease is granted again") {
   const Server server(quick());
   const OneLease job;
   Speaker worker(server);

@@ -25,10 +25,16 @@ class Dice {
   /// 10^x with x uniform in [low, high).
   double ten_to(double low, double high) { return std::pow(10, between(low, high)); }
   double sign() { return one_in(2) ? 1 : -1; }
+  /// Uniform point of the cube [-reach, reach)^3.
+  Vec3d in_cube(double reach) {
+    const double x = between(-reach, reach);
+    const double y = between(-reach, reach);
+    return {x, y, between(-reach, reach)};
+  }
   /// Uniform unit vector, by rejection from the cube.
   Vec3d direction() {
     for (;;) {
-      const Vec3d v{between(-1, 1), between(-1, 1), between(-1, 1)};
+      const Vec3d v = in_cube(1);
       const double square = dot(v, v);
       if (square > 0.01 && square <= 1) {
         return (1 / std::sqrt(square)) * v;

@@ -24,7 +24,7 @@ inline std::vector<Message> sample_messages() {
   block.pixels[1].sum = {1, 2, 3};
   block.pixels[3].sum_of_squares = {UINT64_MAX, 0, 4};
   const nlohmann::json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
-  std::string pixels(2 * 3 * 12, '\x3f');
+  std::string pixels(72, '\x3f');  // 2 x 3 pixels
   return {msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc"},
           msg::Welcome{250, 4000},
           msg::Refuse{"another build"},

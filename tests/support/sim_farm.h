@@ -47,8 +47,8 @@ class SimFarm {
 
   void submit(const Scene& scene, const RenderSettings& settings);
 
-  /// Runs until the job's picture has been fetched, or until `until`. `event` is called before every
-  /// turn and may do things to the farm. False: out of time.
+  /// Runs until the job's picture has been fetched, or until `until`. `event` is called before
+  /// every turn and may do things to the farm. False: out of time.
   template <typename Event>
   bool run(Time until, Event event) {
     while (!picture_ && network.now() < until) {

@@ -15,8 +15,8 @@ namespace parray::test {
 /// What a bad network does to a message, each with its probability.
 struct Faults {
   double drop = 0;
-  double repeat = 0;    ///< delivered twice, at different times
-  double truncate = 0;  ///< a frame is cut short, or the last frame is lost
+  double repeat = 0;                     ///< delivered twice, at different times
+  double truncate = 0;                   ///< a frame is cut short, or the last frame is lost
   Time longest_delay = milliseconds(1);  ///< uniform from 0: later messages may overtake
 };
 
@@ -60,7 +60,9 @@ class SimNetwork {
     Frames frames;
   };
 
-  bool chance(double probability) { return std::uniform_real_distribution<>(0, 1)(random_) < probability; }
+  bool chance(double probability) {
+    return std::uniform_real_distribution<>(0, 1)(random_) < probability;
+  }
   void post(const PeerId& from, const PeerId& to, Frames frames);
   void launch(const PeerId& from, const PeerId& to, Frames frames);
   std::optional<Delivery> arrived(const PeerId& at);

@@ -7,8 +7,8 @@
 
 namespace parray::test {
 
-/// A team whose work takes virtual time: the samples are really traced, at once, and handed out when
-/// a machine of `samples_per_second` would have them.
+/// A team whose work takes virtual time: the samples are really traced, at once, and handed out
+/// when a machine of `samples_per_second` would have them.
 class SimTeam final : public Team {
  public:
   SimTeam(const SimNetwork& network, double samples_per_second)
@@ -21,13 +21,12 @@ class SimTeam final : public Team {
     Finished finished;
     finished.job = assignment.job;
     finished.epoch = assignment.epoch;
-    finished.block =
-        trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop);
+    finished.block = trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop);
     finished.seconds = static_cast<double>(finished.block.counts.samples) / speed_;
     finished.isa = kernel->isa();
     begun_ = network_.now();
-    due_ = begun_ + std::chrono::duration_cast<Time>(
-                        std::chrono::duration<double>(finished.seconds));
+    due_ =
+        begun_ + std::chrono::duration_cast<Time>(std::chrono::duration<double>(finished.seconds));
     finished_ = std::move(finished);
   }
   [[nodiscard]] bool idle() const override { return !finished_; }

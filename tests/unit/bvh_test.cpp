@@ -25,17 +25,13 @@ SphereShape<Real> shape(const Vec3d& center, double radius) {
   return {vec_cast<Real>(center), static_cast<Real>(radius)};
 }
 
-Vec3d anywhere(Dice& dice, double reach) {
-  return {dice.between(-reach, reach), dice.between(-reach, reach), dice.between(-reach, reach)};
-}
-
 // --- scenes
 
 template <typename Real>
 Spheres<Real> scattered(Dice& dice) {
   Spheres<Real> spheres;
   for (int i = 0; i < 300; ++i) {
-    spheres.push_back(shape<Real>(anywhere(dice, 10), dice.between(0.05, 1)));
+    spheres.push_back(shape<Real>(dice.in_cube(10), dice.between(0.05, 1)));
   }
   return spheres;
 }
@@ -44,9 +40,9 @@ template <typename Real>
 Spheres<Real> clustered(Dice& dice) {
   Spheres<Real> spheres;
   for (int cluster = 0; cluster < 20; ++cluster) {
-    const Vec3d center = anywhere(dice, 1000);
+    const Vec3d center = dice.in_cube(1000);
     for (int i = 0; i < 15; ++i) {
-      spheres.push_back(shape<Real>(center + anywhere(dice, 0.3), dice.ten_to(-3, -1)));
+      spheres.push_back(shape<Real>(center + dice.in_cube(0.3), dice.ten_to(-3, -1)));
     }
   }
   return spheres;
@@ -119,7 +115,7 @@ Spheres<Real> ring(Dice& dice) {
   for (int i = 0; i < 200; ++i) {
     const double x = dice.between(-1, 1);
     const Vec3d around{x, 0, dice.sign() * std::sqrt(1 - x * x)};
-    spheres.push_back(shape<Real>(1000 * around + anywhere(dice, 0.1), dice.between(0.01, 2)));
+    spheres.push_back(shape<Real>(1000 * around + dice.in_cube(0.1), dice.between(0.01, 2)));
   }
   return spheres;
 }

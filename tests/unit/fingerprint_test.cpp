@@ -1,6 +1,6 @@
-#include <doctest/doctest.h>
-
 #include "common/trace/fingerprint.h"
+
+#include <doctest/doctest.h>
 
 namespace parray::test {
 

@@ -124,9 +124,10 @@ TEST_CASE("a block's rows land where the row order says, and count their samples
   block.pixels[1].sum = {7, 8, 9};
   framebuffer.merge(block);
   for (std::uint32_t row = 0; row < 5; ++row) {
+    const PixelSums* pixels = framebuffer.pixels().data() + std::size_t{row} * 2;
     CHECK(framebuffer.samples_in_row(row) == (row == row_at[3] ? 3U : 0U));
-    CHECK(framebuffer.pixels()[row * 2].sum[0] == 0);
-    CHECK(framebuffer.pixels()[row * 2 + 1].sum[0] == (row == row_at[3] ? 7U : 0U));
+    CHECK(pixels[0].sum[0] == 0);
+    CHECK(pixels[1].sum[0] == (row == row_at[3] ? 7U : 0U));
   }
   CHECK(framebuffer.counts() == TraceCounts{6, 9, 0});
 }

@@ -13,6 +13,7 @@
 #include "proto/control_frame.h"
 #include "proto/messages.h"
 #include "tests/support/dice.h"
+#include "tests/support/memory.h"
 #include "tests/support/sample_messages.h"
 
 namespace parray {
@@ -223,6 +224,7 @@ TEST_CASE("a control frame over 1 MiB is refused") {
 }
 
 TEST_CASE("lengths that lie do not allocate") {
+  const std::uint64_t before = test::peak_address_space();
   // array32, map32, str32, bin32, ext32 of 4 Gi elements with nothing behind them.
   for (const char kind : {'\xdd', '\xdf', '\xdb', '\xc6', '\xc9'}) {
     const std::string lie = std::string(1, kind) + "\xff\xff\xff\xff";
@@ -230,6 +232,11 @@ TEST_CASE("lengths that lie do not allocate") {
     CHECK(refused({"\x81\xa4type" + lie}));
     CHECK(refused({lie + "\xa4type\xa5pulse"}));
   }
+  // A block of 4 Gi rows, and of 4 Gi pixels a row.
+  const std::string bytes = row_block_to_bytes(small_block());
+  CHECK(block_refused(with(bytes, 4, UINT32_MAX)));
+  CHECK(block_refused(with(bytes, 16, UINT32_MAX)));
+  CHECK(test::peak_address_space() - before < std::uint64_t{64} << 20);
 }
 
 TEST_CASE("binary values and extensions are refused, they are in no message") {
@@ -291,7 +298,7 @@ TEST_CASE("a row block that contradicts itself is refused") {
 }
 
 TEST_CASE("an image's data must fit its size") {
-  msg::ImageData image{1, json::object(), 2, 3, std::string(2 * 3 * 12, '\0')};
+  msg::ImageData image{1, json::object(), 2, 3, std::string(72, '\0')};
   CHECK_FALSE(refused(encode(image)));
   image.width = 3;
   CHECK(refused(encode(image)));

@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -58,66 +57,103 @@ std::string problem_with(const std::string& type, const std::string& key, const 
   return problem_of(with(frames_of(type), [&](json& map) { map[key] = value; }));
 }
 
-/// PROTOCOL.md: the keys of every type besides v and type, and whether bulk data follow.
+/// PROTOCOL.md in examples: the type and keys of every message, with the values that
+/// sample_messages() gives them, and whether bulk data follow.
 struct TypeRow {
   std::string type;
-  std::set<std::string> keys;
+  json keys;
   bool bulk = false;
 };
 
 const std::vector<TypeRow>& protocol() {
+  static const std::string digest(64, 'a');
+  static const json settings = {{"width", 20},
+                                {"height", 30},
+                                {"samples_per_pixel", 40},
+                                {"max_depth", 50},
+                                {"precision", "f64"},
+                                {"seed", 0xFEDCBA9876543210},
+                                {"accelerator", "bvh"},
+                                {"schedule", "factoring"},
+                                {"row_order", "sequential"}};
+  static const json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
+  static const json none = json::object();
   static const std::vector<TypeRow> table = {
-      {"hello", {"name", "instance", "threads", "capacity", "trace_version", "fingerprint"}},
-      {"welcome", {"heartbeat_ms", "silence_ms"}},
-      {"refuse", {"reason"}},
-      {"heartbeat", {"traced", "preparing", "epochs"}},
-      {"pulse", {}},
-      {"who", {}},
-      {"grant", {"job", "epoch", "rect", "scene", "settings"}},
-      {"need_scene", {"scene"}},
-      {"scene", {"scene"}, true},
-      {"result", {"job", "epoch", "seconds", "build_seconds", "accelerator_bytes", "isa"}, true},
-      {"verdict", {"job", "epoch", "verdict"}},
-      {"revoke", {"job", "epoch"}},
-      {"bye", {"reason"}},
-      {"submit",
-       {"request", "token", "name", "priority", "settings", "precision_reason", "load_seconds"},
+      {"hello",
+       {{"name", "node 1"},
+        {"instance", "12345"},
+        {"threads", 16},
+        {"capacity", 3},
+        {"trace_version", 9},
+        {"fingerprint", "abc"}}},
+      {"welcome", {{"heartbeat_ms", 250}, {"silence_ms", 4000}}},
+      {"refuse", {{"reason", "another build"}}},
+      {"heartbeat",
+       {{"traced", UINT64_MAX},
+        {"preparing", true},
+        {"epochs", json::array({json::array({1, 2}), json::array({3, UINT64_MAX})})}}},
+      {"pulse", none},
+      {"who", none},
+      {"grant",
+       {{"job", 5},
+        {"epoch", 6},
+        {"rect", {1, 30, 2, 40}},
+        {"scene", digest},
+        {"settings", settings}}},
+      {"need_scene", {{"scene", digest}}},
+      {"scene", {{"scene", digest}}, true},
+      {"result",
+       {{"job", 5},
+        {"epoch", 6},
+        {"seconds", 1.25},
+        {"build_seconds", 0.1},
+        {"accelerator_bytes", 1000},
+        {"isa", "avx2"}},
        true},
-      {"submitted", {"request", "job"}},
-      {"list_jobs", {"request"}},
-      {"jobs", {"request", "jobs"}},
-      {"show_job", {"request", "job"}},
-      {"job", {"request", "job"}},
-      {"cancel", {"request", "job"}},
-      {"fetch", {"request", "job"}},
-      {"image", {"request", "report", "width", "height"}, true},
-      {"list_workers", {"request"}},
-      {"workers", {"request", "workers"}},
-      {"error", {"request", "status", "message"}}};
+      {"verdict", {{"job", 5}, {"epoch", 6}, {"verdict", "mismatch"}}},
+      {"revoke", {{"job", 5}, {"epoch", 6}}},
+      {"bye", {{"reason", "stopped"}}},
+      {"submit",
+       {{"request", 8},
+        {"token", "token-1"},
+        {"name", "glass"},
+        {"priority", 99},
+        {"settings", settings},
+        {"precision_reason", "asked for"},
+        {"load_seconds", 0.25}},
+       true},
+      {"submitted", {{"request", 8}, {"job", 5}}},
+      {"list_jobs", {{"request", 8}}},
+      {"jobs", {{"request", 8}, {"jobs", json::array({job, job})}}},
+      {"show_job", {{"request", 8}, {"job", 5}}},
+      {"job", {{"request", 8}, {"job", job}}},
+      {"cancel", {{"request", 8}, {"job", 5}}},
+      {"fetch", {{"request", 8}, {"job", 5}}},
+      {"image",
+       {{"request", 8}, {"report", {{"image_sha256", digest}}}, {"width", 2}, {"height", 3}},
+       true},
+      {"list_workers", {{"request", 8}}},
+      {"workers", {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}}},
+      {"error", {{"request", 8}, {"status", 2}, {"message", "no such job"}}}};
   return table;
 }
 
 }  // namespace
 
-TEST_CASE("every message has the type, keys and frames that PROTOCOL.md lists") {
+TEST_CASE("every message has the type, keys, values and frames that PROTOCOL.md lists") {
   const auto messages = sample_messages();
   REQUIRE(messages.size() == std::variant_size_v<Message>);
   REQUIRE(messages.size() == protocol().size());
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    CAPTURE(i);
+    const TypeRow& row = protocol()[i];
+    CAPTURE(row.type);
     REQUIRE(messages[i].index() == i);
     const Frames frames = encode(messages[i]);
-    const json map = map_of(frames);
-    CHECK(frames.size() == (protocol()[i].bulk ? 2 : 1));
-    CHECK(map["type"] == protocol()[i].type);
-    CHECK(map["v"] == protocol_version);
-    std::set<std::string> keys;
-    for (const auto& [key, value] : map.items()) {
-      keys.insert(key);
-    }
-    keys.erase("type");
-    keys.erase("v");
-    CHECK(keys == protocol()[i].keys);
+    json expected = row.keys;
+    expected["v"] = protocol_version;
+    expected["type"] = row.type;
+    CHECK(map_of(frames).dump() == expected.dump());
+    CHECK(frames.size() == (row.bulk ? 2 : 1));
   }
 }
 
@@ -133,7 +169,7 @@ TEST_CASE("every message comes back as it was sent") {
 
 TEST_CASE("every key of a message is needed, and of its own type") {
   for (const TypeRow& row : protocol()) {
-    for (const std::string& key : row.keys) {
+    for (const auto& [key, value] : row.keys.items()) {
       CAPTURE(row.type);
       CAPTURE(key);
       const std::string missing =
@@ -142,11 +178,10 @@ TEST_CASE("every key of a message is needed, and of its own type") {
       CHECK(missing.find("missing") != std::string::npos);
       CHECK(missing.find("'" + key + "'") != std::string::npos);
       CHECK(problem_with(row.type, key, nullptr) != "");
-      CHECK(problem_with(row.type, key, json::array({nullptr})) !=
-            (key == "jobs" || key == "workers" ? "?" : ""));
-      const bool text = map_of(frames_of(row.type))[key].is_string();
-      CHECK((problem_with(row.type, key, "text") == "") ==
-            (text && key != "scene" && key != "verdict"));
+      CHECK(problem_with(row.type, key, json::array({nullptr})).empty() ==
+            (key == "jobs" || key == "workers"));
+      CHECK(problem_with(row.type, key, "text").empty() ==
+            (value.is_string() && key != "scene" && key != "verdict"));
     }
   }
 }
@@ -215,7 +250,10 @@ TEST_CASE("texts are printable, and names are neither empty nor long") {
   CHECK(problem_with("submit", "token", std::string(65, 't')) != "");
   CHECK(problem_with("submit", "name", "") != "");
   CHECK(problem_with("hello", "name", "Mühle \xe6\xb0\xb4") == "");
-  for (const char* bad : {"line\nline", "\x1b[2J", "\x7f", "\xff", "cut \xc3", "\xe2\x80\xae"}) {
+  const std::string reversed = std::string("\xe2\x80") + '\xae';  // U+202E
+  for (const std::string& bad :
+       {std::string("line\nline"), std::string("\x1b[2J"), std::string("\x7f"), std::string("\xff"),
+        std::string("cut \xc3"), reversed}) {
     CAPTURE(bad);
     CHECK(problem_with("hello", "name", bad) != "");
     CHECK(problem_with("bye", "reason", bad) != "");

@@ -272,7 +272,7 @@ TEST_CASE_TEMPLATE("distances scale exactly with the inverse length of the direc
   const int most = sizeof(Real) == sizeof(float) ? 40 : 300;
   for (int i = 0; i < 4'000; ++i) {
     const auto c = random_case<Real>(dice, dice.between(0, 1.05), 1.0001, 1e3);
-    const int k = static_cast<int>(dice.below(static_cast<std::uint64_t>(2 * most + 1))) - most;
+    const int k = static_cast<int>(dice.below(2 * static_cast<std::uint64_t>(most) + 1)) - most;
     const Real power = std::ldexp(Real(1), k);
     const Vec3<Real> direction = normalize(c.ray.direction);
     const Ray<Real> one(c.ray.origin, direction);

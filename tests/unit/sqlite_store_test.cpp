@@ -1,3 +1,5 @@
+#include "coordinator/sqlite_store.h"
+
 #include <doctest/doctest.h>
 #include <sqlite3.h>
 
@@ -5,7 +7,6 @@
 #include <fstream>
 
 #include "common/base/error.h"
-#include "coordinator/sqlite_store.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/temporary_directory.h"
 
