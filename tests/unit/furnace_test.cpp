@@ -208,6 +208,39 @@ TEST_CASE("a sample of a lone diffuse sphere of albedo 1/2 is exactly 1/2 at eve
   }
 }
 
+TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes along its chord",
+                   Real, float, double) {
+  test::Dice dice(9);
+  int again = 0;
+  int again_without_sides = 0;
+  int other_than_chord = 0;
+  for (int i = 0; i < 50'000; ++i) {
+    Scene one_ball = under_white_sky();
+    one_ball.materials = {glass(1.5)};
+    one_ball.spheres = {{dice.ten_to(0, 4) * dice.direction(), dice.ten_to(-2, 3), 0}};
+    const TraceScene<Real> scene = trace_scene<Real>(one_ball, 2);
+    const Linear<Real> linear(scene.spheres);
+    const SphereShape<Real>& sphere = scene.spheres[0];
+    const Vec3d n = dice.direction();
+    const Vec3d outward = normalize(dice.across(n) + dice.ten_to(-18, 1) * n);
+    const Vec3<Real> normal = normalize(vec_cast<Real>(n));
+    const Vec3<Real> origin = sphere.center + sphere.radius * normal;
+    const Ray<Real> away(origin, vec_cast<Real>(outward));
+    const Ray<Real> into(origin, vec_cast<Real>(-outward));
+    Sides<Real> sides;
+    sides.start({});
+    again_without_sides += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    sides.stand_on(0, normal);
+    again += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    sides.cross(0, false);
+    const Hit<Real> end = first_crossing(scene, linear, into, sides);
+    other_than_chord += end.leaving && end.t == chord_from_surface(into, sphere, normal) ? 0 : 1;
+  }
+  CHECK(again == 0);
+  CHECK(other_than_chord == 0);
+  CHECK(again_without_sides > 1000);  // what computed distances alone would make of it
+}
+
 TEST_CASE("nothing leaks out of a closed diffuse sphere at any radius, wherever the camera is") {
   RenderSettings settings;
   settings.max_depth = 100;
