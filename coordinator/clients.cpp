@@ -1,6 +1,9 @@
 // What the coordinator answers to clients.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
@@ -9,6 +12,13 @@
 namespace parray {
 
 using nlohmann::json;
+
+namespace {
+
+/// Entries of a list: with names of the longest kind they still fit a control frame.
+constexpr std::size_t most_listed = 1000;
+
+}  // namespace
 
 void Coordinator::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                                const std::string& message) {
@@ -53,8 +63,10 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   auto list = json::array();
-  for (const auto& [id, job] : jobs_) {
-    list.push_back(job_summary(job, now));
+  const std::size_t skipped = jobs_.size() - std::min(jobs_.size(), most_listed);
+  for (auto job = std::next(jobs_.begin(), static_cast<std::ptrdiff_t>(skipped));
+       job != jobs_.end(); ++job) {
+    list.push_back(job_summary(job->second, now));
   }
   send(peer, msg::Jobs{m.request, std::move(list)});
 }
@@ -105,6 +117,9 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   auto list = json::array();
   for (const auto& [id, worker] : workers_) {
+    if (list.size() == most_listed) {
+      break;
+    }
     std::size_t leases = 0;
     for (const Job* job : open_jobs_) {
       leases += job->work->leases.held_by(worker.id);
