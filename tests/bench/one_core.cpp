@@ -118,7 +118,7 @@ int main(int argc, char** argv) {
   std::puts("warning: built with assertions; these figures mean nothing");
 #endif
   if (argc < 2) {
-    std::fputs("usage: one_core SCENE...\n", stderr);
+    std::puts("usage: one_core SCENE...");
     return 2;
   }
   pin_to_one_core();

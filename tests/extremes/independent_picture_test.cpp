@@ -33,7 +33,7 @@ class Accumulator {
   void add(std::uint32_t x, std::uint32_t y, const std::array<double, 3>& mean,
            const std::array<double, 3>& mean_square, double samples) {
     for (std::size_t c = 0; c < 3; ++c) {
-      Estimate& e = blocks_[((y / block) * (width / block) + x / block) * 3 + c];
+      Estimate& e = blocks_[(std::size_t{y / block} * (width / block) + x / block) * 3 + c];
       e.mean += mean[c] / (block * block);
       const double variance = std::max(mean_square[c] - mean[c] * mean[c], 0.0);
       e.error_squared += variance / samples / (block * block * block * block);

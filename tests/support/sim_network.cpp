@@ -5,7 +5,7 @@
 namespace parray::test {
 namespace {
 
-const PeerId coordinator_id = "coordinator";
+constexpr const char* coordinator_id = "coordinator";
 
 }  // namespace
 
