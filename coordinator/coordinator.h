@@ -58,8 +58,6 @@ class Coordinator final : public Actor {
     std::uint64_t malformed = 0;
   };
   [[nodiscard]] const Tally& tally() const { return tally_; }
-  [[nodiscard]] bool all_jobs_closed() const;
-  [[nodiscard]] std::size_t worker_count() const { return workers_.size(); }
 
  private:
   struct WorkerRecord {

@@ -15,8 +15,6 @@ Job* Coordinator::job_of(JobId id) {
   return found == jobs_.end() ? nullptr : &found->second;
 }
 
-bool Coordinator::all_jobs_closed() const { return open_jobs_.empty(); }
-
 void Coordinator::sort_open_jobs() {
   open_jobs_.clear();
   for (auto& [id, job] : jobs_) {

@@ -9,9 +9,12 @@
 #include <stdexcept>
 
 #include "common/base/error.h"
+#include "tests/support/message_of.h"
 
 namespace parray {
 namespace {
+
+using test::message_of;
 
 /// Both the link and the clock of a client: a wait without a message passes its whole time.
 class ScriptedLink final : public Link, public Clock {
@@ -47,16 +50,6 @@ class ScriptedLink final : public Link, public Clock {
   Answer answer_;
   Time now_ = seconds(1000);
 };
-
-template <typename Error, typename Function>
-std::string message_of(const Function& function) {
-  try {
-    function();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 Submission some_submission(std::size_t bytes) {
   Submission submission;

@@ -16,33 +16,15 @@
 
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
+#include "tests/support/message_of.h"
+#include "tests/support/temporary_directory.h"
 
 namespace parray {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// An empty directory, removed with everything in it.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string name = (fs::temp_directory_path() / "parray-image-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary directory");
-    path_ = name;
-  }
-  ~TemporaryDirectory() { fs::remove_all(path_); }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-  [[nodiscard]] std::size_t files() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
-  }
-
- private:
-  fs::path path_;
-};
+using test::message_of;
+using test::TemporaryDirectory;
 
 /// While it lives no file of this process may grow beyond `bytes`: a disk that is full.
 class FullDisk {
@@ -74,16 +56,6 @@ Image grey_row(const std::vector<float>& values) {
   Image image{static_cast<std::uint32_t>(values.size()), 1, {}};
   for (const float v : values) image.rgb.insert(image.rgb.end(), {v, v, v});
   return image;
-}
-
-template <typename Error, typename Function>
-std::string message_of(const Function& function) {
-  try {
-    function();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 bool contains(const std::string& text, const std::string& part) {

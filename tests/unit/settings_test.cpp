@@ -6,22 +6,15 @@
 
 #include "common/base/error.h"
 #include "common/scene/limits.h"
+#include "tests/support/message_of.h"
 
 namespace parray {
 namespace {
 
-template <typename Function>
-std::string message_of(const Function& function) {
-  try {
-    function();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using test::message_of;
 
 std::string problem_of(const RenderSettings& settings) {
-  return message_of([&] { check_settings(settings); });
+  return message_of<InputError>([&] { check_settings(settings); });
 }
 
 }  // namespace
@@ -52,17 +45,18 @@ TEST_CASE("settings are named as users write them") {
 }
 
 TEST_CASE("an unknown setting is refused with the known names and the nearest") {
-  CHECK(message_of([] { precision_from("f23"); }) ==
+  CHECK(message_of<InputError>([] { precision_from("f23"); }) ==
         "unknown precision 'f23': did you mean 'f32'? known: auto, f32, f64");
-  CHECK(message_of([] { accelerator_from("BHV"); }) ==
+  CHECK(message_of<InputError>([] { accelerator_from("BHV"); }) ==
         "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh");
-  CHECK(message_of([] { schedule_from("wieghted"); }) ==
+  CHECK(message_of<InputError>([] { schedule_from("wieghted"); }) ==
         "unknown schedule 'wieghted': did you mean 'weighted'? "
         "known: static, guided, factoring, weighted");
-  CHECK(message_of([] { row_order_from("random"); }) ==
+  CHECK(message_of<InputError>([] { row_order_from("random"); }) ==
         "unknown row order 'random': known: auto, sequential, interleaved");
-  CHECK(message_of([] { precision_from(""); }) == "unknown precision '': known: auto, f32, f64");
-  CHECK(message_of([] { precision_from("\x1b[2J"); }) ==
+  CHECK(message_of<InputError>([] { precision_from(""); }) ==
+        "unknown precision '': known: auto, f32, f64");
+  CHECK(message_of<InputError>([] { precision_from("\x1b[2J"); }) ==
         "unknown precision '\\x1b[2J': known: auto, f32, f64");
 }
 
