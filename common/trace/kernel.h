@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/image/pixel_sums.h"
+#include "common/image/radiance_scale.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -47,9 +48,20 @@ class Kernel {
   [[nodiscard]] virtual std::string_view isa() const = 0;
 };
 
+/// What changes how a kernel is made, but not what it computes.
+struct KernelOptions {
+  int build_threads = 1;
+  bool general = false;  ///< with everything that a scene could contain: for tests and benchmarks
+};
+
 /// Builds the kernel for settings that resolve_settings() has completed. Memory is in proportion
-/// to the number of spheres.
-std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings);
+/// to the number of spheres. An instruction set that the machine lacks is replaced by its best.
+std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
+                                    const KernelOptions& options = {});
+
+/// Adds one sample's radiance to a pixel, unless it is not finite: then it is only counted.
+void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
+                TraceCounts& counts);
 
 /// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.
 double largest_radiance(const Scene& scene);

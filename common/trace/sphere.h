@@ -23,7 +23,7 @@ struct Passage {
   Vec3<Real> perpendicular;  ///< from the foot to the centre
   Real depth_squared;        ///< radius^2 - |perpendicular|^2; < 0: the line misses
 
-  Passage(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  PARRAY_INLINE Passage(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
     const Vec3<Real> to_center = sphere.center - ray.origin;
     foot = dot(to_center, ray.direction) * ray.inverse_square;
     perpendicular = to_center - foot * ray.direction;
@@ -31,30 +31,29 @@ struct Passage {
   }
 
   /// Half the chord in units of the ray parameter; 0 where rounding says that the line misses.
-  [[nodiscard]] Real half_chord(const Ray<Real>& ray) const {
+  [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
     return square_root(max_of(depth_squared, Real(0)) * ray.inverse_square);
   }
 };
 
-/// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does.
+/// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does. `t` is not
+/// set where no lane enters.
 ///
 /// The path knows that it is outside, so the far crossing is never asked for, and a crossing that
 /// rounding places behind the origin of an approaching ray (surfaces that touch) is at 0. No
 /// epsilon is needed.
 template <typename Real>
-bool enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
+PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
   const Passage<Real> passage(ray, sphere);
-  if (!(passage.foot > Real(0)) || !(passage.depth_squared >= Real(0))) {
-    return false;
-  }
+  const MaskOf<Real> met = (passage.foot > Real(0)) & (passage.depth_squared >= Real(0));
   t = max_of(passage.foot - passage.half_chord(ray), Real(0));
-  return true;
+  return met;
 }
 
 /// Where a ray that is inside a sphere leaves it: always somewhere, `t` >= 0. A path can leave a
 /// sphere through an event of its material only, never through a rounding error.
 template <typename Real>
-Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const Passage<Real> passage(ray, sphere);
   return max_of(passage.foot + passage.half_chord(ray), Real(0));
 }
@@ -62,7 +61,7 @@ Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
 /// The same for a ray that starts on the sphere's own surface, at outward unit normal `normal`:
 /// the other end of the chord, with no cancellation.
 template <typename Real>
-Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
+PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                         const Vec3<Real>& normal) {
   const Real t = Real(-2) * sphere.radius * dot(normal, ray.direction) * ray.inverse_square;
   return max_of(t, Real(0));
@@ -70,11 +69,20 @@ Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
 
 /// Outward unit normal where the line of `ray` enters (`leaving` false) or leaves the sphere,
 /// from the perpendicular rather than from origin + t direction, which cancels at a distance.
-template <typename Real>
-Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere, bool leaving) {
+template <typename Real, typename Mask>
+PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere,
+                                   Mask leaving) {
   const Passage<Real> passage(ray, sphere);
-  const Real along = leaving ? passage.half_chord(ray) : -passage.half_chord(ray);
+  const Real half_chord = passage.half_chord(ray);
+  const Real along = select(leaving, half_chord, -half_chord);
   return normalize(along * ray.direction - passage.perpendicular);
+}
+
+/// normal_at() for a ray that enters.
+template <typename Real>
+PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  const Passage<Real> passage(ray, sphere);
+  return normalize(-passage.half_chord(ray) * ray.direction - passage.perpendicular);
 }
 
 }  // namespace parray

@@ -27,12 +27,19 @@ struct Variant {
   const char* name;
   Precision precision;
   AcceleratorKind accelerator;
+  Isa isa;
+  bool general = false;
 };
-constexpr std::array<Variant, 4> variants{
-    {{"f32 bvh", Precision::f32, AcceleratorKind::bvh},
-     {"f64 bvh", Precision::f64, AcceleratorKind::bvh},
-     {"f32 linear", Precision::f32, AcceleratorKind::linear},
-     {"f64 linear", Precision::f64, AcceleratorKind::linear}}};
+constexpr std::array<Variant, 9> variants{
+    {{"f32 bvh", Precision::f32, AcceleratorKind::bvh, Isa::automatic},
+     {"mixed bvh", Precision::mixed, AcceleratorKind::bvh, Isa::automatic},
+     {"f64 bvh", Precision::f64, AcceleratorKind::bvh, Isa::automatic},
+     {"f32 linear", Precision::f32, AcceleratorKind::linear, Isa::automatic},
+     {"mixed linear", Precision::mixed, AcceleratorKind::linear, Isa::automatic},
+     {"f64 linear", Precision::f64, AcceleratorKind::linear, Isa::automatic},
+     {"general", Precision::f32, AcceleratorKind::bvh, Isa::automatic, true},
+     {"avx2", Precision::f32, AcceleratorKind::bvh, Isa::avx2},
+     {"scalar", Precision::f32, AcceleratorKind::bvh, Isa::scalar}}};
 
 struct Rate {
   double samples = 0;  ///< a second
@@ -95,7 +102,10 @@ void measure(const std::filesystem::path& file) {
   for (const Variant& variant : variants) {
     settings.precision = variant.precision;
     settings.accelerator = variant.accelerator;
-    kernels.push_back(make_kernel(scene, settings));
+    settings.isa = variant.isa;
+    KernelOptions options;
+    options.general = variant.general;
+    kernels.push_back(make_kernel(scene, settings, options));
   }
   std::array<std::vector<Rate>, variants.size()> rates;
   for (std::size_t round = 0; round < rounds; ++round) {
@@ -106,7 +116,7 @@ void measure(const std::filesystem::path& file) {
   const double base = median(rates[0]).samples;
   for (std::size_t v = 0; v < variants.size(); ++v) {
     const Rate rate = median(rates[v]);
-    std::printf("%8zu  %-10s  %8.3f  %8.3f  %6.2f\n", scene.spheres.size(), variants[v].name,
+    std::printf("%8zu  %-12s  %8.3f  %8.3f  %6.2f\n", scene.spheres.size(), variants[v].name,
                 rate.samples / 1e6, rate.rays / 1e6, rate.samples / base);
   }
 }

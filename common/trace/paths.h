@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/inside_lists.h"
+#include "common/trace/kernel_scene.h"
+
+/// The scratch memory of a batch: what is known of each path, column by column, so that lanes load
+/// and store it. Columns have room for a whole vector beyond the last path. Nothing is initialised.
+namespace parray {
+
+inline constexpr std::uint32_t column_size = SampleBatch::most + 16;
+
+template <typename T>
+struct alignas(64) Column {
+  T at[column_size];
+
+  PARRAY_INLINE T& operator[](std::uint32_t i) { return at[i]; }
+  PARRAY_INLINE const T& operator[](std::uint32_t i) const { return at[i]; }
+};
+
+template <typename T>
+struct VecColumns {
+  Column<T> x, y, z;
+
+  PARRAY_INLINE Vec3<T> operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+  PARRAY_INLINE void set(std::uint32_t i, const Vec3<T>& v) {
+    x[i] = v.x;
+    y[i] = v.y;
+    z[i] = v.z;
+  }
+  template <typename L>
+  PARRAY_INLINE Vec3<L> load(std::uint32_t i) const {
+    return {L::load(&x[i]), L::load(&y[i]), L::load(&z[i])};
+  }
+  template <typename L>
+  PARRAY_INLINE void store(std::uint32_t i, const Vec3<L>& v) {
+    v.x.store(&x[i]);
+    v.y.store(&y[i]);
+    v.z.store(&z[i]);
+  }
+  /// Stores the lanes whose bit is set, one path after the other.
+  template <typename L>
+  PARRAY_INLINE void compress(std::uint32_t i, std::uint32_t set, const Vec3<L>& v) {
+    compress_store(&x[i], set, v.x);
+    compress_store(&y[i], set, v.y);
+    compress_store(&z[i], set, v.z);
+  }
+};
+
+/// Paths that go on, each with its next ray.
+template <typename Real>
+struct Paths {
+  std::uint32_t count;
+  VecColumns<Real> origin, direction, throughput;
+  Column<std::uint32_t> sample;   ///< number in the batch
+  Column<std::uint32_t> surface;  ///< slot that the path stands on, or no_sphere
+  // Only where paths can be inside something.
+  VecColumns<Real> normal;       ///< outward, of the surface
+  Column<std::uint32_t> inside;  ///< head in InsideLists
+};
+
+/// Paths that have met a surface of one type of material.
+template <typename Real>
+struct Hits {
+  std::uint32_t count;
+  VecColumns<Real> origin, direction, throughput, center;
+  Column<Real> inverse_square, radius;
+  Column<std::uint32_t> sample, slot, material;
+  // Only where paths can be inside something.
+  VecColumns<Real> old_normal;  ///< of the surface that the path stood on
+  Column<Real> t;
+  Column<Real> leaving;        ///< 1: out of the sphere, 0: into it
+  Column<Real> from_itself;    ///< 1: leaving the sphere whose surface the path stood on
+  Column<std::uint32_t> inside;
+};
+
+/// Paths that have reached the sky.
+template <typename Real>
+struct Escapes {
+  std::uint32_t count;
+  VecColumns<Real> throughput;
+  Column<Real> direction_y;
+  Column<std::uint32_t> sample;
+};
+
+/// What finding the next surface needs to know of each ray, and what it finds.
+template <typename Real, typename Store>
+struct Queries {
+  Column<Real> inverse_square;
+  /// Of the ray: 1 / direction, and the origin moved by its share of the rounding, so that box
+  /// planes on the near side appear nearer and those on the far side farther (see wide_bvh.h).
+  VecColumns<Store> inverse, near_origin, far_origin;
+  Column<std::uint32_t> octant;
+  Column<Real> t;              ///< nearest crossing so far
+  Column<std::uint32_t> slot;  ///< its sphere, or no_sphere
+  Column<std::uint32_t> leaving;
+};
+
+template <typename Real, typename Store>
+struct Workspace {
+  Paths<Real> paths;
+  Queries<Real, Store> queries;
+  Hits<Real> hits[3];  ///< by MaterialType
+  Escapes<Real> escapes;
+  Column<std::uint32_t> pixel;         ///< of each sample of the batch
+  Column<std::uint32_t> column;        ///< its x
+  Column<std::uint32_t> sample_index;  ///< its number within the pixel
+  InsideLists inside;
+  /// Rays traverse in groups; a ray's pending children lie one after the other.
+  static constexpr std::uint32_t stack_entries = 16384;
+  alignas(64) Store stack_t[stack_entries];
+  alignas(64) std::uint32_t stack_child[stack_entries];
+};
+
+}  // namespace parray

@@ -1,0 +1,334 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/stream.h"
+
+/// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
+/// the same type of material, a vector at a time. Every path goes through the same arithmetic as
+/// trace_sample() of path.h does, to the bit.
+namespace parray {
+
+/// `L` are lanes of the real type, `B` lanes of the stored one; `Sides`: paths can be inside
+/// something (KernelFeatures).
+template <typename L, typename B, bool Sides>
+class Wavefront {
+ public:
+  using Real = typename L::Scalar;
+  using Store = typename B::Scalar;
+  using Uint = typename L::Uint;
+  using SceneTables = KernelScene<Real, Store, B::count>;
+
+  PARRAY_INLINE Wavefront(const SceneTables& scene, Workspace<Real, Store>& space,
+                          BatchRadiance<Real>& radiance)
+      : scene_(scene), space_(space), radiance_(radiance) {}
+
+  /// Returns the number of rays that the batch took.
+  std::uint64_t trace(const SampleBatch& batch) {
+    begin(batch);
+    std::uint64_t rays = 0;
+    for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
+      rays += space_.paths.count;
+      Stream<L, B>(scene_, space_).template find_all<Sides>();
+      sort_by_material();
+      add_sky();
+      space_.paths.count = 0;
+      scatter_all_diffuse(bounce);
+      scatter_all_metal(bounce);
+      if constexpr (Sides) {
+        scatter_all_dielectric(bounce);
+      }
+    }
+    return rays;
+  }
+
+ private:
+  static constexpr std::uint32_t lanes = L::count;
+
+  static PARRAY_INLINE std::uint32_t first_bits(std::uint32_t count) {
+    return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
+  }
+
+  PARRAY_INLINE void begin(const SampleBatch& batch) {
+    std::uint32_t sample = batch.first % batch.samples;
+    std::uint32_t x = batch.x_begin + batch.first / batch.samples;
+    for (std::uint32_t i = 0; i < batch.count; ++i) {
+      space_.pixel[i] = batch.y * scene_.width + x;
+      space_.column[i] = x;
+      space_.sample_index[i] = batch.sample_begin + sample;
+      if (++sample == batch.samples) {
+        sample = 0;
+        ++x;
+      }
+    }
+    Paths<Real>& paths = space_.paths;
+    paths.count = batch.count;
+    for (std::uint32_t i = 0; i < batch.count; i += lanes) {
+      const RandomAddress<Uint> random(scene_.seed, Uint::load(&space_.pixel[i]),
+                                       Uint::load(&space_.sample_index[i]));
+      const Ray<L> ray =
+          scene_.view.template ray<L>(Uint::load(&space_.column[i]), Uint(batch.y), random);
+      paths.origin.store(i, ray.origin);
+      paths.direction.store(i, ray.direction);
+      const L one(Real(1));
+      paths.throughput.store(i, Vec3<L>{one, one, one});
+      Uint(no_sphere).store(&paths.surface[i]);
+      for (int channel = 0; channel < 3; ++channel) {
+        L(Real(0)).store(radiance_.channel[channel] + i);  // stays for a path that is cut short
+      }
+    }
+    for (std::uint32_t i = 0; i < batch.count; ++i) {
+      paths.sample[i] = i;
+    }
+    if constexpr (Sides) {
+      space_.inside.clear();
+      for (std::uint32_t i = 0; i < batch.count; ++i) {
+        paths.inside[i] = inside_at(paths.origin[i]);
+      }
+    }
+  }
+
+  /// The spheres that a point of the lens lies in.
+  PARRAY_INLINE std::uint32_t inside_at(const Vec3<Real>& origin) {
+    std::uint32_t head = InsideLists::none;
+    for (std::uint32_t k = 0; k < scene_.around_lens_count; ++k) {
+      const std::uint32_t slot = scene_.around_lens[k];
+      const SphereShape<Real> sphere = shape(slot);
+      const Vec3<Real> from_center = origin - sphere.center;
+      if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
+        head = space_.inside.push(head, slot);
+      }
+    }
+    return head;
+  }
+
+  PARRAY_INLINE SphereShape<Real> shape(std::uint32_t slot) const {
+    constexpr std::uint32_t width = B::count;
+    const SphereBlock<Store, width>& block = scene_.blocks[slot / width];
+    const std::uint32_t lane = slot % width;
+    return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
+            Real(block.radius[lane])};
+  }
+
+  /// Moves every path to the escapes or to the hits of its material's type.
+  PARRAY_INLINE void sort_by_material() {
+    space_.escapes.count = 0;
+    for (Hits<Real>& hits : space_.hits) {
+      hits.count = 0;
+    }
+    for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
+      if (space_.queries.slot[i] == no_sphere) {
+        escape(i);
+      } else {
+        hit(i);
+      }
+    }
+  }
+
+  PARRAY_INLINE void escape(std::uint32_t i) {
+    Escapes<Real>& to = space_.escapes;
+    const std::uint32_t n = to.count++;
+    to.throughput.set(n, space_.paths.throughput[i]);
+    to.direction_y[n] = space_.paths.direction.y[i];
+    to.sample[n] = space_.paths.sample[i];
+  }
+
+  PARRAY_INLINE void hit(std::uint32_t i) {
+    const Paths<Real>& paths = space_.paths;
+    const std::uint32_t slot = space_.queries.slot[i];
+    const std::uint32_t material = scene_.material_of[slot];
+    Hits<Real>& to = space_.hits[static_cast<unsigned>(scene_.surfaces[material].type)];
+    const std::uint32_t n = to.count++;
+    to.origin.set(n, paths.origin[i]);
+    to.direction.set(n, paths.direction[i]);
+    to.throughput.set(n, paths.throughput[i]);
+    to.inverse_square[n] = space_.queries.inverse_square[i];
+    to.sample[n] = paths.sample[i];
+    to.slot[n] = slot;
+    to.material[n] = material;
+    const SphereShape<Real> sphere = shape(slot);
+    to.center.set(n, sphere.center);
+    to.radius[n] = sphere.radius;
+    if constexpr (Sides) {
+      const std::uint32_t leaving = space_.queries.leaving[i];
+      to.old_normal.set(n, paths.normal[i]);
+      to.t[n] = space_.queries.t[i];
+      to.leaving[n] = static_cast<Real>(leaving);
+      to.from_itself[n] = static_cast<Real>(leaving & (slot == paths.surface[i] ? 1U : 0U));
+      to.inside[n] = paths.inside[i];
+    }
+  }
+
+  PARRAY_INLINE void add_sky() {
+    const Escapes<Real>& from = space_.escapes;
+    for (std::uint32_t i = 0; i < from.count; i += lanes) {
+      const Vec3<L> radiance = from.throughput.template load<L>(i) *
+                               scene_.sky.radiance(L::load(&from.direction_y[i]));
+      alignas(64) Real channel[3][lanes];
+      radiance.x.store(channel[0]);
+      radiance.y.store(channel[1]);
+      radiance.z.store(channel[2]);
+      const std::uint32_t count = from.count - i < lanes ? from.count - i : lanes;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const std::uint32_t sample = from.sample[i + k];
+        radiance_.channel[0][sample] = channel[0][k];
+        radiance_.channel[1][sample] = channel[1][k];
+        radiance_.channel[2][sample] = channel[2][k];
+      }
+    }
+  }
+
+  /// A vector of hits, ready to be scattered.
+  struct Meeting {
+    Vec3<L> incoming;
+    Vec3<L> normal;  ///< outward
+    Vec3<L> m;       ///< on the path's side
+    MaskOf<L> leaving;
+    RandomAddress<Uint> random;
+  };
+
+  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i) const {
+    const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
+                     L::load(&hits.inverse_square[i]));
+    const SphereShape<L> sphere{hits.center.template load<L>(i), L::load(&hits.radius[i])};
+    const RandomAddress<Uint> random = random_of(hits, i);
+    if constexpr (Sides) {
+      const MaskOf<L> leaving = L::load(&hits.leaving[i]) > L(Real(0));
+      const MaskOf<L> from_itself = L::load(&hits.from_itself[i]) > L(Real(0));
+      Vec3<L> normal = normal_at(ray, sphere, leaving);
+      if (any(from_itself)) {
+        const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
+                                         L::load(&hits.t[i]) * ray.direction);
+        normal = select(from_itself, across, normal);
+      }
+      return {ray.direction, normal, select(leaving, -normal, normal), leaving, random};
+    } else {
+      const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
+      const Vec3<L> normal = normal_entering(ray, sphere);
+      return {ray.direction, normal, normal, leaving, random};
+    }
+  }
+
+  PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i) const {
+    std::uint32_t pixel[lanes];
+    std::uint32_t index[lanes];
+    for (std::uint32_t k = 0; k < lanes; ++k) {
+      const std::uint32_t sample = hits.sample[i + k] % column_size;
+      pixel[k] = space_.pixel[sample];
+      index[k] = space_.sample_index[sample];
+    }
+    return {scene_.seed, Uint::load(pixel), Uint::load(index)};
+  }
+
+  /// Column `k` of the materials' rows (see Surface).
+  template <int K>
+  PARRAY_INLINE L material_column(const Uint& row) const {
+    static_assert(sizeof(Surface<Real>) == 8 * sizeof(Real));
+    return L::gather(reinterpret_cast<const Real*>(scene_.surfaces) + K, row);
+  }
+
+  PARRAY_INLINE Vec3<L> albedo(const Uint& row) const {
+    return {material_column<0>(row), material_column<1>(row), material_column<2>(row)};
+  }
+
+  /// Lets the lanes of `going` go on with a new direction from the surface.
+  PARRAY_INLINE void go_on(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
+                           const Meeting& at, const Vec3<L>& direction,
+                           const Vec3<L>& throughput) {
+    Paths<Real>& to = space_.paths;
+    const std::uint32_t n = to.count;
+    const Vec3<L> center = hits.center.template load<L>(i);
+    to.origin.compress(n, going, center + L::load(&hits.radius[i]) * at.normal);
+    to.direction.compress(n, going, direction);
+    to.throughput.compress(n, going, throughput);
+    compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
+    compress_store(&to.surface[n], going, Uint::load(&hits.slot[i]));
+    if constexpr (Sides) {
+      to.normal.compress(n, going, at.normal);
+      compress_store(&to.inside[n], going, Uint::load(&hits.inside[i]));
+    }
+    to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
+  }
+
+  PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i,
+                                   std::uint32_t present) {
+    std::uint32_t row[lanes];
+    for (std::uint32_t k = 0; k < lanes; ++k) {
+      row[k] = (present >> k & 1) != 0 ? hits.material[i + k] * 8 : 0;
+    }
+    return Uint::load(row);
+  }
+
+  void scatter_all_diffuse(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::diffuse)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Meeting at = meet(hits, i);
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      const Vec3<L> direction = scatter_diffuse(at.m, u);
+      const Vec3<L> throughput =
+          hits.throughput.template load<L>(i) * albedo(row_of(hits, i, present));
+      go_on(hits, i, present, at, direction, throughput);
+    }
+  }
+
+  void scatter_all_metal(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::metal)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Uint row = row_of(hits, i, present);
+      const Meeting at = meet(hits, i);
+      const Vec3<L> throughput = hits.throughput.template load<L>(i) * albedo(row);
+      if (!scene_.features.fuzz) {
+        go_on(hits, i, present, at, scatter_mirror(at.incoming, at.m), throughput);
+        continue;
+      }
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      const auto r = at.random.template at<L>(bounce, Purpose::fuzz);
+      const auto metal = scatter_metal(material_column<3>(row), at.incoming, at.m, u, r);
+      const std::uint32_t absorbed = bits_of(metal.mask) & present;
+      go_on(hits, i, present & ~absorbed, at, metal.direction, throughput);
+      if constexpr (Sides) {
+        for (std::uint32_t left = absorbed; left != 0; left &= left - 1) {
+          space_.inside.release(hits.inside[i + static_cast<std::uint32_t>(__builtin_ctz(left))]);
+        }
+      }
+    }
+  }
+
+  void scatter_all_dielectric(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::dielectric)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Uint row = row_of(hits, i, present);
+      const Meeting at = meet(hits, i);
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      Surface<L> surface;
+      surface.ior = material_column<4>(row);
+      surface.inverse_ior = material_column<5>(row);
+      surface.normal_reflectance = material_column<6>(row);
+      const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
+      const std::uint32_t n = space_.paths.count;
+      go_on(hits, i, present, at, glass.direction, hits.throughput.template load<L>(i));
+      cross(hits, i, bits_of(glass.mask) & present, n);
+    }
+  }
+
+  /// Refracted paths pass through their surface: lanes of `refracted`, which are paths n, n + 1 ...
+  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t refracted,
+                           std::uint32_t n) {
+    for (; refracted != 0; refracted &= refracted - 1) {
+      const auto k = static_cast<std::uint32_t>(__builtin_ctz(refracted));
+      const std::uint32_t slot = hits.slot[i + k];
+      std::uint32_t& inside = space_.paths.inside[n + k];
+      inside = hits.leaving[i + k] > 0 ? space_.inside.remove(inside, slot)
+                                       : space_.inside.push(inside, slot);
+    }
+  }
+
+  const SceneTables& scene_;
+  Workspace<Real, Store>& space_;
+  BatchRadiance<Real>& radiance_;
+};
+
+}  // namespace parray
