@@ -98,6 +98,24 @@ struct UintLanes {
   }
 };
 
+/// Where a and b have no bit in common.
+template <int N>
+PARRAY_INLINE LaneMask<N> disjoint(const UintLanes<N>& a, const UintLanes<N>& b) {
+  LaneMask<N> r{0};
+  for (int i = 0; i < N; ++i) {
+    r.set |= static_cast<std::uint32_t>((a.v[i] & b.v[i]) == 0) << i;
+  }
+  return r;
+}
+template <int N>
+PARRAY_INLINE UintLanes<N> select(LaneMask<N> mask, const UintLanes<N>& a, const UintLanes<N>& b) {
+  UintLanes<N> r;
+  for (int i = 0; i < N; ++i) {
+    r.v[i] = (mask.set >> i & 1) != 0 ? a.v[i] : b.v[i];
+  }
+  return r;
+}
+
 /// Both halves of the 64-bit products a b.
 template <typename Uint>
 struct WideProduct {

@@ -167,6 +167,13 @@ PARRAY_INLINE Float8 select_bits(std::uint32_t bits, Float8 a, Float8 b) {
 PARRAY_INLINE Float8 min_of(Float8 a, Float8 b) { return Float8(_mm256_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float8 max_of(Float8 a, Float8 b) { return Float8(_mm256_max_ps(a.v, b.v)); }
 PARRAY_INLINE Float8 square_root(Float8 a) { return Float8(_mm256_sqrt_ps(a.v)); }
+PARRAY_INLINE Mask8 disjoint(Uint8 a, Uint8 b) {
+  const __m256i common = _mm256_and_si256(a.v, b.v);
+  return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(common, _mm256_setzero_si256()))};
+}
+PARRAY_INLINE Uint8 select(Mask8 mask, Uint8 a, Uint8 b) {
+  return Uint8(_mm256_blendv_epi8(b.v, a.v, _mm256_castps_si256(mask.m)));
+}
 PARRAY_INLINE float least_of(Float8 a) {
   __m128 m = _mm_min_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
   m = _mm_min_ps(m, _mm_movehl_ps(m, m));
@@ -251,6 +258,16 @@ PARRAY_INLINE Double4 select_bits(std::uint32_t bits, Double4 a, Double4 b) {
 PARRAY_INLINE Double4 min_of(Double4 a, Double4 b) { return Double4(_mm256_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double4 max_of(Double4 a, Double4 b) { return Double4(_mm256_max_pd(a.v, b.v)); }
 PARRAY_INLINE Double4 square_root(Double4 a) { return Double4(_mm256_sqrt_pd(a.v)); }
+PARRAY_INLINE Mask4 disjoint(Uint4 a, Uint4 b) {
+  const __m128i common = _mm_and_si128(a.v, b.v);
+  const __m128i equal = _mm_cmpeq_epi32(common, _mm_setzero_si128());
+  return {_mm256_castsi256_pd(_mm256_cvtepi32_epi64(equal))};
+}
+PARRAY_INLINE Uint4 select(Mask4 mask, Uint4 a, Uint4 b) {
+  const __m256i wide = _mm256_castpd_si256(mask.m);
+  const __m256i even = _mm256_permutevar8x32_epi32(wide, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
+  return Uint4(_mm_blendv_epi8(b.v, a.v, _mm256_castsi256_si128(even)));
+}
 PARRAY_INLINE double least_of(Double4 a) {
   __m128d m = _mm_min_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
   m = _mm_min_sd(m, _mm_unpackhi_pd(m, m));

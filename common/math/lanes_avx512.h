@@ -95,6 +95,17 @@ PARRAY_INLINE WideProduct<Uint8> multiply_wide(Uint8 a, Uint8 b) {
           Uint8(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xAA))};
 }
 
+PARRAY_INLINE Mask<16> disjoint(Uint16 a, Uint16 b) {
+  return {_mm512_testn_epi32_mask(a.v, b.v)};
+}
+PARRAY_INLINE Mask<8> disjoint(Uint8 a, Uint8 b) { return {_mm256_testn_epi32_mask(a.v, b.v)}; }
+PARRAY_INLINE Uint16 select(Mask<16> mask, Uint16 a, Uint16 b) {
+  return Uint16(_mm512_mask_blend_epi32(mask.k, b.v, a.v));
+}
+PARRAY_INLINE Uint8 select(Mask<8> mask, Uint8 a, Uint8 b) {
+  return Uint8(_mm256_mask_blend_epi32(static_cast<__mmask8>(mask.k), b.v, a.v));
+}
+
 struct Float16 {
   using Scalar = float;
   using Mask = avx512::Mask<16>;

@@ -77,7 +77,7 @@ class LaneKernel final : public Kernel {
     tables_.material_of = material_of_.data();
     tables_.input_index = spheres_.input_index();
     tables_.blocks = spheres_.blocks();
-    tables_.open_blocks = spheres_.open_blocks();
+    tables_.open_spheres = spheres_.open_spheres();
     tables_.nodes = spheres_.nodes();
     tables_.node_count = spheres_.node_count();
     tables_.stack_size = spheres_.stack_size();

@@ -57,8 +57,8 @@ struct KernelScene {
   const Surface<Real>* surfaces = nullptr;       ///< by material
   const std::uint32_t* material_of = nullptr;    ///< by slot
   const std::uint32_t* input_index = nullptr;    ///< by slot: ties go to the lower one
-  const SphereBlock<Store, W>* blocks = nullptr; ///< the first `open_blocks` are in no node
-  std::uint32_t open_blocks = 0;
+  const SphereBlock<Store, W>* blocks = nullptr; ///< the first ones are in no node
+  std::uint32_t open_spheres = 0;                ///< in those, in input order
   const WideNode<Store, W>* nodes = nullptr;     ///< the root is the first
   std::uint32_t node_count = 0;
   std::uint32_t stack_size = 0;                  ///< pending children that a ray can have

@@ -60,7 +60,7 @@ struct Paths {
   Column<std::uint32_t> inside;  ///< head in InsideLists
 };
 
-/// Paths that have met a surface of one type of material.
+/// Paths that have met a surface of one type of material, or the sky.
 template <typename Real>
 struct Hits {
   std::uint32_t count;
@@ -75,15 +75,6 @@ struct Hits {
   Column<std::uint32_t> inside;
 };
 
-/// Paths that have reached the sky.
-template <typename Real>
-struct Escapes {
-  std::uint32_t count;
-  VecColumns<Real> throughput;
-  Column<Real> direction_y;
-  Column<std::uint32_t> sample;
-};
-
 /// What finding the next surface needs to know of each ray, and what it finds.
 template <typename Real, typename Store>
 struct Queries {
@@ -92,6 +83,7 @@ struct Queries {
   /// planes on the near side appear nearer and those on the far side farther (see wide_bvh.h).
   VecColumns<Store> inverse, near_origin, far_origin;
   Column<std::uint32_t> octant;
+  Column<std::uint32_t> barred;  ///< which of some 32 open spheres it cannot enter, as bits
   Column<Real> t;              ///< nearest crossing so far
   Column<std::uint32_t> slot;  ///< its sphere, or no_sphere
   Column<std::uint32_t> leaving;
@@ -101,8 +93,8 @@ template <typename Real, typename Store>
 struct Workspace {
   Paths<Real> paths;
   Queries<Real, Store> queries;
-  Hits<Real> hits[3];  ///< by MaterialType
-  Escapes<Real> escapes;
+  static constexpr std::uint32_t sky = 3;
+  Hits<Real> hits[4];  ///< by MaterialType, then those of the sky
   Column<std::uint32_t> pixel;         ///< of each sample of the batch
   Column<std::uint32_t> column;        ///< its x
   Column<std::uint32_t> sample_index;  ///< its number within the pixel

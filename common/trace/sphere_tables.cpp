@@ -116,7 +116,7 @@ SphereTables<Store, W>::SphereTables(const std::vector<SphereShape<Store>>& shap
       open = 0;
     }
     if (open > 0) {
-      std::partition(spheres.begin(), spheres.end(), is_giant);
+      std::stable_partition(spheres.begin(), spheres.end(), is_giant);
     }
   }
   build(spheres, open, threads);
@@ -124,32 +124,31 @@ SphereTables<Store, W>::SphereTables(const std::vector<SphereShape<Store>>& shap
 
 template <typename Store, int W>
 void SphereTables<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
-  open_blocks_ = static_cast<std::uint32_t>((open + W - 1) / W);
+  open_spheres_ = static_cast<std::uint32_t>(open);
+  const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
   if (open == spheres.size()) {
-    blocks_ = AlignedArray<SphereBlock<Store, W>>(open_blocks_);
-    input_index_.resize(std::size_t{open_blocks_} * W);
-    fill_open_blocks(spheres, open);
+    blocks_ = AlignedArray<SphereBlock<Store, W>>(open_blocks);
+    input_index_.resize(std::size_t{open_blocks} * W);
+    fill_open_blocks(spheres);
     return;
   }
   const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
   const BinaryTree<Store> tree = build_binary_tree<Store>(in_tree, W, threads);
   count_wide(tree, 0);
-  const std::uint32_t block_count = open_blocks_ + next_block_;
+  const std::uint32_t block_count = open_blocks + next_block_;
   blocks_ = AlignedArray<SphereBlock<Store, W>>(block_count);
   nodes_ = AlignedArray<WideNode<Store, W>>(next_node_);
   input_index_.resize(std::size_t{block_count} * W);
-  fill_open_blocks(spheres, open);
-  next_block_ = open_blocks_;
+  fill_open_blocks(spheres);
+  next_block_ = open_blocks;
   next_node_ = 0;
   emit(tree, 0, in_tree.data(), 1);
 }
 
 template <typename Store, int W>
-void SphereTables<Store, W>::fill_open_blocks(const Spheres& spheres, std::size_t open) {
-  for (std::uint32_t block = 0; block < open_blocks_; ++block) {
-    const std::size_t begin = std::size_t{block} * W;
-    fill_block(block, spheres.data() + begin,
-               static_cast<std::uint32_t>(std::min<std::size_t>(W, open - begin)));
+void SphereTables<Store, W>::fill_open_blocks(const Spheres& spheres) {
+  for (std::uint32_t begin = 0; begin < open_spheres_; begin += W) {
+    fill_block(begin / W, spheres.data() + begin, std::min<std::uint32_t>(W, open_spheres_ - begin));
   }
 }
 

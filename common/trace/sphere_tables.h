@@ -17,8 +17,8 @@ namespace parray {
 /// 32 unit roundoffs of their own coordinates here and of the ray's origin at traversal: a bound on
 /// rounding, in proportion to the numbers that are rounded.
 ///
-/// Immutable after construction. Without a tree, and for spheres so large that they would be in
-/// every ray's way, blocks stand outside of it: "open" ones, tried by every ray.
+/// Immutable after construction. Without a tree all spheres, and with one those so large that they
+/// would be in every ray's way, stand outside of it: "open" ones, tried by every ray.
 template <typename Store, int W>
 class SphereTables {
  public:
@@ -32,7 +32,7 @@ class SphereTables {
   [[nodiscard]] std::uint32_t slot_count() const {
     return static_cast<std::uint32_t>(input_index_.size());
   }
-  [[nodiscard]] std::uint32_t open_blocks() const { return open_blocks_; }
+  [[nodiscard]] std::uint32_t open_spheres() const { return open_spheres_; }
   [[nodiscard]] std::uint32_t node_count() const {
     return static_cast<std::uint32_t>(nodes_.size());
   }
@@ -47,7 +47,7 @@ class SphereTables {
   using Spheres = std::vector<BuildSphere<Store>>;
 
   void build(Spheres& spheres, std::size_t open, int threads);
-  void fill_open_blocks(const Spheres& spheres, std::size_t open);
+  void fill_open_blocks(const Spheres& spheres);
   void fill_block(std::uint32_t block, const BuildSphere<Store>* spheres, std::uint32_t count);
   void count_wide(const BinaryTree<Store>& tree, std::uint32_t root);
   std::uint32_t emit(const BinaryTree<Store>& tree, std::uint32_t root,
@@ -56,7 +56,7 @@ class SphereTables {
   AlignedArray<SphereBlock<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
   std::vector<std::uint32_t> input_index_;  ///< by slot; no_sphere where there is none
-  std::uint32_t open_blocks_ = 0;
+  std::uint32_t open_spheres_ = 0;
   std::uint32_t depth_ = 0;
   std::uint32_t next_block_ = 0;
   std::uint32_t next_node_ = 0;

@@ -35,14 +35,12 @@ class Stream {
     for (std::uint32_t i = 0; scene_.node_count > 0 && i < paths_.count; i += B::count) {
       prepare_boxes(i);
     }
+    for (std::uint32_t first = 0; first < scene_.open_spheres; first += bar_bits) {
+      try_open_spheres<Sides>(first);
+    }
     if constexpr (Sides) {
       for (std::uint32_t i = 0; i < paths_.count; ++i) {
         find_exit(i);
-      }
-    }
-    for (std::uint32_t block = 0; block < scene_.open_blocks; ++block) {
-      for (std::uint32_t i = 0; i < paths_.count; ++i) {
-        try_block<Sides>(i, block);
       }
     }
     if (scene_.node_count > 0) {
@@ -57,6 +55,7 @@ class Stream {
 
  private:
   static constexpr std::uint32_t group_size = 64;
+  static constexpr std::uint32_t bar_bits = 32;
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
   /// Ray numbers of a group that wait for a step of one kind.
@@ -125,6 +124,35 @@ class Stream {
             Real(block.radius[lane])};
   }
 
+  /// Open spheres [first, first + bar_bits), one after the other, for lanes of rays.
+  template <bool Sides>
+  PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
+    const std::uint32_t left = scene_.open_spheres - first;
+    const std::uint32_t count = left < bar_bits ? left : bar_bits;
+    for (std::uint32_t i = 0; i < paths_.count; ++i) {
+      queries_.barred[i] = cannot_enter<Sides, bar_bits>(i, first);
+    }
+    for (std::uint32_t i = 0; i < paths_.count; i += L::count) {
+      const Ray<L> rays(paths_.origin.template load<L>(i), paths_.direction.template load<L>(i),
+                        L::load(&queries_.inverse_square[i]));
+      const auto barred = L::Uint::load(&queries_.barred[i]);
+      L nearest = L::load(&queries_.t[i]);
+      auto slot = L::Uint::load(&queries_.slot[i]);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const SphereShape<Real> one = sphere(first + k);
+        const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
+        L t;
+        const auto met = enters(rays, same, t);
+        // Input order: an equal distance belongs to the earlier one.
+        const auto better = met & (t < nearest) & disjoint(barred, typename L::Uint(1U << k));
+        nearest = select(better, t, nearest);
+        slot = select(better, typename L::Uint(first + k), slot);
+      }
+      nearest.store(&queries_.t[i]);
+      slot.store(&queries_.slot[i]);
+    }
+  }
+
   /// Nearest exit out of the spheres that a path is inside of.
   PARRAY_INLINE void find_exit(std::uint32_t i) {
     for (std::uint32_t link = paths_.inside[i]; link != InsideLists::none;
@@ -146,21 +174,22 @@ class Stream {
     return other == no_sphere || scene_.input_index[slot] < scene_.input_index[other];
   }
 
-  /// Lanes of a block that a path cannot enter: the surface that it stands on, and what it is
-  /// inside of (see sides.h).
-  template <bool Sides>
+  /// Which of `count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
+  /// and what it is inside of (see sides.h).
+  template <bool Sides, std::uint32_t count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
-    std::uint32_t lanes = lane_bit(paths_.surface[i] - first_slot);
+    std::uint32_t lanes = bit_below<count>(paths_.surface[i] - first_slot);
     if constexpr (Sides) {
       for (std::uint32_t link = paths_.inside[i]; link != InsideLists::none;
            link = space_.inside.next(link)) {
-        lanes |= lane_bit(space_.inside.sphere(link) - first_slot);
+        lanes |= bit_below<count>(space_.inside.sphere(link) - first_slot);
       }
     }
     return lanes;
   }
-  static PARRAY_INLINE std::uint32_t lane_bit(std::uint32_t lane) {
-    return static_cast<std::uint32_t>(lane < static_cast<std::uint32_t>(width)) << (lane % 32);
+  template <std::uint32_t count>
+  static PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
+    return static_cast<std::uint32_t>(number < count) << (number % 32);
   }
 
   /// Improves the ray's nearest crossing with the spheres of a block.
@@ -168,7 +197,7 @@ class Stream {
   PARRAY_INLINE void try_block(std::uint32_t i, std::uint32_t index) {
     const SphereBlock<Store, width>& block = scene_.blocks[index];
     const std::uint32_t first_slot = index * width;
-    const std::uint32_t excluded = cannot_enter<Sides>(i, first_slot);
+    const std::uint32_t excluded = cannot_enter<Sides, width>(i, first_slot);
     const Ray<L> r = ray<L>(i);
     for (int k = 0; k < width; k += L::count) {
       const SphereShape<L> spheres{

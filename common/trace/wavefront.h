@@ -18,8 +18,9 @@ class Wavefront {
   using Store = typename B::Scalar;
   using Uint = typename L::Uint;
   using SceneTables = KernelScene<Real, Store, B::count>;
+  using Space = Workspace<Real, Store>;
 
-  PARRAY_INLINE Wavefront(const SceneTables& scene, Workspace<Real, Store>& space,
+  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space,
                           BatchRadiance<Real>& radiance)
       : scene_(scene), space_(space), radiance_(radiance) {}
 
@@ -110,34 +111,24 @@ class Wavefront {
             Real(block.radius[lane])};
   }
 
-  /// Moves every path to the escapes or to the hits of its material's type.
+  /// Moves every path to the hits of its material's type, or of the sky. No branches: what a path
+  /// meets cannot be predicted.
   PARRAY_INLINE void sort_by_material() {
-    space_.escapes.count = 0;
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
     for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
-      if (space_.queries.slot[i] == no_sphere) {
-        escape(i);
-      } else {
-        hit(i);
-      }
+      sort(i);
     }
   }
 
-  PARRAY_INLINE void escape(std::uint32_t i) {
-    Escapes<Real>& to = space_.escapes;
-    const std::uint32_t n = to.count++;
-    to.throughput.set(n, space_.paths.throughput[i]);
-    to.direction_y[n] = space_.paths.direction.y[i];
-    to.sample[n] = space_.paths.sample[i];
-  }
-
-  PARRAY_INLINE void hit(std::uint32_t i) {
+  PARRAY_INLINE void sort(std::uint32_t i) {
     const Paths<Real>& paths = space_.paths;
-    const std::uint32_t slot = space_.queries.slot[i];
+    const std::uint32_t found = space_.queries.slot[i];
+    const std::uint32_t slot = found == no_sphere ? 0 : found;
     const std::uint32_t material = scene_.material_of[slot];
-    Hits<Real>& to = space_.hits[static_cast<unsigned>(scene_.surfaces[material].type)];
+    const auto type = static_cast<std::uint32_t>(scene_.surfaces[material].type);
+    Hits<Real>& to = space_.hits[found == no_sphere ? Space::sky : type];
     const std::uint32_t n = to.count++;
     to.origin.set(n, paths.origin[i]);
     to.direction.set(n, paths.direction[i]);
@@ -160,10 +151,10 @@ class Wavefront {
   }
 
   PARRAY_INLINE void add_sky() {
-    const Escapes<Real>& from = space_.escapes;
+    const Hits<Real>& from = space_.hits[Space::sky];
     for (std::uint32_t i = 0; i < from.count; i += lanes) {
       const Vec3<L> radiance = from.throughput.template load<L>(i) *
-                               scene_.sky.radiance(L::load(&from.direction_y[i]));
+                               scene_.sky.radiance(L::load(&from.direction.y[i]));
       alignas(64) Real channel[3][lanes];
       radiance.x.store(channel[0]);
       radiance.y.store(channel[1]);
@@ -327,7 +318,7 @@ class Wavefront {
   }
 
   const SceneTables& scene_;
-  Workspace<Real, Store>& space_;
+  Space& space_;
   BatchRadiance<Real>& radiance_;
 };
 
