@@ -102,6 +102,14 @@ PARRAY_INLINE std::uint32_t bits_of(Mask8 mask) {
   return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.m));
 }
 
+/// Orders of lanes, widened.
+struct Order8 {
+  __m256i lane;
+};
+struct Order4 {
+  __m128i lane;
+};
+
 struct Float8 {
   using Scalar = float;
   using Mask = Mask8;
@@ -124,6 +132,9 @@ struct Float8 {
   }
   static PARRAY_INLINE Float8 from(Uint8 integer) { return Float8(_mm256_cvtepi32_ps(integer.v)); }
   PARRAY_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
+  static PARRAY_INLINE Order8 load_order(const std::uint8_t* order) {
+    return {_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)))};
+  }
 
   friend PARRAY_INLINE Float8 operator+(Float8 a, Float8 b) {
     return Float8(_mm256_add_ps(a.v, b.v));
@@ -215,6 +226,11 @@ struct Double4 {
     return Double4(_mm256_cvtepi32_pd(integer.v));
   }
   PARRAY_INLINE void store(double* to) const { _mm256_storeu_pd(to, v); }
+  static PARRAY_INLINE Order4 load_order(const std::uint8_t* order) {
+    int packed;
+    __builtin_memcpy(&packed, order, 4);
+    return {_mm_cvtepu8_epi32(_mm_cvtsi32_si128(packed))};
+  }
 
   friend PARRAY_INLINE Double4 operator+(Double4 a, Double4 b) {
     return Double4(_mm256_add_pd(a.v, b.v));
@@ -274,45 +290,35 @@ PARRAY_INLINE double least_of(Double4 a) {
   return _mm_cvtsd_f64(m);
 }
 
-PARRAY_INLINE __m256i load_order_8(const std::uint8_t* order) {
-  return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)));
+PARRAY_INLINE Float8 permute(Float8 a, Order8 order) {
+  return Float8(_mm256_permutevar8x32_ps(a.v, order.lane));
 }
-/// The same for four 64-bit lanes, as numbers of their 32-bit halves.
-PARRAY_INLINE __m256i load_order_4(const std::uint8_t* order) {
-  std::uint32_t packed;
-  __builtin_memcpy(&packed, order, 4);
-  const __m256i lane = _mm256_cvtepu8_epi64(_mm_cvtsi32_si128(static_cast<int>(packed)));
+PARRAY_INLINE Uint8 permute(Uint8 a, Order8 order) {
+  return Uint8(_mm256_permutevar8x32_epi32(a.v, order.lane));
+}
+/// Doubles move as pairs of 32-bit halves.
+PARRAY_INLINE Double4 permute(Double4 a, Order4 order) {
+  const __m256i lane = _mm256_cvtepu32_epi64(order.lane);
   const __m256i low = _mm256_add_epi64(lane, lane);
   const __m256i high = _mm256_add_epi64(low, _mm256_set1_epi64x(1));
-  return _mm256_or_si256(low, _mm256_slli_epi64(high, 32));
+  const __m256i halves = _mm256_or_si256(low, _mm256_slli_epi64(high, 32));
+  return Double4(
+      _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), halves)));
 }
-PARRAY_INLINE Float8 permute(Float8 a, const std::uint8_t* order) {
-  return Float8(_mm256_permutevar8x32_ps(a.v, load_order_8(order)));
-}
-PARRAY_INLINE Uint8 permute(Uint8 a, const std::uint8_t* order) {
-  return Uint8(_mm256_permutevar8x32_epi32(a.v, load_order_8(order)));
-}
-PARRAY_INLINE Double4 permute(Double4 a, const std::uint8_t* order) {
-  return Double4(_mm256_castps_pd(
-      _mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), load_order_4(order))));
-}
-PARRAY_INLINE Uint4 permute(Uint4 a, const std::uint8_t* order) {
-  std::uint32_t packed;
-  __builtin_memcpy(&packed, order, 4);
-  const __m128i lane = _mm_cvtepu8_epi32(_mm_cvtsi32_si128(static_cast<int>(packed)));
-  return Uint4(_mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(a.v), lane)));
+PARRAY_INLINE Uint4 permute(Uint4 a, Order4 order) {
+  return Uint4(_mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(a.v), order.lane)));
 }
 PARRAY_INLINE void compress_store(float* to, std::uint32_t set, Float8 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Float8::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint8 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Float8::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(double* to, std::uint32_t set, Double4 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint4 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 
 }  // namespace parray::avx2
