@@ -258,14 +258,18 @@ PARRAY_INLINE Lanes<T, N> square_root(const Lanes<T, N>& a) {
   }
   return r;
 }
-/// The least of the lanes; none is NaN.
+/// The least of the lanes, in every lane; none is NaN.
 template <typename T, int N>
-PARRAY_INLINE T least_of(const Lanes<T, N>& a) {
+PARRAY_INLINE Lanes<T, N> least_of(const Lanes<T, N>& a) {
   T least = a.v[0];
   for (int i = 1; i < N; ++i) {
     least = min_of(a.v[i], least);
   }
-  return least;
+  return Lanes<T, N>(least);
+}
+template <typename T, int N>
+PARRAY_INLINE T first_of(const Lanes<T, N>& a) {
+  return a.v[0];
 }
 /// Lane order[i] of `a` in lane i. One order serves reals and integers.
 template <typename T, int N>

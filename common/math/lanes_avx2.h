@@ -185,12 +185,12 @@ PARRAY_INLINE Mask8 disjoint(Uint8 a, Uint8 b) {
 PARRAY_INLINE Uint8 select(Mask8 mask, Uint8 a, Uint8 b) {
   return Uint8(_mm256_blendv_epi8(b.v, a.v, _mm256_castps_si256(mask.m)));
 }
-PARRAY_INLINE float least_of(Float8 a) {
-  __m128 m = _mm_min_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
-  m = _mm_min_ps(m, _mm_movehl_ps(m, m));
-  m = _mm_min_ss(m, _mm_movehdup_ps(m));
-  return _mm_cvtss_f32(m);
+PARRAY_INLINE Float8 least_of(Float8 a) {
+  __m256 m = _mm256_min_ps(a.v, _mm256_permute2f128_ps(a.v, a.v, 1));
+  m = _mm256_min_ps(m, _mm256_permute_ps(m, 0x4E));
+  return Float8(_mm256_min_ps(m, _mm256_permute_ps(m, 0xB1)));
 }
+PARRAY_INLINE float first_of(Float8 a) { return _mm256_cvtss_f32(a.v); }
 
 /// Mask of Double4: lanes of all ones or all zeros.
 struct Mask4 {
@@ -284,11 +284,11 @@ PARRAY_INLINE Uint4 select(Mask4 mask, Uint4 a, Uint4 b) {
   const __m256i even = _mm256_permutevar8x32_epi32(wide, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
   return Uint4(_mm_blendv_epi8(b.v, a.v, _mm256_castsi256_si128(even)));
 }
-PARRAY_INLINE double least_of(Double4 a) {
-  __m128d m = _mm_min_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
-  m = _mm_min_sd(m, _mm_unpackhi_pd(m, m));
-  return _mm_cvtsd_f64(m);
+PARRAY_INLINE Double4 least_of(Double4 a) {
+  const __m256d m = _mm256_min_pd(a.v, _mm256_permute2f128_pd(a.v, a.v, 1));
+  return Double4(_mm256_min_pd(m, _mm256_permute_pd(m, 0x5)));
 }
+PARRAY_INLINE double first_of(Double4 a) { return _mm256_cvtsd_f64(a.v); }
 
 PARRAY_INLINE Float8 permute(Float8 a, Order8 order) {
   return Float8(_mm256_permutevar8x32_ps(a.v, order.lane));

@@ -182,7 +182,13 @@ PARRAY_INLINE Float16 select_bits(std::uint32_t bits, Float16 a, Float16 b) {
 PARRAY_INLINE Float16 min_of(Float16 a, Float16 b) { return Float16(_mm512_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float16 max_of(Float16 a, Float16 b) { return Float16(_mm512_max_ps(a.v, b.v)); }
 PARRAY_INLINE Float16 square_root(Float16 a) { return Float16(_mm512_sqrt_ps(a.v)); }
-PARRAY_INLINE float least_of(Float16 a) { return _mm512_reduce_min_ps(a.v); }
+PARRAY_INLINE Float16 least_of(Float16 a) {
+  __m512 m = _mm512_min_ps(a.v, _mm512_shuffle_f32x4(a.v, a.v, 0x4E));
+  m = _mm512_min_ps(m, _mm512_shuffle_f32x4(m, m, 0xB1));
+  m = _mm512_min_ps(m, _mm512_permute_ps(m, 0x4E));
+  return Float16(_mm512_min_ps(m, _mm512_permute_ps(m, 0xB1)));
+}
+PARRAY_INLINE float first_of(Float16 a) { return _mm512_cvtss_f32(a.v); }
 
 struct Double8 {
   using Scalar = double;
@@ -250,7 +256,12 @@ PARRAY_INLINE Double8 select_bits(std::uint32_t bits, Double8 a, Double8 b) {
 PARRAY_INLINE Double8 min_of(Double8 a, Double8 b) { return Double8(_mm512_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double8 max_of(Double8 a, Double8 b) { return Double8(_mm512_max_pd(a.v, b.v)); }
 PARRAY_INLINE Double8 square_root(Double8 a) { return Double8(_mm512_sqrt_pd(a.v)); }
-PARRAY_INLINE double least_of(Double8 a) { return _mm512_reduce_min_pd(a.v); }
+PARRAY_INLINE Double8 least_of(Double8 a) {
+  __m512d m = _mm512_min_pd(a.v, _mm512_shuffle_f64x2(a.v, a.v, 0x4E));
+  m = _mm512_min_pd(m, _mm512_shuffle_f64x2(m, m, 0xB1));
+  return Double8(_mm512_min_pd(m, _mm512_permute_pd(m, 0x55)));
+}
+PARRAY_INLINE double first_of(Double8 a) { return _mm512_cvtsd_f64(a.v); }
 
 PARRAY_INLINE Float16 permute(Float16 a, Order16 order) {
   return Float16(_mm512_permutexvar_ps(order.lane, a.v));

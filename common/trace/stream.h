@@ -205,40 +205,44 @@ class Stream {
     return static_cast<std::uint32_t>(number < count) << (number % 32);
   }
 
-  /// Improves the ray's nearest crossing with the spheres of a block.
+  /// Improves the ray's nearest crossing with the spheres of a block; returns it in every lane.
   template <bool Sides>
-  PARRAY_INLINE void try_block(std::uint32_t i, std::uint32_t index) {
+  PARRAY_INLINE L try_block(std::uint32_t i, std::uint32_t index) {
     const SphereBlock<Store, width>& block = blocks_[index];
     const std::uint32_t first_slot = index * width;
     const std::uint32_t excluded = cannot_enter<Sides, width>(i, first_slot);
     const Ray<L> r = ray<L>(i);
-    for (int k = 0; k < width; k += L::count) {
+    L nearest(queries_.t[i]);
+    for (std::uint32_t k = 0; k < width; k += L::count) {
       const SphereShape<L> spheres{
           {L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
           L::load(block.radius + k)};
       L t;
-      const auto met = enters(r, spheres, t) & (t <= L(queries_.t[i]));
-      const std::uint32_t candidates = bits_of(met) & ~(excluded >> k);
-      take_nearest(i, t, candidates, first_slot + static_cast<std::uint32_t>(k));
+      const auto met = enters(r, spheres, t);
+      nearest = take_nearest(i, t, bits_of(met) & ~(excluded >> k), nearest, first_slot + k);
     }
+    return nearest;
   }
 
-  PARRAY_INLINE void take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
-                                  std::uint32_t first_slot) {
+  PARRAY_INLINE L take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
+                               const L& before, std::uint32_t first_slot) {
     const L valid = select_bits(candidates, t, L(infinity));
-    const Real nearest = least_of(valid);
-    const std::uint32_t equal = bits_of(valid == L(nearest)) & candidates;
-    const Real before = queries_.t[i];
-    if ((equal & (equal - 1)) != 0 || (equal != 0 && nearest == before)) [[unlikely]] {
-      take_tied(i, nearest, equal, first_slot);
-      return;
+    const L nearest = least_of(valid);
+    const std::uint32_t equal = bits_of(valid == nearest) & candidates;
+    const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
+    if (tied != 0) [[unlikely]] {
+      take_tied(i, first_of(nearest), equal, first_slot);
+      return L(queries_.t[i]);
     }
-    const bool better = nearest < before;
-    queries_.t[i] = better ? nearest : before;
+    // Bits instead of a branch, because nobody could predict it.
+    const std::uint32_t better = -(bits_of(nearest < before) & 1U);
     const std::uint32_t slot =
         first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << 31));
-    queries_.slot[i] = better ? slot : queries_.slot[i];
-    queries_.leaving[i] = better ? 0 : queries_.leaving[i];
+    const L after = min_of(nearest, before);
+    queries_.t[i] = first_of(after);
+    queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
+    queries_.leaving[i] &= ~better;
+    return after;
   }
 
   /// The same where several spheres are equally near.
@@ -285,8 +289,9 @@ class Stream {
       }
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];
-        try_block<Sides>(begin + k, space_.stack_child[top[k]] & ChildRef::number);
-        top[k] = drop_farther(queries_.t[begin + k], k * stack_size_, top[k]);
+        const L nearest =
+            try_block<Sides>(begin + k, space_.stack_child[top[k]] & ChildRef::number);
+        top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
       }
     }
@@ -343,7 +348,7 @@ class Stream {
     const B uz = distance(7 * width - near_z, queries_.far_origin.z[i], inverse_z);
     // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
     const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
-    const B far = min_of(min_of(ux, uy), min_of(uz, B(nearest_bound(queries_.t[i]))));
+    const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
     const auto order = B::load_order(node.order[0] + queries_.order[i]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
@@ -353,19 +358,19 @@ class Stream {
     return top + static_cast<std::uint32_t>(__builtin_popcount(met)) - 1;
   }
 
-  /// The nearest crossing as the stored type, not rounded down.
-  static PARRAY_INLINE Store nearest_bound(Real t) {
+  /// The nearest crossing, in every lane, as the stored type, not rounded down.
+  static PARRAY_INLINE B bound_of(const L& t) {
     if constexpr (sizeof(Real) == sizeof(Store)) {
       return t;
     } else {
-      return static_cast<Store>(t) * (Store(1) + 4 * RealTraits<Store>::unit_roundoff);
+      return B(static_cast<Store>(first_of(t)) * (1 + 4 * RealTraits<Store>::unit_roundoff));
     }
   }
 
   /// Removes the child on top of the stack and those that begin beyond the nearest crossing; returns
   /// the new top.
-  PARRAY_INLINE std::uint32_t drop_farther(Real t, std::uint32_t bottom, std::uint32_t top) const {
-    const B bound(nearest_bound(t));
+  PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
+                                           std::uint32_t top) const {
     std::uint32_t kept = bottom;
     std::uint32_t k = bottom;
     do {
