@@ -36,7 +36,7 @@ class EmbreePeer {
  public:
   enum class Variant {
     single,  ///< one path after another: rtcIntersect1, scalar shading
-    packet,  ///< waves of a thousand paths: rtcIntersect16, shading in vectors of sixteen
+    packet,  ///< waves of a thousand paths: rtcIntersect16 (8 without AVX-512), vectorised shading
   };
   static constexpr std::size_t variant_count = 2;
 
