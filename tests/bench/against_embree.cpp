@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -24,7 +25,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t samples_a_call = 16;
 constexpr std::uint32_t samples_a_pixel = 64;
-constexpr double tolerated_errors = 3;  ///< standard errors by which mean pictures may differ
+/// Standard errors by which mean pictures may differ. Chance would allow 3; but the random numbers
+/// are the same, and so are nearly all paths.
+constexpr double tolerated_errors = 1;
 constexpr std::array<EmbreePeer::Variant, 2> variants{EmbreePeer::Variant::single,
                                                       EmbreePeer::Variant::packet};
 constexpr std::array<const char*, variants.size()> variant_names{"single", "packet"};
@@ -300,7 +303,7 @@ void print_row(const Json& r) {
               number(embree, "bytes_per_sphere"), number(ratio, "bytes"));
   std::printf("%8.2g %8.2g  %5.2f\n", number(r["parray"], "build_seconds"),
               number(embree, "build_seconds"), number(ratio, "build"));
-  std::fflush(stdout);
+  static_cast<void>(std::fflush(stdout));
 }
 
 /// False, and a line on standard error, where a peer's mean picture is not ParRay's.
@@ -310,8 +313,8 @@ bool pictures_agree(const Json& r) {
     const auto errors = r["embree"][name]["standard_errors_from_parray"].get<double>();
     if (!(errors <= tolerated_errors)) {
       agree = false;
-      std::fprintf(stderr, "%zu spheres: the picture of Embree's %s is %.1f standard errors off\n",
-                   r["spheres"].get<std::size_t>(), name, errors);
+      std::cerr << r["spheres"] << " spheres: the mean picture of Embree's " << name << " lies "
+                << errors << " standard errors from ParRay's\n";
     }
   }
   return agree;
@@ -358,9 +361,7 @@ int run(const std::vector<std::uint32_t>& sizes, const std::string& folder,
   return agree ? 0 : 1;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int benchmark(int argc, char** argv) {
   CLI::App app("ParRay against the same integrator on Embree's sphere points, on one core");
   std::vector<std::uint32_t> sizes{8, 20, 486, 4097, 100'000, 1'000'000, 10'000'000};
   std::string folder = ".";
@@ -376,10 +377,20 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    std::cerr << error.what() << '\n';
     return 2;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return benchmark(argc, argv);
+  } catch (...) {  // not even the message could be made
     return 1;
   }
 }

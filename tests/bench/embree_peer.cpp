@@ -1,17 +1,9 @@
 #include "tests/bench/embree_peer.h"
 
-#include <embree3/rtcore.h>
-#include <pmmintrin.h>
-#include <xmmintrin.h>
-
 #include <algorithm>
-#include <atomic>
 #include <limits>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
-#include "tests/bench/bench.h"
+#include "tests/bench/embree_scene.h"
 #include "tests/bench/embree_shading.h"
 
 namespace parray {
@@ -55,21 +47,6 @@ using lanes::Floats;
 using lanes::Masks;
 using lanes::Words;
 
-/// What Embree asks of a thread that traces: denormals are zero, for as long as this lives.
-class FlushDenormals {
- public:
-  FlushDenormals() : before_(_mm_getcsr()) {
-    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-  }
-  ~FlushDenormals() { _mm_setcsr(before_); }
-  FlushDenormals(const FlushDenormals&) = delete;
-  FlushDenormals& operator=(const FlushDenormals&) = delete;
-
- private:
-  unsigned before_;
-};
-
 /// How far from its origin a ray may hit: rounding of what the origin was computed from.
 template <typename F>
 F near_limit(const Vec3<F>& origin, const F& t, const F& radius) {
@@ -96,7 +73,7 @@ struct Radiance {
   alignas(64) Paths::Column<float> red, green, blue;
 };
 
-/// Sixteen paths in registers.
+/// Paths side by side in registers.
 struct Block {
   Vec3<Floats> origin;
   Vec3<Floats> direction;
@@ -120,27 +97,27 @@ Block load_block(const Paths& paths, std::size_t i) {
 }
 
 /// Appends the lanes of `mask`. Never overtakes the block that was loaded last.
-template <typename Bits>
-void append(const Block& block, Bits mask, Paths& paths) {
-  using lanes::pack;
-  const std::size_t i = paths.count;
-  pack(&paths.origin_x[i], mask, block.origin.x);
-  pack(&paths.origin_y[i], mask, block.origin.y);
-  pack(&paths.origin_z[i], mask, block.origin.z);
-  pack(&paths.direction_x[i], mask, block.direction.x);
-  pack(&paths.direction_y[i], mask, block.direction.y);
-  pack(&paths.direction_z[i], mask, block.direction.z);
-  pack(&paths.near[i], mask, block.near);
-  pack(&paths.red[i], mask, block.throughput.x);
-  pack(&paths.green[i], mask, block.throughput.y);
-  pack(&paths.blue[i], mask, block.throughput.z);
-  pack(&paths.pixel[i], mask, block.pixel);
-  pack(&paths.sample[i], mask, block.sample);
-  pack(&paths.slot[i], mask, block.slot);
+void append(const Block& block, unsigned mask, Paths& paths) {
+  const auto put = [mask, i = paths.count](auto& column, const auto& values) {
+    lanes::store(&column[i], lanes::pack(values, mask));
+  };
+  put(paths.origin_x, block.origin.x);
+  put(paths.origin_y, block.origin.y);
+  put(paths.origin_z, block.origin.z);
+  put(paths.direction_x, block.direction.x);
+  put(paths.direction_y, block.direction.y);
+  put(paths.direction_z, block.direction.z);
+  put(paths.near, block.near);
+  put(paths.red, block.throughput.x);
+  put(paths.green, block.throughput.y);
+  put(paths.blue, block.throughput.z);
+  put(paths.pixel, block.pixel);
+  put(paths.sample, block.sample);
+  put(paths.slot, block.slot);
   paths.count += static_cast<std::size_t>(__builtin_popcount(mask));
 }
 
-/// What Embree found for sixteen rays.
+/// What Embree found for a block's rays.
 struct Hits {
   Floats t;
   Vec3<Floats> normal;  ///< outward, as long as the radius
@@ -156,27 +133,35 @@ RTCIntersectContext make_context(RTCIntersectContextFlags flags) {
 
 constexpr float infinity = std::numeric_limits<float>::max();  // -ffast-math knows no infinity
 
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+using Packet = RTCRayHit16;
+constexpr auto intersect = rtcIntersect16;
+#else
+using Packet = RTCRayHit8;
+constexpr auto intersect = rtcIntersect8;
+#endif
+
 Hits intersect_packet(RTCScene scene, RTCIntersectContext& context, const Block& block,
                       const Masks& live) {
-  RTCRayHit16 packet;
-  const auto put = [](auto* to, const auto& from) { __builtin_memcpy(to, &from, sizeof from); };
-  put(packet.ray.org_x, block.origin.x);
-  put(packet.ray.org_y, block.origin.y);
-  put(packet.ray.org_z, block.origin.z);
-  put(packet.ray.tnear, block.near);
-  put(packet.ray.dir_x, block.direction.x);
-  put(packet.ray.dir_y, block.direction.y);
-  put(packet.ray.dir_z, block.direction.z);
-  put(packet.ray.time, Floats{});
-  put(packet.ray.tfar, Floats{} + infinity);
-  put(packet.ray.mask, ~Words{});
-  put(packet.ray.flags, Words{});
-  put(packet.hit.primID, ~Words{});
-  put(packet.hit.geomID, ~Words{});
-  put(packet.hit.instID[0], ~Words{});
-  alignas(64) Masks valid = live;
-  rtcIntersect16(reinterpret_cast<const int*>(&valid), scene, &context, &packet);
   using lanes::load;
+  using lanes::store;
+  Packet packet;
+  store(packet.ray.org_x, block.origin.x);
+  store(packet.ray.org_y, block.origin.y);
+  store(packet.ray.org_z, block.origin.z);
+  store(packet.ray.tnear, block.near);
+  store(packet.ray.dir_x, block.direction.x);
+  store(packet.ray.dir_y, block.direction.y);
+  store(packet.ray.dir_z, block.direction.z);
+  store(packet.ray.time, Floats{});
+  store(packet.ray.tfar, Floats{} + infinity);
+  store(packet.ray.mask, ~Words{});
+  store(packet.ray.flags, Words{});
+  store(packet.hit.primID, ~Words{});
+  store(packet.hit.geomID, ~Words{});
+  store(packet.hit.instID[0], ~Words{});
+  alignas(64) Masks valid = live;
+  intersect(reinterpret_cast<const int*>(&valid), scene, &context, &packet);
   return {
       load<Floats>(packet.ray.tfar),
       {load<Floats>(packet.hit.Ng_x), load<Floats>(packet.hit.Ng_y), load<Floats>(packet.hit.Ng_z)},
@@ -190,43 +175,6 @@ RTCRayHit make_ray(float ox, float oy, float oz, float near, float dx, float dy,
   ray.hit.primID = RTC_INVALID_GEOMETRY_ID;
   ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return ray;
-}
-
-/// The lowest 21 bits, two zeros after each.
-std::uint64_t spread_bits(std::uint64_t x) {
-  x = (x | x << 32) & 0x001F00000000FFFF;
-  x = (x | x << 16) & 0x001F0000FF0000FF;
-  x = (x | x << 8) & 0x100F00F00F00F00F;
-  x = (x | x << 4) & 0x10C30C30C30C30C3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
-/// Indices of the spheres along a Morton curve through the box of their centres.
-std::vector<std::uint32_t> morton_order(const std::vector<Sphere>& spheres) {
-  Vec3d lo = spheres.front().center;
-  Vec3d hi = lo;
-  for (const Sphere& sphere : spheres) {
-    const Vec3d& c = sphere.center;
-    lo = {std::min(lo.x, c.x), std::min(lo.y, c.y), std::min(lo.z, c.z)};
-    hi = {std::max(hi.x, c.x), std::max(hi.y, c.y), std::max(hi.z, c.z)};
-  }
-  const double cells = 0x1p21 - 1;
-  const double scale = cells / std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z, 0x1p-100});
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(spheres.size());
-  for (std::uint32_t i = 0; i < spheres.size(); ++i) {
-    const auto cell = [scale](double x) {
-      return spread_bits(static_cast<std::uint64_t>(scale * x));
-    };
-    const Vec3d from = spheres[i].center - lo;
-    keys[i] = {cell(from.x) | cell(from.y) << 1 | cell(from.z) << 2, i};
-  }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> order;
-  order.reserve(keys.size());
-  for (const auto& [code, index] : keys) {
-    order.push_back(index);
-  }
-  return order;
 }
 
 /// Adds the samples of neighbouring pixels, `count` slots each.
@@ -248,34 +196,20 @@ void add_samples(const Radiance& radiance, std::uint32_t count, std::span<PeerSu
   }
 }
 
-void check(RTCDevice device) {
-  const RTCError error = rtcGetDeviceError(device);
-  if (error != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree: error " + std::to_string(error));
-  }
-}
-
 }  // namespace
 
 class EmbreePeer::Body {
  public:
   Body(const Scene& scene, const RenderSettings& settings);
-  ~Body();
-  Body(const Body&) = delete;
-  Body& operator=(const Body&) = delete;
 
   void trace_single(const PixelRun& run, const SampleRange& samples, std::span<PeerSums> sums,
                     TraceCounts& counts) const;
   void trace_waves(const PixelRun& run, const SampleRange& samples, std::span<PeerSums> sums,
                    TraceCounts& counts) const;
 
-  [[nodiscard]] std::size_t bytes() const { return static_cast<std::size_t>(bytes_); }
-  [[nodiscard]] std::size_t peak_bytes() const { return static_cast<std::size_t>(peak_bytes_); }
-  [[nodiscard]] double build_seconds() const { return build_seconds_; }
+  [[nodiscard]] const peer::EmbreeScene& spheres() const { return spheres_; }
 
  private:
-  static bool count_memory(void* self, ssize_t bytes, bool post);
-  void fill(const Scene& scene, RTCGeometry geometry);
   Vec3<float> radiance(std::uint32_t x, std::uint32_t y, std::uint32_t sample,
                        TraceCounts& counts) const;
   void start_paths(std::uint32_t x, std::uint32_t y, const SampleRange& samples,
@@ -291,15 +225,10 @@ class EmbreePeer::Body {
   peer::Lens lens_;
   peer::SkyLight sky_;
   peer::MaterialColumns materials_;
-  std::vector<std::uint32_t> material_of_;
+  peer::EmbreeScene spheres_;
   std::uint32_t width_;
   std::uint32_t max_depth_;
   std::uint64_t seed_;
-  std::atomic<ssize_t> bytes_ = 0;
-  std::atomic<ssize_t> peak_bytes_ = 0;
-  double build_seconds_ = 0;
-  RTCDevice device_ = nullptr;
-  RTCScene scene_ = nullptr;
 };
 
 EmbreePeer::Body::Body(const Scene& scene, const RenderSettings& settings)
@@ -307,58 +236,10 @@ EmbreePeer::Body::Body(const Scene& scene, const RenderSettings& settings)
       sky_{vec_cast<float>(scene.sky.horizon),
            vec_cast<float>(scene.sky.zenith - scene.sky.horizon)},
       materials_(scene.materials),
+      spheres_(scene.spheres),
       width_(settings.width),
       max_depth_(settings.max_depth),
-      seed_(settings.seed) {
-  const FlushDenormals mode;
-  device_ = rtcNewDevice("threads=1,hugepages=1");
-  if (device_ == nullptr) {
-    throw std::runtime_error("Embree: no device");
-  }
-  rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
-  scene_ = rtcNewScene(device_);
-  rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-  fill(scene, geometry);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene_, geometry);
-  rtcReleaseGeometry(geometry);
-  const double begin = bench::cpu_seconds();
-  rtcCommitScene(scene_);
-  build_seconds_ = bench::cpu_seconds() - begin;
-  check(device_);
-}
-
-EmbreePeer::Body::~Body() {
-  rtcReleaseScene(scene_);
-  rtcReleaseDevice(device_);
-}
-
-bool EmbreePeer::Body::count_memory(void* self, ssize_t bytes, bool) {
-  auto& body = *static_cast<Body*>(self);
-  const ssize_t now = body.bytes_ += bytes;
-  if (now > body.peak_bytes_) {
-    body.peak_bytes_ = now;
-  }
-  return true;
-}
-
-void EmbreePeer::Body::fill(const Scene& scene, RTCGeometry geometry) {
-  auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                             RTC_FORMAT_FLOAT4, 4 * sizeof(float),
-                                                             scene.spheres.size()));
-  check(device_);
-  material_of_.reserve(scene.spheres.size());
-  for (const std::uint32_t index : morton_order(scene.spheres)) {
-    const Sphere& sphere = scene.spheres[index];
-    const auto center = vec_cast<float>(sphere.center);
-    *vertex++ = center.x;
-    *vertex++ = center.y;
-    *vertex++ = center.z;
-    *vertex++ = static_cast<float>(sphere.radius);
-    material_of_.push_back(sphere.material);
-  }
-}
+      seed_(settings.seed) {}
 
 Vec3<float> EmbreePeer::Body::radiance(std::uint32_t x, std::uint32_t y, std::uint32_t sample,
                                        TraceCounts& counts) const {
@@ -370,7 +251,7 @@ Vec3<float> EmbreePeer::Body::radiance(std::uint32_t x, std::uint32_t y, std::ui
   for (std::uint32_t bounce = 0; bounce < max_depth_; ++bounce) {
     ++counts.rays;
     RTCRayHit ray = make_ray(origin.x, origin.y, origin.z, near, d.x, d.y, d.z);
-    rtcIntersect1(scene_, &context, &ray);
+    rtcIntersect1(spheres_.handle(), &context, &ray);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
       return throughput * sky_.radiance(d);
     }
@@ -381,7 +262,7 @@ Vec3<float> EmbreePeer::Body::radiance(std::uint32_t x, std::uint32_t y, std::ui
     const float square = dot(outward, outward);
     const float inverse_radius = lanes::inverse_square_root(square);
     const bool leaving = dot(outward, d) > 0;
-    const auto scattered = peer::scatter(materials_, material_of_[ray.hit.primID], d,
+    const auto scattered = peer::scatter(materials_, spheres_.material_of()[ray.hit.primID], d,
                                          (leaving ? -inverse_radius : inverse_radius) * outward,
                                          leaving, address, bounce);
     if (scattered.absorbed) {
@@ -421,8 +302,8 @@ void EmbreePeer::Body::start_paths(std::uint32_t x, std::uint32_t y, const Sampl
   for (std::uint32_t s = samples.begin; s < samples.end; s += lanes::width) {
     Block block;
     block.pixel = Words{} + (y * width_ + x);
-    block.sample = s + lanes::iota;
-    block.slot = first_slot + (s - samples.begin) + lanes::iota;
+    block.sample = s + lanes::iota();
+    block.slot = first_slot + (s - samples.begin) + lanes::iota();
     const auto ray = lens_.ray(Floats{} + static_cast<float>(x), Floats{} + static_cast<float>(y),
                                peer::Address<Floats>{block.pixel, block.sample, key()});
     block.origin = ray.origin;
@@ -452,7 +333,7 @@ void EmbreePeer::Body::bounce_block(const Block& block, const Hits& hits, const 
   const Floats inverse_radius = lanes::inverse_square_root(square);
   const Masks leaving = dot(hits.normal, d) > 0;
   const Words sphere = hit ? hits.sphere : Words{};  // a lane without a hit may gather anything
-  const Words material = lanes::gather(material_of_.data(), sphere);
+  const Words material = lanes::gather(spheres_.material_of(), sphere);
   const Vec3<Floats> m = lanes::select(leaving, -inverse_radius, inverse_radius) * hits.normal;
   const auto scattered =
       peer::scatter(materials_, material, d, m, leaving,
@@ -475,8 +356,8 @@ void EmbreePeer::Body::finish_paths(Paths& paths, Radiance& radiance, TraceCount
     for (std::size_t i = 0; i < count; i += lanes::width) {
       const Block block = load_block(paths, i);
       const auto alive = static_cast<std::uint32_t>(count - i);
-      const Masks live = lanes::iota < alive;
-      const Hits hits = intersect_packet(scene_, context, block, live);
+      const Masks live = lanes::iota() < alive;
+      const Hits hits = intersect_packet(spheres_.handle(), context, block, live);
       const Masks hit = live & (hits.sphere != RTC_INVALID_GEOMETRY_ID);
       add_misses(block, live & ~hit, radiance);
       if (bounce + 1 < max_depth_ && lanes::any(hit)) {
@@ -516,7 +397,7 @@ EmbreePeer::~EmbreePeer() = default;
 
 void EmbreePeer::trace(Variant variant, const PixelRun& run, const SampleRange& samples,
                        std::span<PeerSums> sums, TraceCounts& counts) const {
-  const FlushDenormals mode;
+  const peer::FlushDenormals mode;
   if (variant == Variant::single) {
     body_->trace_single(run, samples, sums, counts);
   } else {
@@ -524,9 +405,9 @@ void EmbreePeer::trace(Variant variant, const PixelRun& run, const SampleRange& 
   }
 }
 
-std::size_t EmbreePeer::bytes() const { return body_->bytes(); }
-std::size_t EmbreePeer::peak_bytes() const { return body_->peak_bytes(); }
-double EmbreePeer::build_seconds() const { return body_->build_seconds(); }
+std::size_t EmbreePeer::bytes() const { return body_->spheres().bytes(); }
+std::size_t EmbreePeer::peak_bytes() const { return body_->spheres().peak_bytes(); }
+double EmbreePeer::build_seconds() const { return body_->spheres().build_seconds(); }
 
 const char* embree_version() { return RTC_VERSION_STRING; }
 

@@ -21,11 +21,13 @@ struct PeerSums {
 /// ParRay's integrator on Embree's sphere points: the rival of the benchmark. Single precision, the
 /// same random numbers at the same addresses, and as fast as Embree lets it be:
 ///
-/// - one thread, high build quality, denormals flushed; scene flag none, which was the fastest of
-///   all flags and `hair_accel` settings for packets [measured: compact 0.89 to 1.0, robust 0.96];
+/// - one thread, high build quality, huge pages, denormals flushed; no scene flags, because packets
+///   were slower with them [measured: compact 0.89 to 1.0, robust 0.96] and with every other
+///   `hair_accel`;
 /// - spheres in Morton order, because Embree's leaves hold indices [measured: 1.16 at 1 M];
-/// - camera rays are flagged coherent, bounces incoherent. Sorting bounces by octant, packets of 8,
-///   streams (which fall back to packets) and rtcIntersect1 under vectorised shading were slower.
+/// - camera rays are flagged coherent, bounces incoherent. No faster: bounces sorted by octant,
+///   packets of 8 under AVX-512, rtcIntersect1 under vectorised shading; streams are packets
+///   inside.
 ///
 /// Lives in a library of its own: it is built with -ffast-math -march=native, and no inline
 /// function of it may be the copy that the linker keeps for ParRay.
@@ -36,9 +38,8 @@ class EmbreePeer {
  public:
   enum class Variant {
     single,  ///< one path after another: rtcIntersect1, scalar shading
-    packet,  ///< waves of a thousand paths: rtcIntersect16, shading in vectors of sixteen
+    packet,  ///< waves of a thousand paths: rtcIntersect16 (8 without AVX-512), vectorised shading
   };
-  static constexpr std::size_t variant_count = 2;
 
   /// Builds at once, on the calling thread. Throws std::runtime_error where Embree fails.
   [[gnu::visibility("default")]] EmbreePeer(const Scene& scene, const RenderSettings& settings);
@@ -64,7 +65,7 @@ class EmbreePeer {
   std::unique_ptr<Body> body_;
 };
 
-/// Version of the Embree that is linked, such as "3.13.5".
+/// Version of the Embree that this is built for, such as "3.13.5".
 [[gnu::visibility("default")]] const char* embree_version();
 
 }  // namespace parray

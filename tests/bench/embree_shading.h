@@ -147,7 +147,7 @@ struct SkyLight {
   }
 };
 
-/// Materials as columns, so that sixteen can be gathered at once.
+/// Materials as columns, so that several paths can gather at once.
 struct MaterialColumns {
   explicit MaterialColumns(const std::vector<Material>& materials);
 
