@@ -114,7 +114,11 @@ class LaneKernel final : public Kernel {
     material_of_.resize(spheres_.slot_count());
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
       const std::uint32_t index = spheres_.input_index()[slot];
-      material_of_[slot] = index == no_sphere ? 0 : scene.spheres[index].material;
+      if (index != no_sphere) {
+        const std::uint32_t material = scene.spheres[index].material;
+        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+        material_of_[slot] = material | type << MaterialRef::type_bit;
+      }
     }
   }
 

@@ -160,7 +160,8 @@ class Stream {
         L t;
         const auto met = enters(rays, same, t);
         // Input order: an equal distance belongs to the earlier one.
-        const auto better = met & (t < nearest) & disjoint(barred, typename L::Uint(1U << k));
+        const auto allowed = equal(barred & typename L::Uint(1U << k), typename L::Uint(0U));
+        const auto better = met & (t < nearest) & allowed;
         nearest = select(better, t, nearest);
         slot = select(better, typename L::Uint(first + k), slot);
       }
