@@ -65,9 +65,6 @@ class Stream {
  private:
   static constexpr std::uint32_t group_size = 64;
   static constexpr std::uint32_t bar_bits = 32;
-  /// Steps after which a ray's stack is read again: what was just stored as a vector cannot be
-  /// loaded as a number without a stall.
-  static constexpr std::uint32_t lag = 6;
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
   /// Ray numbers of a group that wait for a step of one kind.
@@ -308,15 +305,13 @@ class Stream {
     for (int now = 0; nodes[now].count + blocks[now].count > 0; now ^= 1) {
       nodes[now ^ 1].count = 0;
       blocks[now ^ 1].count = 0;
-      for (std::uint32_t n = 0; n < nodes[now].count + lag; ++n) {
-        if (n < nodes[now].count) {
-          const std::uint32_t k = nodes[now].ray[n];
-          top[k] = step_node(begin + k, top[k]);
-        }
-        if (n >= lag) {
-          const std::uint32_t k = nodes[now].ray[n - lag];
-          wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
-        }
+      for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
+        const std::uint32_t k = nodes[now].ray[n];
+        top[k] = step_node(begin + k, top[k]);
+      }
+      for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
+        const std::uint32_t k = nodes[now].ray[n];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
       }
       Waiting entering;  // those of `blocks` that enter a sphere
       Waiting passing;   // the others
@@ -334,16 +329,14 @@ class Stream {
         --top[k];
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
       }
-      for (std::uint32_t n = 0; n < entering.count + lag; ++n) {
-        if (n < entering.count) {
-          const std::uint32_t k = entering.ray[n];
-          const L nearest = take_nearest(begin + k, passages[k]);
-          top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
-        }
-        if (n >= lag) {
-          const std::uint32_t k = entering.ray[n - lag];
-          wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
-        }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
+        const L nearest = take_nearest(begin + k, passages[k]);
+        top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
+      }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
       }
     }
   }
