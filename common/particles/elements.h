@@ -20,8 +20,8 @@ inline constexpr std::uint8_t last_element = 118;
 /// own.
 const Element& element(std::uint8_t atomic_number);
 
-/// Atomic number of a symbol, whatever its case ("CL", "cl", "Cl"); D and T are hydrogen; 0 if it is
-/// none.
+/// Atomic number of a symbol, whatever its case ("CL", "cl", "Cl"); D and T are hydrogen; 0 if it
+/// is none.
 std::uint8_t atomic_number_of(std::string_view symbol);
 
 }  // namespace parray

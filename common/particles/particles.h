@@ -10,14 +10,16 @@
 namespace parray {
 
 /// What a file of particles says, column by column. Positions and radii are in the file's own unit.
-/// A column that the file lacks is empty; the others have one entry a particle, in the file's order.
+/// A column that the file lacks is empty; the others have one entry a particle, in the file's
+/// order.
 struct Particles {
-  std::vector<Vec3d> positions;         ///< finite, |component| <= limits::max_length
-  std::vector<double> radii;            ///< > 0, in [limits::min_radius, limits::max_length]
-  std::vector<Vec3d> colors;            ///< linear RGB in [0, 1]
-  std::vector<std::uint8_t> elements;   ///< atomic number, 1 .. 118; 0: unknown
-  std::vector<std::uint32_t> types;     ///< index into type_names
-  std::vector<std::string> type_names;  ///< distinct, in the order in which the file first uses them
+  std::vector<Vec3d> positions;        ///< finite, |component| <= limits::max_length
+  std::vector<double> radii;           ///< > 0, in [limits::min_radius, limits::max_length]
+  std::vector<Vec3d> colors;           ///< linear RGB in [0, 1]
+  std::vector<std::uint8_t> elements;  ///< atomic number, 1 .. 118; 0: unknown
+  std::vector<std::uint32_t> types;    ///< index into type_names
+  std::vector<std::string>
+      type_names;  ///< distinct, in the order in which the file first uses them
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
 };
