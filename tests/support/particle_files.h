@@ -20,7 +20,7 @@ class ParticleFiles {
  public:
   [[nodiscard]] std::filesystem::path write(const std::string& name,
                                             const std::string& bytes) const {
-    const std::filesystem::path path = directory_.path() / name;
+    std::filesystem::path path = directory_.path() / name;
     std::filesystem::remove(path);  // some file systems flush a file that is cut and rewritten
     std::ofstream(path, std::ios::binary) << bytes;
     return path;

@@ -105,7 +105,8 @@ void check_promises(const Particles& particles) {
   CHECK((particles.types.empty() || particles.types.size() == count));
   bool good = true;
   for (const Vec3d& p : particles.positions) {
-    for (const double c : {p.x, p.y, p.z}) good = good && std::abs(c) <= limits::max_length;
+    for (const double c : {p.x, p.y, p.z})
+      good = good && in_range(std::abs(c), 0, limits::max_length);
   }
   for (const double r : particles.radii) {
     good = good && in_range(r, limits::min_radius, limits::max_length);
@@ -114,8 +115,9 @@ void check_promises(const Particles& particles) {
     for (const double c : {color.x, color.y, color.z}) good = good && in_range(c, 0, 1);
   }
   for (const std::uint8_t element : particles.elements) good = good && element <= last_element;
-  for (const std::uint32_t type : particles.types)
+  for (const std::uint32_t type : particles.types) {
     good = good && type < particles.type_names.size();
+  }
   CHECK(good);
 }
 
@@ -148,14 +150,17 @@ std::pair<int, int> read_damaged(const std::string& name, const std::string& val
 
 TEST_CASE("files damaged in thousands of ways are read as valid particles or refused") {
   const std::uint64_t before = test::peak_address_space();
-  for (const auto& [name, valid] : valid_files()) {
+  for (const auto& file : valid_files()) {
+    const std::string& name = file.first;
+    const std::string& valid = file.second;
     CAPTURE(name);
     REQUIRE(ParticleFiles().message(name, valid) == "no error");
     const auto [read, refused] = read_damaged(name, valid, 2000);
     CHECK(read > 100);  // mild enough to get far into the reader
     CHECK(refused > 100);
   }
-  CHECK(test::peak_address_space() - before < 256'000'000);
+  // A count that is believed takes gigabytes; the address sanitizer keeps 256 MiB of freed memory.
+  CHECK(test::peak_address_space() - before < 1'000'000'000);
 }
 
 TEST_CASE("packed files damaged in many ways are read or refused") {
@@ -168,7 +173,9 @@ TEST_CASE("packed files damaged in many ways are read or refused") {
 
 TEST_CASE("every beginning of a file is read or refused") {
   const ParticleFiles files;
-  for (const auto& [name, valid] : valid_files()) {
+  for (const auto& file : valid_files()) {
+    const std::string& name = file.first;
+    const std::string& valid = file.second;
     CAPTURE(name);
     for (std::size_t length = 0; length < valid.size(); ++length) {
       try {

@@ -31,7 +31,7 @@ void check_all(const std::vector<Damage>& table) {
   }
 }
 
-const std::string xyz_floats = "property float x\nproperty float y\nproperty float z\n";
+constexpr const char* xyz_floats = "property float x\nproperty float y\nproperty float z\n";
 
 std::string ascii_ply(const std::string& count, const std::string& more = "") {
   return "ply\nformat ascii 1.0\nelement vertex " + count + "\n" + xyz_floats + more +
@@ -49,9 +49,9 @@ std::string dump(const std::string& count, const std::string& rest) {
   return "ITEM: NUMBER OF ATOMS\n" + count + "\nITEM: ATOMS x y z\n" + rest;
 }
 
-const std::string one_atom =
-    "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n"
-    "_atom_site.Cartn_z\n";
+std::string cif(const std::string& values) {
+  return "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n" + values;
+}
 
 std::string pdb(const std::string& x) {
   return "ATOM      1  CA  ALA A   1    " + x + "   2.000   3.000  1.00  0.00           C\n";
@@ -101,10 +101,10 @@ TEST_CASE("numbers that are none, not finite or out of range are refused with th
       {"NaN in PLY", "a.ply", ascii_ply("1") + "0 0 nan\n", "a.ply:8: value" + not_finite("nan")},
       {"NaN in PDB", "a.pdb", pdb("     nan"), "a.pdb:1: x" + not_finite("nan")},
       {"blank in PDB", "a.pdb", "REMARK\n" + pdb("        "), "a.pdb:2: x" + not_finite("")},
-      {"NaN in mmCIF", "a.cif", one_atom + "1 2\nnan\n", "a.cif:7: cartn_z" + not_finite("nan")},
-      {"a quoted word in mmCIF", "a.cif", one_atom + "1 2 'a b'\n",
+      {"NaN in mmCIF", "a.cif", cif("1 2\nnan\n"), "a.cif:7: cartn_z" + not_finite("nan")},
+      {"a quoted word in mmCIF", "a.cif", cif("1 2 'a b'\n"),
        "a.cif:6: cartn_z" + not_finite("'a b'")},
-      {"too far in mmCIF", "a.cif", one_atom + "1 2 1e16\n",
+      {"too far in mmCIF", "a.cif", cif("1 2 1e16\n"),
        std::string("a.cif:6: coordinate 1e+16") + position_range},
       {"too far", "a.xyz", "1\n\nC 0 0 -1e16\n",
        std::string("a.xyz:3: coordinate -1e+16") + position_range},
@@ -343,9 +343,9 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
        "a.cif:4: " + no_atoms},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
        "a.cif:5: no _atom_site.cartn_z: add it"},
-      {"a short row", "a.cif", one_atom + "1 2 3\n4 5\n",
+      {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
        "a.cif:7: the last row of _atom_site has 2 of 3 values: is the file complete?"},
-      {"an empty loop", "a.cif", one_atom, "a.cif:5: no particles: is this the right file?"},
+      {"an empty loop", "a.cif", cif(""), "a.cif:5: no particles: is this the right file?"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
        "a.cif:2: not CIF (a text of more than 4194304 bytes): is this the right file?"},
   });

@@ -15,18 +15,18 @@ using test::bytes_of;
 using test::packed;
 using test::ParticleFiles;
 
-const std::vector<Vec3d> three{{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}};
+std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
 
 std::string ply_header(const std::string& format, const std::string& properties) {
   return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex 3\n" + properties +
          "end_header\n";
 }
 
-const std::string xyz_properties = "property float x\nproperty double y\nproperty float z\n";
+constexpr const char* xyz_properties = "property float x\nproperty double y\nproperty float z\n";
 
 std::string binary_positions(std::endian order) {
   std::string bytes;
-  for (const Vec3d& p : three) {
+  for (const Vec3d& p : three()) {
     bytes += bytes_of(static_cast<float>(p.x), order) + bytes_of(p.y, order) +
              bytes_of(static_cast<float>(p.z), order);
   }
@@ -74,7 +74,7 @@ TEST_CASE("PLY is read as text and as binary data of both byte orders") {
       ply_header("binary_big_endian", xyz_properties) + binary_positions(std::endian::big);
   for (const std::string& file : {ascii, little, big, packed(ascii), packed(big)}) {
     const Particles particles = files.read("a.ply", file);
-    CHECK(particles.positions == three);
+    CHECK(particles.positions == three());
     CHECK(particles.radii.empty());
     CHECK(particles.colors.empty());
     CHECK(particles.elements.empty());
@@ -167,13 +167,12 @@ TEST_CASE("CSV is read with every separator, quotes, comments and any letter cas
       "# made by hand\n\n Type ; X;Y;Z\na;1;-2;3.5\n#x\nb c;0;+0.25;-1E3\n \t\na;-0.125;7;0",
       "x\ty\tz\ttype\tnote\n1\t-2\t3.5\ta\t\n0\t0.25\t-1e3\tb c\t,;\n-0.125\t7\t0\ta\tx",
       "  x y   z   type\n1 -2 3.5 a\n0 0.25 -1e3 \"b c\"\n\t-0.125 7 0 a  \n",
-      "\xEF\xBB\xBF\"x\",\"y\",\"z\",\"a,\"\"b\"\"\",\"type\"\r\n\"1\",-2,3.5,\"\",a\r\n"
-      "0,0.25,-1e3,\"\"\"\",\"b c\"\r\n-0.125, 7 ,0,,\"a\" \r\n",
-  };
+      ("\xEF\xBB\xBF\"x\",\"y\",\"z\",\"a,\"\"b\"\"\",\"type\"\r\n\"1\",-2,3.5,\"\",a\r\n"
+       "0,0.25,-1e3,\"\"\"\",\"b c\"\r\n-0.125, 7 ,0,,\"a\" \r\n")};
   for (const std::string& table : tables) {
     CAPTURE(table);
     const Particles particles = files.read("a.csv", table);
-    CHECK(particles.positions == three);
+    CHECK(particles.positions == three());
     CHECK(types_of(particles) == Names{"a", "b c", "a"});
     CHECK(particles.type_names == Names{"a", "b c"});
     CHECK(particles.elements.empty());
@@ -223,7 +222,7 @@ TEST_CASE("XYZ is read: symbols, atomic numbers, other names, further columns, f
       "1\nsecond frame\nC 9 9 9\n";
   for (const std::string& file : {text, packed(text)}) {
     const Particles particles = files.read("a.xyz", file);
-    CHECK(particles.positions == std::vector<Vec3d>{three[0], three[1], three[2], {0, 0, 0}});
+    CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1], three()[2], {0, 0, 0}});
     CHECK(particles.elements == Elements{6, 8, 0, 1});
     CHECK(types_of(particles) == Names{"C", "8", "OW", "d"});
   }
@@ -239,7 +238,7 @@ TEST_CASE("extended XYZ is read as its Properties say") {
       "2\nLattice=\"5 0 0 0 5 0 0 0 5\" Properties=id:I:1:pos:R:3:species:S:1:force:R:3:radius:R:1:"
       "color:R:3:fixed:L:1 pbc=\"T T F\"\n1 1 -2 3.5 Si 0 0 0 0.5 1 0.25 0 T\n"
       "2 0 0.25 -1e3 Zz 0 0 0 0.75 0 0 1 F\n");
-  CHECK(particles.positions == std::vector<Vec3d>{three[0], three[1]});
+  CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1]});
   CHECK(particles.elements == Elements{14, 0});
   CHECK(types_of(particles) == Names{"Si", "Zz"});
   CHECK(particles.radii == std::vector<double>{0.5, 0.75});
@@ -261,7 +260,7 @@ TEST_CASE("a LAMMPS dump is read: any order of columns, types as text, radii or 
                                     "ITEM: ATOMS id type xs x y z element diameter vx \n"
                                     "2 10 0.5 1 -2 3.5 Fe 1.5 0\n1 2 0.5 0 0.25 -1e3 Qq 0.5 0\n" +
                                     second);
-  CHECK(particles.positions == std::vector<Vec3d>{three[0], three[1]});
+  CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1]});
   CHECK(types_of(particles) == Names{"10", "2"});
   CHECK(particles.elements == Elements{26, 0});
   CHECK(particles.radii == std::vector<double>{0.75, 0.25});
@@ -306,12 +305,14 @@ TEST_CASE("equal content gives equal positions, elements and types in every form
       {"a.cif",
        "data_a\nloop_\n_atom_site.type_symbol\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n"
        "_atom_site.Cartn_z\nC 1 -2 3.5 O 0 0.25 -1000 C -0.125 7 0\n"}};
-  for (const auto& [name, text] : texts) {
+  for (const auto& [file, content] : texts) {
+    const std::string& name = file;
+    const std::string& text = content;
     for (const bool zipped : {false, true}) {
       CAPTURE(name);
       const Particles particles = files.read(zipped ? name + ".gz" : name,  //
                                              zipped ? packed(text) : text);
-      CHECK(particles.positions == three);
+      CHECK(particles.positions == three());
       const bool ply = name.ends_with(".ply");
       CHECK(particles.elements == (ply ? Elements{} : Elements{6, 8, 6}));
       CHECK(types_of(particles) == (ply ? Names{} : Names{"C", "O", "C"}));
