@@ -11,7 +11,7 @@
 /// Words and numbers of text formats. Numbers do not depend on the locale.
 namespace parray {
 
-/// `text` without blanks (space, tab, carriage return) at its ends.
+/// `text` without blanks (spaces and tabs) at its ends.
 std::string_view trimmed(std::string_view text);
 
 /// ASCII letters in lower case.

@@ -87,7 +87,7 @@ std::string_view properties_in(std::string_view comment) {
   std::string_view value = comment.substr(at + key.size());
   const bool quoted = value.starts_with('"');
   if (quoted) value.remove_prefix(1);
-  return value.substr(0, value.find_first_of(quoted ? "\"" : " \t\r"));
+  return value.substr(0, value.find_first_of(quoted ? "\"" : " \t"));
 }
 
 XyzLayout layout_of_comment(std::string_view comment, const FilePlace& place) {

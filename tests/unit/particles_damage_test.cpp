@@ -105,8 +105,9 @@ void check_promises(const Particles& particles) {
   CHECK((particles.types.empty() || particles.types.size() == count));
   bool good = true;
   for (const Vec3d& p : particles.positions) {
-    for (const double c : {p.x, p.y, p.z})
+    for (const double c : {p.x, p.y, p.z}) {
       good = good && in_range(std::abs(c), 0, limits::max_length);
+    }
   }
   for (const double r : particles.radii) {
     good = good && in_range(r, limits::min_radius, limits::max_length);
