@@ -140,30 +140,4 @@ Portrait portrait_of(std::span<const Sphere> spheres, double aspect) {
   return portrait;
 }
 
-double lattice_radius(std::span<const Sphere> spheres) {
-  const Frame frame = principal_axes(spheres);
-  Vec3d low{infinity, infinity, infinity};
-  Vec3d high{-infinity, -infinity, -infinity};
-  for (const Sphere& sphere : spheres) {
-    const Vec3d p = sphere.center - frame.center;
-    const Vec3d q{dot(p, frame.right), dot(p, frame.up), dot(p, frame.back)};
-    low = {min_of(low.x, q.x), min_of(low.y, q.y), min_of(low.z, q.z)};
-    high = {max_of(high.x, q.x), max_of(high.y, q.y), max_of(high.z, q.z)};
-  }
-  const Vec3d size = high - low;
-  const double longest = largest_component(size);
-  if (longest == 0) return 1;
-  // Bisection for the spacing s with (x/s + 1)(y/s + 1)(z/s + 1) = count, in units of `longest`.
-  const Vec3d box = (1 / longest) * size;
-  double few = 2;  // spacings: this fits fewer than two, three or four corners
-  double many = 0;
-  const auto count = static_cast<double>(spheres.size());
-  for (int i = 0; i < 60; ++i) {
-    const double s = (few + many) / 2;
-    const bool fits = (box.x / s + 1) * (box.y / s + 1) * (box.z / s + 1) >= count;
-    (fits ? many : few) = s;
-  }
-  return std::max(limits::min_radius, longest * (many / 2));
-}
-
 }  // namespace parray

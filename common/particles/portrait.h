@@ -33,9 +33,4 @@ inline constexpr Material portrait_plain{MaterialType::diffuse, {0.35, 0.48, 0.6
 /// camera's place from what it looks at.
 Portrait portrait_of(std::span<const Sphere> spheres, double aspect);
 
-/// A radius for centres that come without: half the spacing of a lattice that would put as many
-/// into the same box along the principal axes. 1 where all centres are one. `spheres` is not empty;
-/// their radii do not matter.
-double lattice_radius(std::span<const Sphere> spheres);
-
 }  // namespace parray

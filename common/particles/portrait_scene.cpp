@@ -8,6 +8,7 @@
 #include "common/base/printable.h"
 #include "common/particles/particle_spheres.h"
 #include "common/particles/portrait.h"
+#include "common/particles/principal_axes.h"
 
 namespace parray {
 namespace {
@@ -23,10 +24,13 @@ void check(const std::string& problem) {
 }
 
 /// Decides the rules; true when the radius is left to lattice_radius().
-bool decide(ParticleSource& source, const Particles& particles, const MaterialNames& materials) {
+bool decide(ParticleSource& source, const Particles& particles, MaterialNames& materials) {
   source.material = decided(source.material, particles);
   if (source.material.rule == ParticleMaterial::Rule::automatic) {
     source.material = particle_material_from(portrait_plain_name);
+  }
+  if (text_of(source.material) == portrait_plain_name) {
+    materials.define(std::string(portrait_plain_name), portrait_plain);
   }
   check(problem_with(source.material, particles, materials, source.file, portrait_plain_name));
   source.radius = decided(source.radius, particles);
@@ -57,7 +61,6 @@ PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMa
   MaterialNames& names = out.file.materials;
   names.define("ground", portrait_ground);
   names.define("flag", portrait_flag);
-  names.define(std::string(portrait_plain_name), portrait_plain);
   const bool radius_is_open = decide(out.source, particles, names);
   if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
   Scene& scene = out.file.scene;

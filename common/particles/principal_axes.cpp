@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/scene/limits.h"
+
 namespace parray {
 namespace {
 
@@ -26,7 +28,10 @@ Matrix covariance_of(std::span<const Sphere> spheres, const Vec3d& mean) {
       for (std::size_t j = i; j < 3; ++j) sum[i][j] += d[i] * d[j];
     }
   }
-  return sum;  // not divided by the count: only ratios matter
+  for (auto& row : sum) {
+    for (double& x : row) x /= static_cast<double>(spheres.size());
+  }
+  return sum;
 }
 
 /// A lattice in a cube spreads alike along every direction, but for noise, and noise shall not
@@ -69,6 +74,17 @@ Vec3d with_largest_component_positive(const Vec3d& v) {
   return largest < 0 ? -v : v;
 }
 
+/// Where the increasing polynomial 1 + v + a v^2 + b v^3 (a, b >= 0) takes the value `target` > 1.
+double solve(double a, double b, double target) {
+  double low = 0;
+  double high = target - 1;
+  for (int i = 0; i < 128; ++i) {
+    const double v = (low + high) / 2;
+    (1 + v * (1 + v * (a + v * b)) < target ? low : high) = v;
+  }
+  return high;
+}
+
 }  // namespace
 
 Frame principal_axes(std::span<const Sphere> spheres) {
@@ -95,6 +111,24 @@ Frame principal_axes(std::span<const Sphere> spheres) {
   frame.right = normalize(cross(axis(1), frame.back));  // at right angles to the last digit
   frame.up = cross(frame.back, frame.right);
   return frame;
+}
+
+double lattice_radius(std::span<const Sphere> spheres) {
+  const Matrix c = covariance_of(spheres, mean_center(spheres));
+  const double trace = c[0][0] + c[1][1] + c[2][2];
+  if (!(trace > 0)) return 1;
+  const double minors = c[0][0] * c[1][1] - c[0][1] * c[0][1] + c[0][0] * c[2][2] -
+                        c[0][2] * c[0][2] + c[1][1] * c[2][2] - c[1][2] * c[1][2];
+  const double determinant = c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[1][2]) -
+                             c[0][1] * (c[0][1] * c[2][2] - c[1][2] * c[0][2]) +
+                             c[0][2] * (c[0][1] * c[1][2] - c[1][1] * c[0][2]);
+  // n points s apart on a line have the variance s^2 (n^2 - 1) / 12. So the count of a lattice is
+  // the product of sqrt(12 variance / s^2 + 1) over its axes, whose square is the determinant of
+  // 12 covariance / s^2 + 1: solved for v = 12 trace / s^2.
+  const double count = static_cast<double>(spheres.size());
+  const double v = solve(std::max(0.0, minors / (trace * trace)),
+                         std::max(0.0, determinant / (trace * trace * trace)), count * count);
+  return std::max(limits::min_radius, square_root(12 * trace / v) / 2);
 }
 
 }  // namespace parray

@@ -22,4 +22,9 @@ struct Frame {
 /// the two signs of `up` and of `back`, the largest component is positive.
 Frame principal_axes(std::span<const Sphere> spheres);
 
+/// A radius for centres that come without: half the spacing of the cubic lattice in a box, a sheet
+/// or a line that has as many points and spreads as much. 1 where all centres are one. Turning
+/// them changes nothing but rounding, scaling scales. `spheres` is not empty.
+double lattice_radius(std::span<const Sphere> spheres);
+
 }  // namespace parray
