@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "common/base/printable.h"
@@ -72,7 +73,9 @@ void GzipFile::check_error() const {
   if (code == Z_ERRNO) {
     place_.fail("reading failed (" + std::generic_category().message(errno) + "): check its disk");
   }
-  place_.fail("damaged gzip data (" + printable(text) + "): copy or pack the file again");
+  std::string_view reason(text);  // "PATH: reason"
+  if (reason.starts_with(place_.file + ": ")) reason.remove_prefix(place_.file.size() + 2);
+  place_.fail("damaged gzip data (" + printable(reason) + "): copy or pack the file again");
 }
 
 }  // namespace parray

@@ -93,12 +93,19 @@ Vec3d pdb_position(std::string_view record, const FilePlace& place) {
 
 /// One record at a time: gemmi's reader of files keeps the whole structure, and does not tell the
 /// line of what is wrong.
+gemmi::Structure parsed_by_gemmi(std::string_view record, const FilePlace& place) {
+  constexpr std::size_t charge_column = 78;  // of no use here, and refused where it is odd
+  try {
+    return gemmi::read_pdb_string(std::string(record.substr(0, charge_column)) + "\n", "");
+  } catch (const std::runtime_error&) {
+    place.fail("not a record of an atom: is a column damaged?");
+  }
+}
+
 Atom pdb_atom(std::string_view record, const FilePlace& place) {
-  constexpr std::size_t charge_column = 78;
   Atom atom;
   atom.position = pdb_position(record, place);
-  const std::string line = std::string(record.substr(0, charge_column)) + "\n";
-  const gemmi::Structure structure = gemmi::read_pdb_string(line, "");
+  const gemmi::Structure structure = parsed_by_gemmi(record, place);
   const gemmi::Chain& chain = structure.models.at(0).chains.at(0);
   const gemmi::Residue& residue = chain.residues.at(0);
   const gemmi::Atom& parsed = residue.atoms.at(0);

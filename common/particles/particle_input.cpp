@@ -60,16 +60,12 @@ bool ParticleInput::next_filled_line() {
   return false;
 }
 
-const char* ParticleInput::next_bytes(std::size_t count) {
-  place_.unit = FilePlace::Unit::byte;
-  place_.number = taken_;
+/// Refills until the block holds `count` bytes not taken; false when the file ends before.
+bool ParticleInput::fill(std::size_t count) {
   while (filled_ - next_ < count) {
-    if (!refill()) return nullptr;
+    if (!refill()) return false;
   }
-  const char* bytes = block_.data() + next_;
-  next_ += count;
-  taken_ += count;
-  return bytes;
+  return true;
 }
 
 bool ParticleInput::skip_bytes(std::uint64_t count) {

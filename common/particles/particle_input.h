@@ -31,7 +31,15 @@ class ParticleInput {
   [[nodiscard]] std::string_view line() const { return line_; }
 
   /// The next `count` bytes, at most max_bytes_at_once; nullptr when the file ends before them.
-  const char* next_bytes(std::size_t count);
+  const char* next_bytes(std::size_t count) {
+    place_.unit = FilePlace::Unit::byte;
+    place_.number = taken_;
+    if (filled_ - next_ < count && !fill(count)) return nullptr;
+    const char* bytes = block_.data() + next_;
+    next_ += count;
+    taken_ += count;
+    return bytes;
+  }
   /// Passes over `count` bytes; false when the file ends before them.
   bool skip_bytes(std::uint64_t count);
 
@@ -43,6 +51,7 @@ class ParticleInput {
 
  private:
   bool refill();
+  bool fill(std::size_t count);
 
   GzipFile* file_;
   std::vector<char> block_;
