@@ -23,7 +23,6 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
             SceneFile& file) {
   Particles particles =
       blaming(source, place, [&] { return read_particles(folder / source.file); });
-  if (particles.count() == 0) return;
   source.material = decided(source.material, particles);
   source.radius = decided(source.radius, particles);
   std::string problem = problem_with(source.material, particles, file.materials, source.file);

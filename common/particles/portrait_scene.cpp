@@ -52,7 +52,6 @@ RenderSettings portrait_settings() {
 PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMaterial& material,
                              const ParticleRadius& radius, const RenderSettings& settings) {
   Particles particles = read_particles(path);
-  if (particles.count() == 0) fail(path, "has no particles: there is nothing to show");
   PortraitScene out;
   out.source.file = path.string();
   out.source.material = material;
