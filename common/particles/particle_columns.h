@@ -51,7 +51,7 @@ class ParticleColumns {
   void check_scale(const Vec3d& color);
 
   struct Hash : std::hash<std::string_view> {
-    using is_transparent = void;
+    using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
   };
   const FilePlace* place_;
   Particles particles_;

@@ -347,7 +347,7 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
        "a.cif:7: the last row of _atom_site has 2 of 3 values: is the file complete?"},
       {"an empty loop", "a.cif", one_atom, "a.cif:5: no particles: is this the right file?"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
-       "a.cif:2: a text or a comment after this is longer than 4194304 bytes: is this mmCIF?"},
+       "a.cif:2: not CIF (a text of more than 4194304 bytes): is this the right file?"},
   });
 }
 
