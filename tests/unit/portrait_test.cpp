@@ -125,8 +125,8 @@ TEST_CASE("every sphere is inside the view, and the view is no wider than that")
   for_each_portrait([](const std::vector<Sphere>& spheres, const Portrait& portrait,
                        const Film& film) {
     Film tight = film;
-    tight.half_width *= 0.86;
-    tight.half_height *= 0.86;
+    tight.half_width *= 0.8501;
+    tight.half_height *= 0.8501;
     double outermost = 1e300;
     for (const Sphere& sphere : spheres) {
       for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
@@ -134,7 +134,7 @@ TEST_CASE("every sphere is inside the view, and the view is no wider than that")
         outermost = std::min(outermost, tight.inside(sphere, x, y) * sphere.radius - sphere.radius);
       }
     }
-    CHECK(outermost < 0.01 * portrait.camera.focus_distance);  // 0.86 is just wider than needed
+    CHECK(outermost < 0.001 * portrait.camera.focus_distance);  // 0.8501 is just wider than needed
     CHECK(outermost >= 0);
   });
 }
