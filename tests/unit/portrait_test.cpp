@@ -57,7 +57,8 @@ std::vector<Group> groups() {
   Group lattice{"a lattice", {}};
   for (int i = 0; i < 125; ++i) {
     line.spheres.push_back({{1.0 * i, 2.0 * i, -1.0 * i}, 0.5, 0});
-    lattice.spheres.push_back({{1.0 * (i % 5), 1.0 * (i / 5 % 5), 1.0 * (i / 25)}, 0.5, 0});
+    const int layer = i / 25;
+    lattice.spheres.push_back({{1.0 * (i % 5), 1.0 * (i / 5 % 5), 1.0 * layer}, 0.5, 0});
   }
   all.push_back(std::move(line));
   all.push_back(std::move(lattice));
@@ -263,7 +264,8 @@ TEST_CASE("the lattice's radius is half its spacing, however it is turned and in
     for (int i = 0; i < nx * ny * nz; ++i) {
       const double x = 2.5 * (i % nx);
       const double y = 2.5 * (i / nx % ny);
-      const double z = 2.5 * (i / nx / ny);
+      const int layer = i / nx / ny;
+      const double z = 2.5 * layer;
       spheres.push_back({Vec3d{3, 4, 5} + x * a + y * b + z * c, 1, 0});
     }
     CAPTURE(spheres.size());
