@@ -4,6 +4,8 @@
 #include <iosfwd>
 #include <string>
 
+#include "common/scene/material_names.h"
+#include "common/scene/particle_source.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -16,6 +18,10 @@ struct SceneFile {
   Scene scene;
   RenderSettings settings;
   bool seed_format = false;  ///< the seed program's format, recognised by its shape
+  MaterialNames materials;   ///< the section of that name; the seed's format has none
+  /// Files whose particles belong to the scene but are not in it yet: see
+  /// common/particles/expand.h.
+  std::vector<ParticleSource> particles;
 };
 
 /// Reads scene JSON v1 (scenes/schema/scene.v1.schema.json) or the seed's own format.
