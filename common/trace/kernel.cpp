@@ -5,6 +5,7 @@
 
 #include "common/trace/bvh.h"
 #include "common/trace/linear.h"
+#include "common/trace/octree.h"
 #include "common/trace/path.h"
 
 namespace parray {
@@ -97,6 +98,9 @@ template <typename Real>
 std::unique_ptr<Kernel> make_kernel_of(const Scene& scene, const RenderSettings& settings) {
   if (settings.accelerator == AcceleratorKind::linear) {
     return std::make_unique<TemplateKernel<Real, Linear<Real>>>(scene, settings);
+  }
+  if (settings.accelerator == AcceleratorKind::octree) {
+    return std::make_unique<TemplateKernel<Real, Octree<Real>>>(scene, settings);
   }
   return std::make_unique<TemplateKernel<Real, Bvh<Real>>>(scene, settings);
 }

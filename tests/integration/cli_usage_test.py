@@ -174,7 +174,7 @@ class Pictures(CliTest):
         for options in (["--threads", "1"], ["--threads", "2"], ["--threads", "5"],
                         *(["--schedule", s] for s in ("static", "guided", "factoring", "weighted")),
                         *(["--row-order", o] for o in ("sequential", "interleaved")),
-                        *(["--accelerator", a] for a in ("linear", "bvh"))):
+                        *(["--accelerator", a] for a in ("linear", "bvh", "octree"))):
             with self.subTest(options=options):
                 report, _ = self.rendered(*options)
                 self.assertEqual(report["image_sha256"], expected)
