@@ -18,6 +18,7 @@ struct Submission {
   std::uint32_t priority = 50;
   RenderSettings settings;  ///< resolved: nothing automatic
   std::string precision_reason;
+  std::uint64_t duplicates_removed = 0;
   double load_seconds = 0;
   std::string scene_bytes;  ///< scene_to_bytes()
 };

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "cli/commands/printing.h"
 #include "cli/progress.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -27,6 +28,7 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   const SteadyClock clock;
   const Time begin = clock.now();
   const SceneFile file = read_scene_file(scene_file);
+  warn_of_duplicates(file.duplicates, scene_file);
   const ResolvedSettings resolved =
       resolve_settings(requirements_of(file.scene), options.over(file.settings));
   Submission submission;
@@ -35,6 +37,7 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;
+  submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
   return submission;
 }

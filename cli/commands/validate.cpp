@@ -25,6 +25,7 @@ struct ValidateCommand {
 /// Everything that the command says.
 json facts_of(const ValidateCommand& command) {
   const SceneFile file = read_scene_file(command.scene);
+  warn_of_duplicates(file.duplicates, command.scene);
   const Requirements needs = requirements_of(file.scene);
   const ResolvedSettings resolved = resolve_settings(needs, command.render.over(file.settings));
   const RenderSettings& settings = resolved.settings;
@@ -36,6 +37,7 @@ json facts_of(const ValidateCommand& command) {
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
           {"spheres", needs.spheres},
+          {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
           {"metal", needs.metal},
           {"dielectric", needs.dielectric},
@@ -76,6 +78,7 @@ void print_facts(const json& f) {
                     {"spheres", count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " +
                                     count(f["metal"]) + " metal, " + count(f["dielectric"]) +
                                     " dielectric"},
+                    {"left out", counted(f["duplicates_removed"], "duplicate")},
                     {"materials", count(f["materials"])},
                     {"features", joined(f["features"])},
                     {"radii",
