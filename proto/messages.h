@@ -90,9 +90,9 @@ struct Submit {
   std::uint32_t priority = 50;
   RenderSettings settings;
   std::string precision_reason;
-  std::uint64_t duplicates_removed = 0;
   double load_seconds = 0;
   std::string scene_bytes;
+  std::uint64_t duplicates_removed = 0;
 };
 struct Submitted {
   std::uint64_t request = 0;

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/math/float_mode.h"
@@ -67,11 +67,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Medians of the seconds that each accelerator takes for the same samples.
-Seconds measure(const Scene& scene) {
-  std::vector<std::unique_ptr<Kernel>> kernels;
-  for (const AcceleratorKind accelerator : accelerators) {
-    kernels.push_back(make_kernel(scene, settings_of_report(accelerator)));
+/// Medians of the seconds that each accelerator takes for the same samples; nothing if their
+/// pictures differ.
+std::optional<Seconds> measure(const Scene& scene) {
+  std::array<std::unique_ptr<Kernel>, accelerators.size()> kernels;
+  for (std::size_t a = 0; a < accelerators.size(); ++a) {
+    kernels[a] = make_kernel(scene, settings_of_report(accelerators[a]));
   }
   const RenderSettings settings = settings_of_report(AcceleratorKind::octree);
   std::uint32_t samples = 1;
@@ -87,12 +88,11 @@ Seconds measure(const Scene& scene) {
       if (a == 0) {
         first = std::move(turn.sums);
       } else if (turn.sums != first) {
-        std::puts("the accelerators' pictures differ");
-        std::exit(1);
+        return {};
       }
     }
   }
-  return {median(seconds[0]), median(seconds[1]), median(seconds[2])};
+  return Seconds{median(seconds[0]), median(seconds[1]), median(seconds[2])};
 }
 
 void pin_to_one_core() {
@@ -120,7 +120,12 @@ int main(int argc, char** argv) {
   std::puts(" spheres  octree / linear  in the report  bvh / linear  octree / bvh");
   for (int i = 1; i < argc; ++i) {
     const Scene scene = read_scene_file(argv[i]).scene;
-    const auto [linear, octree, bvh] = measure(scene);
+    const std::optional<Seconds> seconds = measure(scene);
+    if (!seconds) {
+      std::puts("the accelerators' pictures differ");
+      return 1;
+    }
+    const auto [linear, octree, bvh] = *seconds;
     const auto* const row = std::ranges::find(report, scene.spheres.size(), &ReportRow::spheres);
     std::printf("%8zu  %15.3f  ", scene.spheres.size(), octree / linear);
     if (row == report.end()) {

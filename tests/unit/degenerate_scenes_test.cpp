@@ -53,7 +53,7 @@ void check_kernels(const Scene& scene, bool met = true) {
     settings.precision = precision;
     settings.accelerator = AcceleratorKind::linear;
     const Sums expected = trace(*make_kernel(scene, settings), settings);
-    const std::uint64_t samples = 12 * 8 * 2;
+    const std::uint64_t samples = std::uint64_t{12} * 8 * 2;
     CHECK(expected.counts.samples == samples);
     CHECK(expected.counts.nonfinite == 0);
     CHECK((expected.counts.rays > samples) == met);
@@ -124,9 +124,11 @@ TEST_CASE("chains of touching spheres are traced alike by all accelerators") {
     scene.spheres.push_back(at({0, 0, -1.0 * i}, 0.5, i));
   }
   double x = 0;
-  for (double radius = 4; radius > 1e-12; radius *= 0.8) {  // each touches the last, ever smaller
+  double radius = 4;
+  for (int i = 0; i < 130; ++i) {  // each touches the last, ever smaller, down to 1e-12
     scene.spheres.push_back(at({x, 3, 0}, radius, 1));
     x += radius * 1.8;
+    radius *= 0.8;
   }
   check_kernels(scene);
 }
@@ -134,9 +136,13 @@ TEST_CASE("chains of touching spheres are traced alike by all accelerators") {
 TEST_CASE("radii from a thousandth to a million are traced alike by all accelerators") {
   Dice dice(2);
   Scene scene = looked_at_from(40);
-  for (int cell = 0; cell < 1000; ++cell) {
-    const Vec3d center{cell % 10 - 4.5, cell / 10 % 10 - 4.5, cell / 100 - 4.5};
-    scene.spheres.push_back(at(center, dice.ten_to(-3, 0), dice.below32(3)));
+  for (int x = 0; x < 10; ++x) {
+    for (int y = 0; y < 10; ++y) {
+      for (int z = 0; z < 10; ++z) {
+        const double radius = dice.ten_to(-3, 0);
+        scene.spheres.push_back(at({x - 4.5, y - 4.5, z - 4.5}, radius, dice.below32(3)));
+      }
+    }
   }
   for (const double radius : {1e2, 1e3, 1e4, 1e5, 1e6}) {  // floors, one behind the other
     scene.spheres.push_back(at({0, -8 - radius * 1.001, 0}, radius, 0));

@@ -176,11 +176,12 @@ TEST_CASE("a grid of a million spheres, each there twice, loses its copies") {
   std::vector<Sphere> spheres;
   constexpr int side = 100;
   for (int copy = 0; copy < 2; ++copy) {
-    for (int i = 0; i < side * side * side; ++i) {
-      spheres.push_back({{static_cast<double>(i % side), static_cast<double>(i / side % side),
-                          static_cast<double>(i / (side * side))},
-                         0.5,
-                         0});
+    for (int x = 0; x < side; ++x) {
+      for (int y = 0; y < side; ++y) {
+        for (int z = 0; z < side; ++z) {
+          spheres.push_back({{1.0 * x, 1.0 * y, 1.0 * z}, 0.5, 0});
+        }
+      }
     }
   }
   Scene scene = with_spheres(std::move(spheres));
