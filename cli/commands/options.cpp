@@ -120,8 +120,9 @@ void RenderOptions::add_to(CLI::App& command) {
       ->group(settings_group);
   add_choice(command, "--precision", "auto|f32|f64", precision_from, precision_,
              "Arithmetic of the tracing; auto goes by the scene's sizes", settings_group);
-  add_choice(command, "--accelerator", "auto|linear|bvh", accelerator_from, accelerator_,
-             "How spheres are searched", work_group);
+  add_choice(command, "--accelerator", "auto|linear|bvh|octree", accelerator_from, accelerator_,
+             "How spheres are searched; octree: as the seed program did, to compare with",
+             work_group);
   add_choice(command, "--schedule", "static|guided|factoring|weighted", schedule_from, schedule_,
              "How rows are dealt out to workers (default: weighted)", work_group);
   add_choice(command, "--row-order", "auto|sequential|interleaved", row_order_from, row_order_,

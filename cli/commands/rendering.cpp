@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "cli/commands/loading.h"
+#include "cli/commands/printing.h"
 #include "cli/progress.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -34,6 +35,7 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;
+  submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
   return submission;
 }

@@ -46,6 +46,7 @@ json facts_of(const ValidateCommand& command) {
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
           {"spheres", needs.spheres},
+          {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
           {"metal", needs.metal},
           {"dielectric", needs.dielectric},
@@ -86,6 +87,7 @@ void print_facts(const json& f) {
                     {"spheres", count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " +
                                     count(f["metal"]) + " metal, " + count(f["dielectric"]) +
                                     " dielectric"},
+                    {"left out", counted(f["duplicates_removed"], "duplicate")},
                     {"materials", count(f["materials"])},
                     {"features", joined(f["features"])},
                     {"radii",
