@@ -50,6 +50,7 @@ class RenderOptions {
   std::optional<std::uint64_t> seed_;
   std::optional<Precision> precision_;
   std::optional<AcceleratorKind> accelerator_;
+  std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
 };

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <limits>
 
+#include "common/scene/origin.h"
+
 namespace parray {
 namespace {
 
@@ -51,7 +53,8 @@ Requirements requirements_of(const Scene& scene) {
   Requirements result;
   result.spheres = scene.spheres.size();
   result.lens = scene.camera.aperture > 0;
-  result.extent = largest_component(scene.camera.look_from) + scene.camera.aperture / 2;
+  const Vec3d origin = scene_origin(scene);
+  result.extent = largest_component(scene.camera.look_from - origin) + scene.camera.aperture / 2;
   double smallest = std::numeric_limits<double>::infinity();
   for (const Sphere& sphere : scene.spheres) {
     const Material& material = scene.materials[sphere.material];
@@ -61,7 +64,7 @@ Requirements requirements_of(const Scene& scene) {
     result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
     smallest = std::min(smallest, sphere.radius);
     result.largest_radius = std::max(result.largest_radius, sphere.radius);
-    result.extent = std::max(result.extent, largest_component(sphere.center) + sphere.radius);
+    result.extent = std::max(result.extent, largest_component(sphere.center - origin) + sphere.radius);
   }
   result.smallest_radius = scene.spheres.empty() ? 0 : smallest;
   result.one_radius = !scene.spheres.empty() && smallest == result.largest_radius;
