@@ -5,6 +5,7 @@
 #include <atomic>
 #include <limits>
 
+#include "common/base/aligned_array.h"
 #include "common/math/four.h"
 
 namespace parray {
@@ -54,7 +55,8 @@ class Builder {
 
   Builder(std::span<Sphere> spheres, std::uint32_t leaf_size)
       : spheres_(spheres), leaf_size_(leaf_size) {
-    tree_.nodes = AlignedArray<BinaryNode<Store>>(2 * spheres.size());
+    // Mostly never touched, and therefore never there.
+    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(2 * spheres.size());
     scratch_ = AlignedArray<Sphere>(spheres.size());
   }
 

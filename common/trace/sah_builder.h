@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "common/base/aligned_array.h"
 #include "common/math/vec.h"
 
 namespace parray {
@@ -36,7 +36,7 @@ struct BinaryNode {
 /// A binary tree; the root is node 0. Not every node of the array is used.
 template <typename Store>
 struct BinaryTree {
-  AlignedArray<BinaryNode<Store>> nodes;
+  std::unique_ptr<BinaryNode<Store>[]> nodes;
   std::uint32_t depth = 0;  ///< at most max_tree_depth
 };
 
