@@ -31,10 +31,9 @@ class RadianceScale {
   /// `value` is finite. Clamped to [0, 2^32]: rounding may exceed the bound by an ulp.
   [[nodiscard]] std::uint64_t to_fixed(double value) const {
     const double scaled = value * to_fixed_;
-    if (!(scaled > 0)) {
-      return 0;
-    }
-    return scaled >= one ? std::uint64_t{1} << 32 : static_cast<std::uint64_t>(scaled + 0.5);
+    const double positive = scaled > 0 ? scaled : 0;
+    const double bounded = positive < one ? positive : one;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(bounded + 0.5));
   }
 
   /// Mean of `count` > 0 samples whose fixed-point values add up to `sum`.
@@ -49,7 +48,8 @@ class RadianceScale {
 
   /// The square of a fixed-point value, 32 bits shifted out so that sums fit 64 bits.
   static std::uint64_t square_of(std::uint64_t fixed) {
-    return fixed >> 32 != 0 ? fixed : (fixed * fixed) >> 32;
+    __extension__ using Wide = unsigned __int128;  // 2^32 squared needs it
+    return static_cast<std::uint64_t>(Wide{fixed} * fixed >> 32);
   }
 
  private:

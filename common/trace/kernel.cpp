@@ -114,17 +114,22 @@ class LaneKernel final : public Kernel {
 
   void add(const BatchRadiance<Real>& radiance, const SampleBatch& batch,
            std::span<PixelSums> sums, TraceCounts& counts) const {
-    std::uint32_t pixel = 0;
     std::uint32_t sample = batch.first;
-    for (std::uint32_t i = 0; i < batch.count; ++i) {
-      add_sample({static_cast<double>(radiance.channel[0][i]),
-                  static_cast<double>(radiance.channel[1][i]),
-                  static_cast<double>(radiance.channel[2][i])},
-                 scale_, sums[pixel], counts);
-      if (++sample == batch.samples) {
-        sample = 0;
-        ++pixel;
+    std::uint32_t i = 0;
+    for (PixelSums& of_pixel : sums) {
+      const std::uint32_t end = std::min(i + batch.samples - sample, batch.count);
+      PixelSums pixel;
+      for (; i < end; ++i) {
+        add_sample({static_cast<double>(radiance.channel[0][i]),
+                    static_cast<double>(radiance.channel[1][i]),
+                    static_cast<double>(radiance.channel[2][i])},
+                   scale_, pixel, counts);
       }
+      of_pixel += pixel;
+      if (end == batch.count) {
+        return;
+      }
+      sample = 0;
     }
   }
 
@@ -182,16 +187,6 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
     }
   }
   return around;
-}
-
-void add_sample(const Vec3d& value, const RadianceScale& scale, PixelSums& pixel,
-                TraceCounts& counts) {
-  ++counts.samples;
-  if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z)) {
-    ++counts.nonfinite;
-    return;
-  }
-  pixel.add({scale.to_fixed(value.x), scale.to_fixed(value.y), scale.to_fixed(value.z)});
 }
 
 #define PARRAY_KERNELS_OF(isa)                                                                  \

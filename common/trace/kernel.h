@@ -60,8 +60,16 @@ std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& se
                                     const KernelOptions& options = {});
 
 /// Adds one sample's radiance to a pixel, unless it is not finite: then it is only counted.
-void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
-                TraceCounts& counts);
+inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
+                       TraceCounts& counts) {
+  ++counts.samples;
+  // x - x is 0 for finite x alone.
+  if (!((radiance.x - radiance.x) + (radiance.y - radiance.y) + (radiance.z - radiance.z) == 0)) {
+    ++counts.nonfinite;
+    return;
+  }
+  pixel.add({scale.to_fixed(radiance.x), scale.to_fixed(radiance.y), scale.to_fixed(radiance.z)});
+}
 
 /// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.
 double largest_radiance(const Scene& scene);
