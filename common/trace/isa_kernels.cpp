@@ -26,12 +26,12 @@ using DoubleLanes = Lanes<double, double_width>;
 namespace parray::PARRAY_ISA {
 namespace {
 
-template <typename L, typename B, typename SceneTables, typename Radiance>
+template <typename L, typename B, typename SceneTables>
 PARRAY_INLINE std::uint64_t trace_batch(const SceneTables& scene, const SampleBatch& batch,
-                                        Radiance& radiance) {
+                                        BatchRadiance& radiance) {
   Workspace<typename L::Scalar, typename B::Scalar> space;
-  return scene.features.sides ? Wavefront<L, B, true>(scene, space, radiance).trace(batch)
-                              : Wavefront<L, B, false>(scene, space, radiance).trace(batch);
+  return scene.features.sides ? Wavefront<L, B, DoubleLanes, true>(scene, space, radiance).trace(batch)
+                              : Wavefront<L, B, DoubleLanes, false>(scene, space, radiance).trace(batch);
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>
@@ -47,15 +47,15 @@ PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
 }  // namespace
 
 std::uint64_t trace(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
-                    BatchRadiance<float>& radiance) {
+                    BatchRadiance& radiance) {
   return trace_batch<FloatLanes, FloatLanes>(scene, batch, radiance);
 }
 std::uint64_t trace(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
-                    BatchRadiance<double>& radiance) {
+                    BatchRadiance& radiance) {
   return trace_batch<DoubleLanes, FloatLanes>(scene, batch, radiance);
 }
 std::uint64_t trace(const KernelScene<double, double, double_width>& scene,
-                    const SampleBatch& batch, BatchRadiance<double>& radiance) {
+                    const SampleBatch& batch, BatchRadiance& radiance) {
   return trace_batch<DoubleLanes, DoubleLanes>(scene, batch, radiance);
 }
 

@@ -16,11 +16,11 @@
   inline constexpr int float_width = float_lanes;                                                  \
   inline constexpr int double_width = double_lanes;                                                \
   std::uint64_t trace(const KernelScene<float, float, float_width>& scene,                         \
-                      const SampleBatch& batch, BatchRadiance<float>& radiance);                   \
+                      const SampleBatch& batch, BatchRadiance& radiance);                          \
   std::uint64_t trace(const KernelScene<double, float, float_width>& scene,                        \
-                      const SampleBatch& batch, BatchRadiance<double>& radiance);                  \
+                      const SampleBatch& batch, BatchRadiance& radiance);                          \
   std::uint64_t trace(const KernelScene<double, double, double_width>& scene,                      \
-                      const SampleBatch& batch, BatchRadiance<double>& radiance);                  \
+                      const SampleBatch& batch, BatchRadiance& radiance);                          \
   void find(const KernelScene<float, float, float_width>& scene, Workspace<float, float>& space);  \
   void find(const KernelScene<double, float, float_width>& scene,                                  \
             Workspace<double, float>& space);                                                      \

@@ -27,7 +27,7 @@ template <typename Real, typename Store, int W>
 class LaneKernel final : public Kernel {
  public:
   using Tables = KernelScene<Real, Store, W>;
-  using Trace = std::uint64_t (*)(const Tables&, const SampleBatch&, BatchRadiance<Real>&);
+  using Trace = std::uint64_t (*)(const Tables&, const SampleBatch&, BatchRadiance&);
 
   LaneKernel(const Scene& scene, const RenderSettings& settings, const KernelOptions& options,
              Isa isa, Trace function)
@@ -36,7 +36,6 @@ class LaneKernel final : public Kernel {
                  settings.accelerator != AcceleratorKind::linear, options.build_threads),
         around_lens_(spheres_around_lens(scene)),
         tables_(make_view<Real>(scene, settings, origin_), SkyGradient<Real>(scene.sky)),
-        scale_(largest_radiance(scene)),
         isa_(isa),
         trace_(function) {
     for (const Material& material : scene.materials) {
@@ -46,6 +45,7 @@ class LaneKernel final : public Kernel {
     tables_.width = settings.width;
     tables_.max_depth = settings.max_depth;
     tables_.seed = settings.seed;
+    tables_.to_fixed = RadianceScale(largest_radiance(scene)).factor();
     tables_.features = options.general ? KernelFeatures{} : features_of(scene, around_lens_);
     tables_.surfaces = surfaces_.data();
     tables_.material_of = material_of_.data();
@@ -63,7 +63,7 @@ class LaneKernel final : public Kernel {
              TraceCounts& counts) const override {
     SampleBatch batch{run.y, run.x_begin, samples.begin, samples.count(), 0, 0};
     const std::uint64_t total = std::uint64_t{run.x_end - run.x_begin} * samples.count();
-    BatchRadiance<Real> radiance;
+    BatchRadiance radiance;
     for (std::uint64_t done = 0; done < total; done += batch.count) {
       // Whole pixels are skipped by x, so that `first` stays small whatever the run.
       batch.x_begin = run.x_begin + static_cast<std::uint32_t>(done / samples.count());
@@ -112,7 +112,7 @@ class LaneKernel final : public Kernel {
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
 
-  void add(const BatchRadiance<Real>& radiance, const SampleBatch& batch,
+  void add(const BatchRadiance& radiance, const SampleBatch& batch,
            std::span<PixelSums> sums, TraceCounts& counts) const {
     std::uint32_t sample = batch.first;
     std::uint32_t i = 0;
@@ -120,10 +120,8 @@ class LaneKernel final : public Kernel {
       const std::uint32_t end = std::min(i + batch.samples - sample, batch.count);
       PixelSums pixel;
       for (; i < end; ++i) {
-        add_sample({static_cast<double>(radiance.channel[0][i]),
-                    static_cast<double>(radiance.channel[1][i]),
-                    static_cast<double>(radiance.channel[2][i])},
-                   scale_, pixel, counts);
+        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]}, pixel,
+                  counts);
       }
       of_pixel += pixel;
       if (end == batch.count) {
@@ -139,7 +137,6 @@ class LaneKernel final : public Kernel {
   std::vector<Surface<Real>> surfaces_;
   std::vector<std::uint32_t> material_of_;  ///< by slot
   Tables tables_;
-  RadianceScale scale_;
   Isa isa_;
   Trace trace_;
 };

@@ -59,16 +59,26 @@ struct KernelOptions {
 std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
                                     const KernelOptions& options = {});
 
-/// Adds one sample's radiance to a pixel, unless it is not finite: then it is only counted.
-inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
-                       TraceCounts& counts) {
+/// Adds one sample to a pixel, from the numbers that RadianceScale::fixed_of() takes: unless one is
+/// NaN, for a radiance that is not finite; then the sample is only counted.
+inline void add_fixed(const Vec3d& shifted, PixelSums& pixel, TraceCounts& counts) {
   ++counts.samples;
-  // x - x is 0 for finite x alone.
-  if (!((radiance.x - radiance.x) + (radiance.y - radiance.y) + (radiance.z - radiance.z) == 0)) {
+  if (const double sum = shifted.x + shifted.y + shifted.z; sum != sum) {
     ++counts.nonfinite;
     return;
   }
-  pixel.add({scale.to_fixed(radiance.x), scale.to_fixed(radiance.y), scale.to_fixed(radiance.z)});
+  pixel.add({RadianceScale::fixed_of(shifted.x), RadianceScale::fixed_of(shifted.y),
+             RadianceScale::fixed_of(shifted.z)});
+}
+
+/// The same from its radiance.
+inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
+                       TraceCounts& counts) {
+  // x - x is 0 for finite x alone.
+  const auto shifted = [&scale](double value) {
+    return static_cast<double>(scale.to_fixed(value)) + RadianceScale::shift + (value - value);
+  };
+  add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, pixel, counts);
 }
 
 /// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.

@@ -62,6 +62,7 @@ struct KernelScene {
   std::uint32_t width = 0;  ///< of the picture, pixels
   std::uint32_t max_depth = 1;
   std::uint64_t seed = 0;
+  double to_fixed = 1;  ///< RadianceScale::factor()
   KernelFeatures features;
 
   const Surface<Real>* surfaces = nullptr;       ///< by material
@@ -90,10 +91,10 @@ struct SampleBatch {
   std::uint32_t count = 0;  ///< 1 .. most
 };
 
-/// Radiance of each sample of a batch.
-template <typename Real>
+/// Radiance of each sample of a batch, in the fixed point of RadianceScale: as fixed_of() takes it;
+/// NaN where it is not finite.
 struct BatchRadiance {
-  alignas(64) Real channel[3][SampleBatch::most];
+  alignas(64) double channel[3][SampleBatch::most];
 };
 
 }  // namespace parray

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/image/radiance_scale.h"
 #include "common/trace/stream.h"
 
 /// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
@@ -10,9 +11,9 @@
 /// trace_sample() of path.h does, to the bit.
 namespace parray {
 
-/// `L` are lanes of the real type, `B` lanes of the stored one; `Sides`: paths can be inside
-/// something (KernelFeatures).
-template <typename L, typename B, bool Sides>
+/// `L` are lanes of the real type, `B` lanes of the stored one, `D` lanes of double; `Sides`: paths
+/// can be inside something (KernelFeatures).
+template <typename L, typename B, typename D, bool Sides>
 class Wavefront {
  public:
   using Real = typename L::Scalar;
@@ -22,7 +23,7 @@ class Wavefront {
   using Space = Workspace<Real, Store>;
 
   PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space,
-                          BatchRadiance<Real>& radiance)
+                          BatchRadiance& radiance)
       : scene_(scene), space_(space), radiance_(radiance) {}
 
   /// Returns the number of rays that the batch took.
@@ -75,12 +76,12 @@ class Wavefront {
       const L one(Real(1));
       paths.throughput.store(i, Vec3<L>{one, one, one});
       Uint(no_sphere).store(&paths.surface[i]);
-      for (int channel = 0; channel < 3; ++channel) {
-        L(Real(0)).store(radiance_.channel[channel] + i);  // stays for a path that is cut short
-      }
     }
     for (std::uint32_t i = 0; i < batch.count; ++i) {
       paths.sample[i] = i;
+      for (double* const channel : radiance_.channel) {
+        channel[i] = RadianceScale::shift;  // 0: stays for a path that is cut short
+      }
     }
     if constexpr (Sides) {
       space_.inside.clear();
@@ -173,20 +174,29 @@ class Wavefront {
   }
 
   PARRAY_INLINE void add_sky() {
-    const Hits<Real>& from = space_.hits[Space::sky];
+    Hits<Real>& from = space_.hits[Space::sky];
     for (std::uint32_t i = 0; i < from.count; i += lanes) {
-      const Vec3<L> radiance = from.throughput.template load<L>(i) *
-                               scene_.sky.radiance(L::load(&from.direction.y[i]));
-      alignas(64) Real channel[3][lanes];
-      radiance.x.store(channel[0]);
-      radiance.y.store(channel[1]);
-      radiance.z.store(channel[2]);
-      const std::uint32_t count = from.count - i < lanes ? from.count - i : lanes;
-      for (std::uint32_t k = 0; k < count; ++k) {
-        const std::uint32_t sample = from.sample[i + k];
-        radiance_.channel[0][sample] = channel[0][k];
-        radiance_.channel[1][sample] = channel[1][k];
-        radiance_.channel[2][sample] = channel[2][k];
+      from.throughput.store(i, from.throughput.template load<L>(i) *
+                                   scene_.sky.radiance(L::load(&from.direction.y[i])));
+    }
+    write_radiance(from, from.throughput.x, radiance_.channel[0]);
+    write_radiance(from, from.throughput.y, radiance_.channel[1]);
+    write_radiance(from, from.throughput.z, radiance_.channel[2]);
+  }
+
+  /// As RadianceScale::to_fixed(). NaN stays NaN, because it is the second operand of each choice;
+  /// x - x makes one of an infinity.
+  PARRAY_INLINE void write_radiance(const Hits<Real>& from, const Column<Real>& radiance,
+                                    double* channel) {
+    for (std::uint32_t i = 0; i < from.count; i += D::count) {
+      const D value = D::load(&radiance[i]);
+      const D positive = max_of(D(0.0), value * D(scene_.to_fixed));
+      const D bounded = min_of(D(RadianceScale::one), positive) + (value - value);
+      double fixed[D::count];
+      (bounded + D(RadianceScale::shift)).store(fixed);
+      const std::uint32_t left = from.count - i;
+      for (std::uint32_t k = 0; k < (left < D::count ? left : D::count); ++k) {
+        channel[from.sample[i + k]] = fixed[k];
       }
     }
   }
@@ -349,7 +359,7 @@ class Wavefront {
 
   const SceneTables& scene_;
   Space& space_;
-  BatchRadiance<Real>& radiance_;
+  BatchRadiance& radiance_;
 };
 
 }  // namespace parray
