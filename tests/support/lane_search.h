@@ -135,11 +135,12 @@ auto with_kernels_of(Isa isa, Function function) {
   using Real = typename P::Real;
   using Store = typename P::Store;
   constexpr bool single = sizeof(Store) == sizeof(float);
-#define PARRAY_WITH(name)                                                                         \
-  {                                                                                               \
-    constexpr int w = single ? name::float_width : name::double_width;                            \
-    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) = name::find; \
-    return function(std::integral_constant<int, w>{}, find);                                      \
+#define PARRAY_WITH(name)                                                              \
+  {                                                                                    \
+    constexpr int w = single ? parray::name::float_width : parray::name::double_width; \
+    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) =  \
+        parray::name::find;                                                            \
+    return function(std::integral_constant<int, w>{}, find);                           \
   }
 #if defined(__x86_64__)
   if (isa == Isa::avx512) PARRAY_WITH(avx512)
