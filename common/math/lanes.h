@@ -189,6 +189,8 @@ struct Lanes {
       to[i] = v[i];
     }
   }
+  /// An order of the lanes, as permute() wants it, from the lanes' numbers.
+  static PARRAY_INLINE const std::uint8_t* load_order(const std::uint8_t* order) { return order; }
 
 #define PARRAY_LANES_OPERATOR(op)                                              \
   friend PARRAY_INLINE Lanes operator op(const Lanes& a, const Lanes& b) {     \
@@ -256,20 +258,32 @@ PARRAY_INLINE Lanes<T, N> square_root(const Lanes<T, N>& a) {
   }
   return r;
 }
-/// The least of the lanes; none is NaN.
+/// The least of the lanes, in every lane; none is NaN.
 template <typename T, int N>
-PARRAY_INLINE T least_of(const Lanes<T, N>& a) {
+PARRAY_INLINE Lanes<T, N> least_of(const Lanes<T, N>& a) {
   T least = a.v[0];
   for (int i = 1; i < N; ++i) {
     least = min_of(a.v[i], least);
   }
-  return least;
+  return Lanes<T, N>(least);
 }
-/// Lane order[i] of `a` in lane i.
-template <typename L>
-PARRAY_INLINE L permute(const L& a, const std::uint8_t* order) {
-  L r;
-  for (int i = 0; i < static_cast<int>(sizeof r.v / sizeof r.v[0]); ++i) {
+template <typename T, int N>
+PARRAY_INLINE T first_of(const Lanes<T, N>& a) {
+  return a.v[0];
+}
+/// Lane order[i] of `a` in lane i. One order serves reals and integers.
+template <typename T, int N>
+PARRAY_INLINE Lanes<T, N> permute(const Lanes<T, N>& a, const std::uint8_t* order) {
+  Lanes<T, N> r;
+  for (int i = 0; i < N; ++i) {
+    r.v[i] = a.v[order[i]];
+  }
+  return r;
+}
+template <int N>
+PARRAY_INLINE UintLanes<N> permute(const UintLanes<N>& a, const std::uint8_t* order) {
+  UintLanes<N> r;
+  for (int i = 0; i < N; ++i) {
     r.v[i] = a.v[order[i]];
   }
   return r;

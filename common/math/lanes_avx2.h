@@ -102,6 +102,14 @@ PARRAY_INLINE std::uint32_t bits_of(Mask8 mask) {
   return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.m));
 }
 
+/// Orders of lanes, widened.
+struct Order8 {
+  __m256i lane;
+};
+struct Order4 {
+  __m128i lane;
+};
+
 struct Float8 {
   using Scalar = float;
   using Mask = Mask8;
@@ -124,6 +132,9 @@ struct Float8 {
   }
   static PARRAY_INLINE Float8 from(Uint8 integer) { return Float8(_mm256_cvtepi32_ps(integer.v)); }
   PARRAY_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
+  static PARRAY_INLINE Order8 load_order(const std::uint8_t* order) {
+    return {_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)))};
+  }
 
   friend PARRAY_INLINE Float8 operator+(Float8 a, Float8 b) {
     return Float8(_mm256_add_ps(a.v, b.v));
@@ -174,12 +185,12 @@ PARRAY_INLINE Mask8 disjoint(Uint8 a, Uint8 b) {
 PARRAY_INLINE Uint8 select(Mask8 mask, Uint8 a, Uint8 b) {
   return Uint8(_mm256_blendv_epi8(b.v, a.v, _mm256_castps_si256(mask.m)));
 }
-PARRAY_INLINE float least_of(Float8 a) {
-  __m128 m = _mm_min_ps(_mm256_castps256_ps128(a.v), _mm256_extractf128_ps(a.v, 1));
-  m = _mm_min_ps(m, _mm_movehl_ps(m, m));
-  m = _mm_min_ss(m, _mm_movehdup_ps(m));
-  return _mm_cvtss_f32(m);
+PARRAY_INLINE Float8 least_of(Float8 a) {
+  __m256 m = _mm256_min_ps(a.v, _mm256_permute2f128_ps(a.v, a.v, 1));
+  m = _mm256_min_ps(m, _mm256_permute_ps(m, 0x4E));
+  return Float8(_mm256_min_ps(m, _mm256_permute_ps(m, 0xB1)));
 }
+PARRAY_INLINE float first_of(Float8 a) { return _mm256_cvtss_f32(a.v); }
 
 /// Mask of Double4: lanes of all ones or all zeros.
 struct Mask4 {
@@ -215,6 +226,11 @@ struct Double4 {
     return Double4(_mm256_cvtepi32_pd(integer.v));
   }
   PARRAY_INLINE void store(double* to) const { _mm256_storeu_pd(to, v); }
+  static PARRAY_INLINE Order4 load_order(const std::uint8_t* order) {
+    int packed;
+    __builtin_memcpy(&packed, order, 4);
+    return {_mm_cvtepu8_epi32(_mm_cvtsi32_si128(packed))};
+  }
 
   friend PARRAY_INLINE Double4 operator+(Double4 a, Double4 b) {
     return Double4(_mm256_add_pd(a.v, b.v));
@@ -268,51 +284,41 @@ PARRAY_INLINE Uint4 select(Mask4 mask, Uint4 a, Uint4 b) {
   const __m256i even = _mm256_permutevar8x32_epi32(wide, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
   return Uint4(_mm_blendv_epi8(b.v, a.v, _mm256_castsi256_si128(even)));
 }
-PARRAY_INLINE double least_of(Double4 a) {
-  __m128d m = _mm_min_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
-  m = _mm_min_sd(m, _mm_unpackhi_pd(m, m));
-  return _mm_cvtsd_f64(m);
+PARRAY_INLINE Double4 least_of(Double4 a) {
+  const __m256d m = _mm256_min_pd(a.v, _mm256_permute2f128_pd(a.v, a.v, 1));
+  return Double4(_mm256_min_pd(m, _mm256_permute_pd(m, 0x5)));
 }
+PARRAY_INLINE double first_of(Double4 a) { return _mm256_cvtsd_f64(a.v); }
 
-PARRAY_INLINE __m256i load_order_8(const std::uint8_t* order) {
-  return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)));
+PARRAY_INLINE Float8 permute(Float8 a, Order8 order) {
+  return Float8(_mm256_permutevar8x32_ps(a.v, order.lane));
 }
-/// The same for four 64-bit lanes, as numbers of their 32-bit halves.
-PARRAY_INLINE __m256i load_order_4(const std::uint8_t* order) {
-  std::uint32_t packed;
-  __builtin_memcpy(&packed, order, 4);
-  const __m256i lane = _mm256_cvtepu8_epi64(_mm_cvtsi32_si128(static_cast<int>(packed)));
+PARRAY_INLINE Uint8 permute(Uint8 a, Order8 order) {
+  return Uint8(_mm256_permutevar8x32_epi32(a.v, order.lane));
+}
+/// Doubles move as pairs of 32-bit halves.
+PARRAY_INLINE Double4 permute(Double4 a, Order4 order) {
+  const __m256i lane = _mm256_cvtepu32_epi64(order.lane);
   const __m256i low = _mm256_add_epi64(lane, lane);
   const __m256i high = _mm256_add_epi64(low, _mm256_set1_epi64x(1));
-  return _mm256_or_si256(low, _mm256_slli_epi64(high, 32));
+  const __m256i halves = _mm256_or_si256(low, _mm256_slli_epi64(high, 32));
+  return Double4(
+      _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), halves)));
 }
-PARRAY_INLINE Float8 permute(Float8 a, const std::uint8_t* order) {
-  return Float8(_mm256_permutevar8x32_ps(a.v, load_order_8(order)));
-}
-PARRAY_INLINE Uint8 permute(Uint8 a, const std::uint8_t* order) {
-  return Uint8(_mm256_permutevar8x32_epi32(a.v, load_order_8(order)));
-}
-PARRAY_INLINE Double4 permute(Double4 a, const std::uint8_t* order) {
-  return Double4(_mm256_castps_pd(
-      _mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), load_order_4(order))));
-}
-PARRAY_INLINE Uint4 permute(Uint4 a, const std::uint8_t* order) {
-  std::uint32_t packed;
-  __builtin_memcpy(&packed, order, 4);
-  const __m128i lane = _mm_cvtepu8_epi32(_mm_cvtsi32_si128(static_cast<int>(packed)));
-  return Uint4(_mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(a.v), lane)));
+PARRAY_INLINE Uint4 permute(Uint4 a, Order4 order) {
+  return Uint4(_mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(a.v), order.lane)));
 }
 PARRAY_INLINE void compress_store(float* to, std::uint32_t set, Float8 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Float8::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint8 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Float8::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(double* to, std::uint32_t set, Double4 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint4 a) {
-  permute(a, compress_table.lane[set]).store(to);
+  permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 
 }  // namespace parray::avx2

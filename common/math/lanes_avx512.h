@@ -106,6 +106,14 @@ PARRAY_INLINE Uint8 select(Mask<8> mask, Uint8 a, Uint8 b) {
   return Uint8(_mm256_mask_blend_epi32(static_cast<__mmask8>(mask.k), b.v, a.v));
 }
 
+/// Orders of lanes, widened.
+struct Order16 {
+  __m512i lane;
+};
+struct Order8 {
+  __m256i lane;
+};
+
 struct Float16 {
   using Scalar = float;
   using Mask = avx512::Mask<16>;
@@ -130,6 +138,9 @@ struct Float16 {
     return Float16(_mm512_cvtepi32_ps(integer.v));
   }
   PARRAY_INLINE void store(float* to) const { _mm512_storeu_ps(to, v); }
+  static PARRAY_INLINE Order16 load_order(const std::uint8_t* order) {
+    return {_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(order)))};
+  }
 
   friend PARRAY_INLINE Float16 operator+(Float16 a, Float16 b) {
     return Float16(_mm512_add_ps(a.v, b.v));
@@ -171,7 +182,13 @@ PARRAY_INLINE Float16 select_bits(std::uint32_t bits, Float16 a, Float16 b) {
 PARRAY_INLINE Float16 min_of(Float16 a, Float16 b) { return Float16(_mm512_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float16 max_of(Float16 a, Float16 b) { return Float16(_mm512_max_ps(a.v, b.v)); }
 PARRAY_INLINE Float16 square_root(Float16 a) { return Float16(_mm512_sqrt_ps(a.v)); }
-PARRAY_INLINE float least_of(Float16 a) { return _mm512_reduce_min_ps(a.v); }
+PARRAY_INLINE Float16 least_of(Float16 a) {
+  __m512 m = _mm512_min_ps(a.v, _mm512_shuffle_f32x4(a.v, a.v, 0x4E));
+  m = _mm512_min_ps(m, _mm512_shuffle_f32x4(m, m, 0xB1));
+  m = _mm512_min_ps(m, _mm512_permute_ps(m, 0x4E));
+  return Float16(_mm512_min_ps(m, _mm512_permute_ps(m, 0xB1)));
+}
+PARRAY_INLINE float first_of(Float16 a) { return _mm512_cvtss_f32(a.v); }
 
 struct Double8 {
   using Scalar = double;
@@ -195,6 +212,9 @@ struct Double8 {
     return Double8(_mm512_cvtepi32_pd(integer.v));
   }
   PARRAY_INLINE void store(double* to) const { _mm512_storeu_pd(to, v); }
+  static PARRAY_INLINE Order8 load_order(const std::uint8_t* order) {
+    return {_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)))};
+  }
 
   friend PARRAY_INLINE Double8 operator+(Double8 a, Double8 b) {
     return Double8(_mm512_add_pd(a.v, b.v));
@@ -236,25 +256,24 @@ PARRAY_INLINE Double8 select_bits(std::uint32_t bits, Double8 a, Double8 b) {
 PARRAY_INLINE Double8 min_of(Double8 a, Double8 b) { return Double8(_mm512_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double8 max_of(Double8 a, Double8 b) { return Double8(_mm512_max_pd(a.v, b.v)); }
 PARRAY_INLINE Double8 square_root(Double8 a) { return Double8(_mm512_sqrt_pd(a.v)); }
-PARRAY_INLINE double least_of(Double8 a) { return _mm512_reduce_min_pd(a.v); }
+PARRAY_INLINE Double8 least_of(Double8 a) {
+  __m512d m = _mm512_min_pd(a.v, _mm512_shuffle_f64x2(a.v, a.v, 0x4E));
+  m = _mm512_min_pd(m, _mm512_shuffle_f64x2(m, m, 0xB1));
+  return Double8(_mm512_min_pd(m, _mm512_permute_pd(m, 0x55)));
+}
+PARRAY_INLINE double first_of(Double8 a) { return _mm512_cvtsd_f64(a.v); }
 
-PARRAY_INLINE __m512i load_order_16(const std::uint8_t* order) {
-  return _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(order)));
+PARRAY_INLINE Float16 permute(Float16 a, Order16 order) {
+  return Float16(_mm512_permutexvar_ps(order.lane, a.v));
 }
-PARRAY_INLINE __m128i load_order_8(const std::uint8_t* order) {
-  return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(order));
+PARRAY_INLINE Uint16 permute(Uint16 a, Order16 order) {
+  return Uint16(_mm512_permutexvar_epi32(order.lane, a.v));
 }
-PARRAY_INLINE Float16 permute(Float16 a, const std::uint8_t* order) {
-  return Float16(_mm512_permutexvar_ps(load_order_16(order), a.v));
+PARRAY_INLINE Double8 permute(Double8 a, Order8 order) {
+  return Double8(_mm512_permutexvar_pd(_mm512_cvtepu32_epi64(order.lane), a.v));
 }
-PARRAY_INLINE Uint16 permute(Uint16 a, const std::uint8_t* order) {
-  return Uint16(_mm512_permutexvar_epi32(load_order_16(order), a.v));
-}
-PARRAY_INLINE Double8 permute(Double8 a, const std::uint8_t* order) {
-  return Double8(_mm512_permutexvar_pd(_mm512_cvtepu8_epi64(load_order_8(order)), a.v));
-}
-PARRAY_INLINE Uint8 permute(Uint8 a, const std::uint8_t* order) {
-  return Uint8(_mm256_permutevar8x32_epi32(a.v, _mm256_cvtepu8_epi32(load_order_8(order))));
+PARRAY_INLINE Uint8 permute(Uint8 a, Order8 order) {
+  return Uint8(_mm256_permutevar8x32_epi32(a.v, order.lane));
 }
 // In a register first: the instruction that compresses into memory is slow on AMD processors.
 PARRAY_INLINE void compress_store(float* to, std::uint32_t set, Float16 a) {

@@ -22,9 +22,12 @@ struct alignas(64) SphereBlock {
   Store radius[W];
 };
 
-/// What a child of a node is: a node, or a block of spheres where `is_block` is set.
+/// What a child of a node is: the number of a node, or of a block of spheres where `is_block` is
+/// set. `is_end` stands for no child at the bottom of a stack.
 struct ChildRef {
   static constexpr std::uint32_t is_block = 0x80000000;
+  static constexpr std::uint32_t is_end = 0x40000000;
+  static constexpr std::uint32_t number = 0x7FFFFFFF;
 };
 
 /// A node with up to W children. Bounds of absent children are empty: no ray meets them.

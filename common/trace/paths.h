@@ -68,11 +68,11 @@ struct Hits {
   Column<Real> inverse_square, radius;
   Column<std::uint32_t> sample, slot, material;
   // Only where paths can be inside something.
+  Column<Real> side;  ///< 0: into the sphere, 1: out of it, 2: the same from its own surface
+  Column<std::uint32_t> inside;
+  // Only of those on side 2.
   VecColumns<Real> old_normal;  ///< of the surface that the path stood on
   Column<Real> t;
-  Column<Real> leaving;        ///< 1: out of the sphere, 0: into it
-  Column<Real> from_itself;    ///< 1: leaving the sphere whose surface the path stood on
-  Column<std::uint32_t> inside;
 };
 
 /// What finding the next surface needs to know of each ray, and what it finds.
@@ -82,7 +82,8 @@ struct Queries {
   /// Of the ray: 1 / direction, and the origin moved by its share of the rounding, so that box
   /// planes on the near side appear nearer and those on the far side farther (see wide_bvh.h).
   VecColumns<Store> inverse, near_origin, far_origin;
-  Column<std::uint32_t> octant;
+  /// Places in a node: of the nearer planes, of the children's order.
+  Column<std::uint32_t> near_x, near_y, near_z, order;
   Column<std::uint32_t> barred;  ///< which of some 32 open spheres it cannot enter, as bits
   Column<Real> t;              ///< nearest crossing so far
   Column<std::uint32_t> slot;  ///< its sphere, or no_sphere

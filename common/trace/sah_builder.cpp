@@ -68,8 +68,8 @@ class Builder {
 #pragma omp parallel num_threads(threads) if (threads > 1)
 #pragma omp single
     {
-      std::uint32_t unused = 0;
-      build(all, 0, unused, 1);
+      std::uint32_t next = 1;
+      build(all, 0, next, 1);
     }
     tree_.depth = depth_;
     return std::move(tree_);

@@ -36,8 +36,8 @@ class SphereTables {
   [[nodiscard]] std::uint32_t node_count() const {
     return static_cast<std::uint32_t>(nodes_.size());
   }
-  /// Children that a ray can have pending, with room for one vector more.
-  [[nodiscard]] std::uint32_t stack_size() const { return (depth_ + 1) * W + W; }
+  /// Children that a ray can have pending, with an end and room for one vector more.
+  [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {
     return blocks_.bytes() + nodes_.bytes() + input_index_.size() * sizeof(std::uint32_t);

@@ -24,7 +24,16 @@ class Stream {
   using Space = Workspace<Real, Store>;
 
   PARRAY_INLINE Stream(const SceneTables& scene, Space& space)
-      : scene_(scene), paths_(space.paths), queries_(space.queries), space_(space) {}
+      : nodes_(scene.nodes),
+        blocks_(scene.blocks),
+        input_index_(scene.input_index),
+        node_count_(scene.node_count),
+        open_spheres_(scene.open_spheres),
+        stack_size_(scene.stack_size),
+        prefetch_(scene.prefetch),
+        paths_(space.paths),
+        queries_(space.queries),
+        space_(space) {}
 
   /// Sets queries.t, .slot and .leaving for every path. `Sides`: paths can be inside something.
   template <bool Sides>
@@ -32,10 +41,10 @@ class Stream {
     for (std::uint32_t i = 0; i < paths_.count; i += L::count) {
       prepare(i);
     }
-    for (std::uint32_t i = 0; scene_.node_count > 0 && i < paths_.count; i += B::count) {
+    for (std::uint32_t i = 0; node_count_ > 0 && i < paths_.count; i += B::count) {
       prepare_boxes(i);
     }
-    for (std::uint32_t first = 0; first < scene_.open_spheres; first += bar_bits) {
+    for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<Sides>(first);
     }
     if constexpr (Sides) {
@@ -43,8 +52,8 @@ class Stream {
         find_exit(i);
       }
     }
-    if (scene_.node_count > 0) {
-      const std::uint32_t most = Space::stack_entries / scene_.stack_size;
+    if (node_count_ > 0) {
+      const std::uint32_t most = Space::stack_entries / stack_size_;
       const std::uint32_t group = most < group_size ? most : group_size;
       for (std::uint32_t begin = 0; begin < paths_.count; begin += group) {
         const std::uint32_t end = begin + group;
@@ -89,16 +98,20 @@ class Stream {
     queries_.inverse.store(i, inverse);
     queries_.near_origin.store(i, o + shift);
     queries_.far_origin.store(i, o - shift);
-    octant_bits(x_down, y_down, z_down, &queries_.octant[i]);
+    note_octant(i, bits_of(x_down), bits_of(y_down), bits_of(z_down));
   }
 
-  static PARRAY_INLINE void octant_bits(typename B::Mask x, typename B::Mask y,
-                                        typename B::Mask z, std::uint32_t* to) {
-    const std::uint32_t bx = bits_of(x);
-    const std::uint32_t by = bits_of(y);
-    const std::uint32_t bz = bits_of(z);
-    for (int k = 0; k < B::count; ++k) {
-      to[k] = (bx >> k & 1) | (by >> k & 1) << 1 | (bz >> k & 1) << 2;
+  /// Where in a node the near planes and the order of the children lie for each ray.
+  PARRAY_INLINE void note_octant(std::uint32_t i, std::uint32_t x, std::uint32_t y,
+                                 std::uint32_t z) {
+    for (std::uint32_t k = 0; k < width; ++k) {
+      const std::uint32_t bx = x >> k & 1;
+      const std::uint32_t by = y >> k & 1;
+      const std::uint32_t bz = z >> k & 1;
+      queries_.near_x[i + k] = 3 * width * bx;
+      queries_.near_y[i + k] = width + 3 * width * by;
+      queries_.near_z[i + k] = 2 * width + 3 * width * bz;
+      queries_.order[i + k] = width * (bx | by << 1 | bz << 2);
     }
   }
 
@@ -118,7 +131,7 @@ class Stream {
   }
 
   PARRAY_INLINE SphereShape<Real> sphere(std::uint32_t slot) const {
-    const SphereBlock<Store, width>& block = scene_.blocks[slot / width];
+    const SphereBlock<Store, width>& block = blocks_[slot / width];
     const std::uint32_t lane = slot % width;
     return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
             Real(block.radius[lane])};
@@ -127,7 +140,7 @@ class Stream {
   /// Open spheres [first, first + bar_bits), one after the other, for lanes of rays.
   template <bool Sides>
   PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
-    const std::uint32_t left = scene_.open_spheres - first;
+    const std::uint32_t left = open_spheres_ - first;
     const std::uint32_t count = left < bar_bits ? left : bar_bits;
     for (std::uint32_t i = 0; i < paths_.count; ++i) {
       queries_.barred[i] = cannot_enter<Sides, bar_bits>(i, first);
@@ -171,7 +184,7 @@ class Stream {
   }
 
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    return other == no_sphere || scene_.input_index[slot] < scene_.input_index[other];
+    return other == no_sphere || input_index_[slot] < input_index_[other];
   }
 
   /// Which of `count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
@@ -192,40 +205,44 @@ class Stream {
     return static_cast<std::uint32_t>(number < count) << (number % 32);
   }
 
-  /// Improves the ray's nearest crossing with the spheres of a block.
+  /// Improves the ray's nearest crossing with the spheres of a block; returns it in every lane.
   template <bool Sides>
-  PARRAY_INLINE void try_block(std::uint32_t i, std::uint32_t index) {
-    const SphereBlock<Store, width>& block = scene_.blocks[index];
+  PARRAY_INLINE L try_block(std::uint32_t i, std::uint32_t index) {
+    const SphereBlock<Store, width>& block = blocks_[index];
     const std::uint32_t first_slot = index * width;
     const std::uint32_t excluded = cannot_enter<Sides, width>(i, first_slot);
     const Ray<L> r = ray<L>(i);
-    for (int k = 0; k < width; k += L::count) {
+    L nearest(queries_.t[i]);
+    for (std::uint32_t k = 0; k < width; k += L::count) {
       const SphereShape<L> spheres{
           {L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
           L::load(block.radius + k)};
       L t;
-      const auto met = enters(r, spheres, t) & (t <= L(queries_.t[i]));
-      const std::uint32_t candidates = bits_of(met) & ~(excluded >> k);
-      take_nearest(i, t, candidates, first_slot + static_cast<std::uint32_t>(k));
+      const auto met = enters(r, spheres, t);
+      nearest = take_nearest(i, t, bits_of(met) & ~(excluded >> k), nearest, first_slot + k);
     }
+    return nearest;
   }
 
-  PARRAY_INLINE void take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
-                                  std::uint32_t first_slot) {
+  PARRAY_INLINE L take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
+                               const L& before, std::uint32_t first_slot) {
     const L valid = select_bits(candidates, t, L(infinity));
-    const Real nearest = least_of(valid);
-    const std::uint32_t equal = bits_of(valid == L(nearest)) & candidates;
-    const Real before = queries_.t[i];
-    if ((equal & (equal - 1)) != 0 || (equal != 0 && nearest == before)) [[unlikely]] {
-      take_tied(i, nearest, equal, first_slot);
-      return;
+    const L nearest = least_of(valid);
+    const std::uint32_t equal = bits_of(valid == nearest) & candidates;
+    const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
+    if (tied != 0) [[unlikely]] {
+      take_tied(i, first_of(nearest), equal, first_slot);
+      return L(queries_.t[i]);
     }
-    const bool better = nearest < before;
-    queries_.t[i] = better ? nearest : before;
+    // Bits instead of a branch, because nobody could predict it.
+    const std::uint32_t better = -(bits_of(nearest < before) & 1U);
     const std::uint32_t slot =
         first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << 31));
-    queries_.slot[i] = better ? slot : queries_.slot[i];
-    queries_.leaving[i] = better ? 0 : queries_.leaving[i];
+    const L after = min_of(nearest, before);
+    queries_.t[i] = first_of(after);
+    queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
+    queries_.leaving[i] &= ~better;
+    return after;
   }
 
   /// The same where several spheres are equally near.
@@ -243,14 +260,22 @@ class Stream {
   /// Rays [begin, end) through the tree.
   template <bool Sides>
   void traverse(std::uint32_t begin, std::uint32_t end) {
+    Stream here = *this;  // a copy whose address nobody has
+    here.template traverse_group<Sides>(begin, end);
+  }
+
+  template <bool Sides>
+  PARRAY_INLINE void traverse_group(std::uint32_t begin, std::uint32_t end) {
     Waiting nodes[2];
     Waiting blocks[2];
-    std::uint32_t top[group_size];
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const std::uint32_t k = i - begin;
-      stack_of(k).child[0] = 0;
-      stack_of(k).t[0] = Store(0);
-      top[k] = 1;
+    std::uint32_t top[group_size];  // places in the space's stacks, of each ray's last child
+    for (std::uint32_t k = 0; k < end - begin; ++k) {
+      const std::uint32_t bottom = k * stack_size_;
+      space_.stack_t[bottom] = -std::numeric_limits<Store>::infinity();  // is never dropped
+      space_.stack_child[bottom] = ChildRef::is_end;
+      space_.stack_t[bottom + 1] = Store(0);
+      space_.stack_child[bottom + 1] = 0;
+      top[k] = bottom + 1;
       nodes[0].ray[k] = k;
     }
     nodes[0].count = end - begin;
@@ -259,120 +284,117 @@ class Stream {
       blocks[now ^ 1].count = 0;
       for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
         const std::uint32_t k = nodes[now].ray[n];
-        top[k] = step_node(begin + k, stack_of(k), top[k]);
+        top[k] = step_node(begin + k, top[k]);
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
       }
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];
-        const Stack stack = stack_of(k);
-        try_block<Sides>(begin + k, stack.child[top[k] - 1] & ~ChildRef::is_block);
-        top[k] = drop_farther(queries_.t[begin + k], stack, top[k] - 1);
+        const L nearest =
+            try_block<Sides>(begin + k, space_.stack_child[top[k]] & ChildRef::number);
+        top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
       }
     }
   }
 
-  struct Stack {
-    Store* t;
-    std::uint32_t* child;
-  };
-  PARRAY_INLINE Stack stack_of(std::uint32_t k) const {
-    const std::uint32_t at = k * scene_.stack_size;
-    return {space_.stack_t + at, space_.stack_child + at};
-  }
-
   /// Queues a ray for what lies on top of its stack, if anything does.
   PARRAY_INLINE void wait_for_next(std::uint32_t k, std::uint32_t top, Waiting& nodes,
                                    Waiting& blocks) const {
-    const std::uint32_t child = stack_of(k).child[top == 0 ? 0 : top - 1];
-    const std::uint32_t pending = top == 0 ? 0U : 1U;
-    const std::uint32_t block = child / ChildRef::is_block & pending;
+    const std::uint32_t child = space_.stack_child[top];
     nodes.ray[nodes.count] = k;
     blocks.ray[blocks.count] = k;
-    nodes.count += pending ^ block;
-    blocks.count += block;
-    if (scene_.prefetch) {
+    nodes.count += child < ChildRef::is_end ? 1U : 0U;
+    blocks.count += child / ChildRef::is_block;
+    if (prefetch_) {
       fetch(child);
     }
   }
 
   PARRAY_INLINE void fetch(std::uint32_t child) const {
     const bool is_block = (child & ChildRef::is_block) != 0;
-    const char* from =
-        is_block ? reinterpret_cast<const char*>(scene_.blocks + (child & ~ChildRef::is_block))
-                 : reinterpret_cast<const char*>(scene_.nodes + child);
-    for (std::size_t line = 0; line < sizeof(SphereBlock<Store, width>); line += 64) {
+    const std::uint32_t number = child & ChildRef::number;
+    const char* from = is_block ? reinterpret_cast<const char*>(blocks_ + number)
+                                : reinterpret_cast<const char*>(nodes_ + number);
+    constexpr std::size_t block_size = sizeof(SphereBlock<Store, width>);
+    for (std::size_t line = 0; line < block_size; line += 64) {
       __builtin_prefetch(from + line);
     }
     if (!is_block) {
-      for (std::size_t line = sizeof(SphereBlock<Store, width>);
-           line < sizeof(WideNode<Store, width>); line += 64) {
+      for (std::size_t line = block_size; line < sizeof(WideNode<Store, width>); line += 64) {
         __builtin_prefetch(from + line);
       }
     }
   }
 
   /// Replaces the node on top of the stack by those of its children that the ray meets before its
-  /// nearest crossing; returns the new height.
-  PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, Stack stack, std::uint32_t top) const {
-    --top;
-    const WideNode<Store, width>& node = scene_.nodes[stack.child[top]];
-    const std::uint32_t octant = queries_.octant[i];
-    const Store* near_x = node.planes[(octant & 1) * 3];
-    const Store* near_y = node.planes[(octant >> 1 & 1) * 3 + 1];
-    const Store* near_z = node.planes[(octant >> 2) * 3 + 2];
-    const Store* far_x = node.planes[(~octant & 1) * 3];
-    const Store* far_y = node.planes[(~octant >> 1 & 1) * 3 + 1];
-    const Store* far_z = node.planes[(~octant >> 2 & 1) * 3 + 2];
+  /// nearest crossing; returns the new top.
+  PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, std::uint32_t top) const {
+    const WideNode<Store, width>& node = nodes_[space_.stack_child[top]];
+    const Store* planes = node.planes[0];
+    const std::uint32_t near_x = queries_.near_x[i];
+    const std::uint32_t near_y = queries_.near_y[i];
+    const std::uint32_t near_z = queries_.near_z[i];
     const B inverse_x(queries_.inverse.x[i]);
     const B inverse_y(queries_.inverse.y[i]);
     const B inverse_z(queries_.inverse.z[i]);
-    const B tx = (B::load(near_x) - B(queries_.near_origin.x[i])) * inverse_x;
-    const B ty = (B::load(near_y) - B(queries_.near_origin.y[i])) * inverse_y;
-    const B tz = (B::load(near_z) - B(queries_.near_origin.z[i])) * inverse_z;
-    const B ux = (B::load(far_x) - B(queries_.far_origin.x[i])) * inverse_x;
-    const B uy = (B::load(far_y) - B(queries_.far_origin.y[i])) * inverse_y;
-    const B uz = (B::load(far_z) - B(queries_.far_origin.z[i])) * inverse_z;
+    const auto distance = [&](std::uint32_t plane, Store origin, const B& inverse) {
+      return (B::load(planes + plane) - B(origin)) * inverse;
+    };
+    const B tx = distance(near_x, queries_.near_origin.x[i], inverse_x);
+    const B ty = distance(near_y, queries_.near_origin.y[i], inverse_y);
+    const B tz = distance(near_z, queries_.near_origin.z[i], inverse_z);
+    const B ux = distance(3 * width - near_x, queries_.far_origin.x[i], inverse_x);
+    const B uy = distance(5 * width - near_y, queries_.far_origin.y[i], inverse_y);
+    const B uz = distance(7 * width - near_z, queries_.far_origin.z[i], inverse_z);
     // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
     const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
-    const B far = min_of(min_of(ux, uy), min_of(uz, B(nearest_bound(queries_.t[i]))));
-    const std::uint8_t* order = node.order[octant];
+    const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
+    const auto order = B::load_order(node.order[0] + queries_.order[i]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
-    compress_store(stack.t + top, met, ordered);
-    compress_store(stack.child + top, met, permute(B::Uint::load(node.child), order));
-    return top + static_cast<std::uint32_t>(__builtin_popcount(met));
+    const auto children = permute(B::Uint::load(node.child), order);
+    compress_store(space_.stack_t + top, met, ordered);
+    compress_store(space_.stack_child + top, met, children);
+    return top + static_cast<std::uint32_t>(__builtin_popcount(met)) - 1;
   }
 
-  /// The nearest crossing as the stored type, not rounded down.
-  static PARRAY_INLINE Store nearest_bound(Real t) {
+  /// The nearest crossing, in every lane, as the stored type, not rounded down.
+  static PARRAY_INLINE B bound_of(const L& t) {
     if constexpr (sizeof(Real) == sizeof(Store)) {
       return t;
     } else {
-      return static_cast<Store>(t) * (Store(1) + 4 * RealTraits<Store>::unit_roundoff);
+      return B(static_cast<Store>(first_of(t)) * (1 + 4 * RealTraits<Store>::unit_roundoff));
     }
   }
 
-  /// Removes pending children that begin beyond the nearest crossing; returns the new height.
-  static PARRAY_INLINE std::uint32_t drop_farther(Real t, Stack stack, std::uint32_t top) {
-    const B bound(nearest_bound(t));
-    std::uint32_t kept = 0;
-    std::uint32_t k = 0;
+  /// Removes the child on top of the stack and those that begin beyond the nearest crossing; returns
+  /// the new top.
+  PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
+                                           std::uint32_t top) const {
+    std::uint32_t kept = bottom;
+    std::uint32_t k = bottom;
     do {
-      const B child_t = B::load(stack.t + k);
-      const auto child = B::Uint::load(stack.child + k);
+      const B child_t = B::load(space_.stack_t + k);
+      const auto child = B::Uint::load(space_.stack_child + k);
       const std::uint32_t left = top - k;
       const std::uint32_t present = left >= width ? (1U << width) - 1U : (1U << left) - 1U;
       const std::uint32_t keep = bits_of(child_t <= bound) & present;
-      compress_store(stack.t + kept, keep, child_t);
-      compress_store(stack.child + kept, keep, child);
+      compress_store(space_.stack_t + kept, keep, child_t);
+      compress_store(space_.stack_child + kept, keep, child);
       kept += static_cast<std::uint32_t>(__builtin_popcount(keep));
       k += width;
     } while (k < top);
-    return kept;
+    return kept - 1;
   }
 
-  const SceneTables& scene_;
+  // Copies, so that they stay in registers whatever is stored.
+  const WideNode<Store, width>* nodes_;
+  const SphereBlock<Store, width>* blocks_;
+  const std::uint32_t* input_index_;
+  std::uint32_t node_count_;
+  std::uint32_t open_spheres_;
+  std::uint32_t stack_size_;
+  bool prefetch_;
   Paths<Real>& paths_;
   Queries<Real, Store>& queries_;
   Space& space_;

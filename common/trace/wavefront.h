@@ -117,8 +117,9 @@ class Wavefront {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
+    Wavefront here = *this;  // a copy whose address nobody has
     for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
-      sort(i);
+      here.sort(i);
     }
   }
 
@@ -141,12 +142,13 @@ class Wavefront {
     to.center.set(n, sphere.center);
     to.radius[n] = sphere.radius;
     if constexpr (Sides) {
-      const std::uint32_t leaving = space_.queries.leaving[i];
-      to.old_normal.set(n, paths.normal[i]);
-      to.t[n] = space_.queries.t[i];
-      to.leaving[n] = static_cast<Real>(leaving);
-      to.from_itself[n] = static_cast<Real>(leaving & (slot == paths.surface[i] ? 1U : 0U));
       to.inside[n] = paths.inside[i];
+      to.side[n] = Real(0);
+      if (space_.queries.leaving[i] != 0) {
+        to.side[n] = slot == paths.surface[i] ? Real(2) : Real(1);
+        to.old_normal.set(n, paths.normal[i]);
+        to.t[n] = space_.queries.t[i];
+      }
     }
   }
 
@@ -184,8 +186,8 @@ class Wavefront {
     const SphereShape<L> sphere{hits.center.template load<L>(i), L::load(&hits.radius[i])};
     const RandomAddress<Uint> random = random_of(hits, i);
     if constexpr (Sides) {
-      const MaskOf<L> leaving = L::load(&hits.leaving[i]) > L(Real(0));
-      const MaskOf<L> from_itself = L::load(&hits.from_itself[i]) > L(Real(0));
+      const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
+      const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
       Vec3<L> normal = normal_at(ray, sphere, leaving);
       if (any(from_itself)) {
         const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
@@ -312,7 +314,7 @@ class Wavefront {
       const auto k = static_cast<std::uint32_t>(__builtin_ctz(refracted));
       const std::uint32_t slot = hits.slot[i + k];
       std::uint32_t& inside = space_.paths.inside[n + k];
-      inside = hits.leaving[i + k] > 0 ? space_.inside.remove(inside, slot)
+      inside = hits.side[i + k] > 0 ? space_.inside.remove(inside, slot)
                                        : space_.inside.push(inside, slot);
     }
   }
