@@ -31,7 +31,7 @@ struct LaneInputs {
 enum class Free : std::uint8_t {
   nothing,
   nan,   ///< which NaN it is, as IEEE 754 leaves it open
-  zero,  ///< the sign of zero; one value, in lane 0
+  zero,  ///< the sign of zero
 };
 
 struct Operation {
@@ -55,7 +55,8 @@ inline constexpr Operation real_operations[] = {{"+", Free::nan},
                                                 {"from"},
                                                 {"permute"},
                                                 {"compress_store"},
-                                                {"least_of", Free::zero}};
+                                                {"least_of", Free::zero},
+                                                {"first_of"}};
 inline constexpr int real_rows = sizeof real_operations / sizeof real_operations[0];
 
 /// Masks come as bits, in lane 0.
@@ -64,9 +65,10 @@ inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},        {">
 inline constexpr int mask_rows = sizeof mask_operations / sizeof mask_operations[0];
 
 inline constexpr Operation uint_operations[] = {
-    {"load"},     {"broadcast"}, {"+"},        {"^"},        {">> 1"},    {">> 8"},   {">> 31"},
-    {"<< 1"},     {"<< 8"},      {"<< 31"},    {"high"},     {"low"},     {"select"}, {"permute"},
-    {"compress"}, {"philox a"},  {"philox b"}, {"philox c"}, {"philox d"}};
+    {"load"},     {"broadcast"}, {"+"},        {"^"},       {">> 1"},
+    {">> 8"},     {">> 31"},     {"<< 1"},     {"<< 8"},    {"<< 31"},
+    {"high"},     {"low"},       {"select"},   {"permute"}, {"compress_store"},
+    {"philox a"}, {"philox b"},  {"philox c"}, {"philox d"}};
 inline constexpr int uint_rows = sizeof uint_operations / sizeof uint_operations[0];
 
 /// A row for each operation.
@@ -107,9 +109,10 @@ PARRAY_INLINE void operate_on_reals(const LaneInputs<T>& in, LaneResults<T>& out
   max_of(a, b).store(*row++);
   L::gather(in.table, L::Uint::load(in.index)).store(*row++);
   real_from<L>(L::Uint::load(in.small)).store(*row++);
-  permute(a, in.order).store(*row++);
+  permute(a, L::load_order(in.order)).store(*row++);
   compress_store(*row++, in.set, a);
-  (*row)[0] = least_of(L::load(in.ordered));
+  least_of(L::load(in.ordered)).store(*row++);
+  (*row)[0] = first_of(a);
 }
 
 template <typename L, typename T>
@@ -149,7 +152,7 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
   product.high.store(*row++);
   product.low.store(*row++);
   select(L::load(in.a) < L::load(in.b), p, q).store(*row++);
-  permute(p, in.order).store(*row++);
+  permute(p, L::load_order(in.order)).store(*row++);
   compress_store(*row++, in.set, p);
   const PhiloxBlock<Uint> block = philox4x32<Uint>({p, q, q, p}, {in.set, 77});
   block.a.store(*row++);

@@ -2,12 +2,13 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 
 #include "tests/support/dice.h"
@@ -98,7 +99,7 @@ void expect_reals(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
     const T b = in.b[i];
     const T convert =
         sizeof(T) == sizeof(float) ? static_cast<T>(in.wider[i]) : static_cast<T>(in.narrower[i]);
-    const std::array<T, real_rows - 2> values{a + b,
+    const std::array<T, real_rows - 3> values{a + b,
                                               a - b,
                                               a * b,
                                               a / b,
@@ -119,8 +120,9 @@ void expect_reals(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
     }
     least = in.ordered[i] < least ? in.ordered[i] : least;
   }
-  compress(in.a, in.set, out.real[real_rows - 2]);
-  out.real[real_rows - 1][0] = least;
+  compress(in.a, in.set, out.real[real_rows - 3]);
+  std::fill_n(out.real[real_rows - 2], lanes, least);
+  out.real[real_rows - 1][0] = in.a[0];
 }
 
 template <typename T>
@@ -192,9 +194,8 @@ struct Wrong {
 
 /// Lanes of a row that say something.
 int lanes_of(const Operation& operation, int lanes, std::uint32_t set) {
-  return operation.free == Free::zero                       ? 1
-         : std::strncmp(operation.name, "compress", 8) == 0 ? std::popcount(set)
-                                                            : lanes;
+  const std::string_view name = operation.name;
+  return name == "first_of" ? 1 : name == "compress_store" ? std::popcount(set) : lanes;
 }
 
 template <typename T>
