@@ -104,7 +104,6 @@ void check_hits(const Trial<Real>& trial) {
     CHECK(entered[static_cast<std::size_t>(kind)] > 0);
   }
   CHECK(left[static_cast<std::size_t>(QueryKind::from_inside)] > 0);
-  CHECK(left[static_cast<std::size_t>(QueryKind::across_inside)] > 0);
 }
 
 template <typename P>

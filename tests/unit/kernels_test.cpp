@@ -68,6 +68,7 @@ std::vector<NamedScene> scenes() {
   std::vector<NamedScene> result;
   result.push_back({"small", small_scene()});
   result.push_back({"one weekend", shipped("one-weekend-20.json")});
+  result.push_back({"one weekend, a deep tree", shipped("one-weekend-484.json")});
   result.push_back({"glass", shipped("glass.json")});
   result.push_back({"shells", shipped("shells.json")});
   result.push_back({"lens in glass", lens_in_glass()});
@@ -91,7 +92,7 @@ std::vector<NamedScene> scenes() {
 RenderSettings settings_of(Precision precision) {
   RenderSettings settings;
   settings.width = 37;  // no multiple of any width of lanes
-  settings.height = 13;
+  settings.height = 31;
   settings.samples_per_pixel = 5;
   settings.max_depth = 12;
   settings.seed = 0x123456789ABCDEF;
