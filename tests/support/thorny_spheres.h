@@ -126,7 +126,7 @@ Spheres<Real> coincident(std::size_t count) {
   return Spheres<Real>(count, shape<Real>({1, 2, 3}, 0.7));
 }
 
-/// Small spheres on whole numbers, and giants that touch some of them from outside at a pole: rays
+/// Small spheres on whole numbers, and giants around some of them that touch them at a pole: rays
 /// along the axes meet both at one distance. Giants stand before, among and after the others.
 template <typename Real>
 Spheres<Real> touching_giants(Dice& dice, std::size_t giants) {

@@ -223,12 +223,12 @@ TEST_CASE("runs of one sample a pixel and of one pixel fill batches alike") {
     CAPTURE(name_of(precision));
     RenderSettings settings = settings_of(precision);
     settings.height = 1;
-    for (const auto& [width, samples] :
-         {std::pair(700U, 1U), std::pair(1U, 700U), std::pair(3U, 300U), std::pair(512U, 1U),
-          std::pair(1U, 512U), std::pair(1U, 513U)}) {
-      CAPTURE(width);
-      settings.width = width;
-      settings.samples_per_pixel = samples;
+    using Size = std::pair<std::uint32_t, std::uint32_t>;
+    for (const Size& size :
+         {Size(700, 1), Size(1, 700), Size(3, 300), Size(512, 1), Size(1, 512), Size(1, 513)}) {
+      CAPTURE(size.first);
+      settings.width = size.first;
+      settings.samples_per_pixel = size.second;
       const ReferenceSums expected = reference_sums(scene, settings);
       for_all_kernels(scene, settings, [&](const Kernel& kernel) {
         CHECK_UNARY(sums_of(kernel, settings) == expected);
