@@ -68,6 +68,21 @@ struct UintLanes {
       to[i] = v[i];
     }
   }
+  /// table[index[i]] in lane i.
+  static PARRAY_INLINE UintLanes gather(const std::uint32_t* table, const UintLanes& index) {
+    UintLanes r;
+    for (int i = 0; i < N; ++i) {
+      r.v[i] = table[index.v[i]];
+    }
+    return r;
+  }
+  friend PARRAY_INLINE UintLanes operator&(const UintLanes& a, const UintLanes& b) {
+    UintLanes r;
+    for (int i = 0; i < N; ++i) {
+      r.v[i] = a.v[i] & b.v[i];
+    }
+    return r;
+  }
   friend PARRAY_INLINE UintLanes operator+(const UintLanes& a, const UintLanes& b) {
     UintLanes r;
     for (int i = 0; i < N; ++i) {
@@ -98,12 +113,11 @@ struct UintLanes {
   }
 };
 
-/// Where a and b have no bit in common.
 template <int N>
-PARRAY_INLINE LaneMask<N> disjoint(const UintLanes<N>& a, const UintLanes<N>& b) {
+PARRAY_INLINE LaneMask<N> equal(const UintLanes<N>& a, const UintLanes<N>& b) {
   LaneMask<N> r{0};
   for (int i = 0; i < N; ++i) {
-    r.set |= static_cast<std::uint32_t>((a.v[i] & b.v[i]) == 0) << i;
+    r.set |= static_cast<std::uint32_t>(a.v[i] == b.v[i]) << i;
   }
   return r;
 }
@@ -114,6 +128,13 @@ PARRAY_INLINE UintLanes<N> select(LaneMask<N> mask, const UintLanes<N>& a, const
     r.v[i] = (mask.set >> i & 1) != 0 ? a.v[i] : b.v[i];
   }
   return r;
+}
+
+/// The same with a mask as bits.
+template <int N>
+PARRAY_INLINE UintLanes<N> select_bits(std::uint32_t bits, const UintLanes<N>& a,
+                                       const UintLanes<N>& b) {
+  return select(LaneMask<N>{bits}, a, b);
 }
 
 /// Both halves of the 64-bit products a b.
@@ -168,11 +189,12 @@ struct Lanes {
   static PARRAY_INLINE Lanes narrow(const From* from) {
     return load(from);
   }
-  /// table[index[i]] in lane i.
-  static PARRAY_INLINE Lanes gather(const T* table, const Uint& index) {
+  /// table[index[i]] in lane i; the table's type may be narrower.
+  template <typename From>
+  static PARRAY_INLINE Lanes gather(const From* table, const Uint& index) {
     Lanes r;
     for (int i = 0; i < N; ++i) {
-      r.v[i] = table[index.v[i]];
+      r.v[i] = static_cast<T>(table[index.v[i]]);
     }
     return r;
   }

@@ -41,6 +41,12 @@ struct Uint8 {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), v);
   }
 
+  static PARRAY_INLINE Uint8 gather(const std::uint32_t* table, Uint8 index) {
+    return Uint8(_mm256_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
+  }
+  friend PARRAY_INLINE Uint8 operator&(Uint8 a, Uint8 b) {
+    return Uint8(_mm256_and_si256(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint8 operator+(Uint8 a, Uint8 b) {
     return Uint8(_mm256_add_epi32(a.v, b.v));
   }
@@ -74,6 +80,10 @@ struct Uint4 {
     _mm_storeu_si128(reinterpret_cast<__m128i*>(to), v);
   }
 
+  static PARRAY_INLINE Uint4 gather(const std::uint32_t* table, Uint4 index) {
+    return Uint4(_mm_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
+  }
+  friend PARRAY_INLINE Uint4 operator&(Uint4 a, Uint4 b) { return Uint4(_mm_and_si128(a.v, b.v)); }
   friend PARRAY_INLINE Uint4 operator+(Uint4 a, Uint4 b) { return Uint4(_mm_add_epi32(a.v, b.v)); }
   friend PARRAY_INLINE Uint4 operator^(Uint4 a, Uint4 b) { return Uint4(_mm_xor_si128(a.v, b.v)); }
   friend PARRAY_INLINE Uint4 operator>>(Uint4 a, int count) {
@@ -178,12 +188,16 @@ PARRAY_INLINE Float8 select_bits(std::uint32_t bits, Float8 a, Float8 b) {
 PARRAY_INLINE Float8 min_of(Float8 a, Float8 b) { return Float8(_mm256_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float8 max_of(Float8 a, Float8 b) { return Float8(_mm256_max_ps(a.v, b.v)); }
 PARRAY_INLINE Float8 square_root(Float8 a) { return Float8(_mm256_sqrt_ps(a.v)); }
-PARRAY_INLINE Mask8 disjoint(Uint8 a, Uint8 b) {
-  const __m256i common = _mm256_and_si256(a.v, b.v);
-  return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(common, _mm256_setzero_si256()))};
+PARRAY_INLINE Mask8 equal(Uint8 a, Uint8 b) {
+  return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(a.v, b.v))};
 }
 PARRAY_INLINE Uint8 select(Mask8 mask, Uint8 a, Uint8 b) {
   return Uint8(_mm256_blendv_epi8(b.v, a.v, _mm256_castps_si256(mask.m)));
+}
+PARRAY_INLINE Uint8 select_bits(std::uint32_t bits, Uint8 a, Uint8 b) {
+  const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+  const __m256i set = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(bits)), bit);
+  return Uint8(_mm256_blendv_epi8(b.v, a.v, _mm256_cmpeq_epi32(set, bit)));
 }
 PARRAY_INLINE Float8 least_of(Float8 a) {
   __m256 m = _mm256_min_ps(a.v, _mm256_permute2f128_ps(a.v, a.v, 1));
@@ -221,6 +235,9 @@ struct Double4 {
   }
   static PARRAY_INLINE Double4 gather(const double* table, Uint4 index) {
     return Double4(_mm256_i32gather_pd(table, index.v, 8));
+  }
+  static PARRAY_INLINE Double4 gather(const float* table, Uint4 index) {
+    return Double4(_mm256_cvtps_pd(_mm_i32gather_ps(table, index.v, 4)));
   }
   static PARRAY_INLINE Double4 from(Uint4 integer) {
     return Double4(_mm256_cvtepi32_pd(integer.v));
@@ -274,15 +291,18 @@ PARRAY_INLINE Double4 select_bits(std::uint32_t bits, Double4 a, Double4 b) {
 PARRAY_INLINE Double4 min_of(Double4 a, Double4 b) { return Double4(_mm256_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double4 max_of(Double4 a, Double4 b) { return Double4(_mm256_max_pd(a.v, b.v)); }
 PARRAY_INLINE Double4 square_root(Double4 a) { return Double4(_mm256_sqrt_pd(a.v)); }
-PARRAY_INLINE Mask4 disjoint(Uint4 a, Uint4 b) {
-  const __m128i common = _mm_and_si128(a.v, b.v);
-  const __m128i equal = _mm_cmpeq_epi32(common, _mm_setzero_si128());
-  return {_mm256_castsi256_pd(_mm256_cvtepi32_epi64(equal))};
+PARRAY_INLINE Mask4 equal(Uint4 a, Uint4 b) {
+  return {_mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(a.v, b.v)))};
 }
 PARRAY_INLINE Uint4 select(Mask4 mask, Uint4 a, Uint4 b) {
   const __m256i wide = _mm256_castpd_si256(mask.m);
   const __m256i even = _mm256_permutevar8x32_epi32(wide, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
   return Uint4(_mm_blendv_epi8(b.v, a.v, _mm256_castsi256_si128(even)));
+}
+PARRAY_INLINE Uint4 select_bits(std::uint32_t bits, Uint4 a, Uint4 b) {
+  const __m128i bit = _mm_setr_epi32(1, 2, 4, 8);
+  const __m128i set = _mm_and_si128(_mm_set1_epi32(static_cast<int>(bits)), bit);
+  return Uint4(_mm_blendv_epi8(b.v, a.v, _mm_cmpeq_epi32(set, bit)));
 }
 PARRAY_INLINE Double4 least_of(Double4 a) {
   const __m256d m = _mm256_min_pd(a.v, _mm256_permute2f128_pd(a.v, a.v, 1));

@@ -42,6 +42,12 @@ struct Uint16 {
   }
   PARRAY_INLINE void store(std::uint32_t* to) const { _mm512_storeu_si512(to, v); }
 
+  static PARRAY_INLINE Uint16 gather(const std::uint32_t* table, Uint16 index) {
+    return Uint16(_mm512_i32gather_epi32(index.v, table, 4));
+  }
+  friend PARRAY_INLINE Uint16 operator&(Uint16 a, Uint16 b) {
+    return Uint16(_mm512_and_si512(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint16 operator+(Uint16 a, Uint16 b) {
     return Uint16(_mm512_add_epi32(a.v, b.v));
   }
@@ -75,6 +81,12 @@ struct Uint8 {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), v);
   }
 
+  static PARRAY_INLINE Uint8 gather(const std::uint32_t* table, Uint8 index) {
+    return Uint8(_mm256_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
+  }
+  friend PARRAY_INLINE Uint8 operator&(Uint8 a, Uint8 b) {
+    return Uint8(_mm256_and_si256(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint8 operator+(Uint8 a, Uint8 b) {
     return Uint8(_mm256_add_epi32(a.v, b.v));
   }
@@ -95,15 +107,22 @@ PARRAY_INLINE WideProduct<Uint8> multiply_wide(Uint8 a, Uint8 b) {
           Uint8(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xAA))};
 }
 
-PARRAY_INLINE Mask<16> disjoint(Uint16 a, Uint16 b) {
-  return {_mm512_testn_epi32_mask(a.v, b.v)};
+PARRAY_INLINE Mask<16> equal(Uint16 a, Uint16 b) {
+  return {_mm512_cmpeq_epi32_mask(a.v, b.v)};
 }
-PARRAY_INLINE Mask<8> disjoint(Uint8 a, Uint8 b) { return {_mm256_testn_epi32_mask(a.v, b.v)}; }
+PARRAY_INLINE Mask<8> equal(Uint8 a, Uint8 b) { return {_mm256_cmpeq_epi32_mask(a.v, b.v)}; }
 PARRAY_INLINE Uint16 select(Mask<16> mask, Uint16 a, Uint16 b) {
   return Uint16(_mm512_mask_blend_epi32(mask.k, b.v, a.v));
 }
 PARRAY_INLINE Uint8 select(Mask<8> mask, Uint8 a, Uint8 b) {
   return Uint8(_mm256_mask_blend_epi32(static_cast<__mmask8>(mask.k), b.v, a.v));
+}
+
+PARRAY_INLINE Uint16 select_bits(std::uint32_t bits, Uint16 a, Uint16 b) {
+  return select(Mask<16>{static_cast<__mmask16>(bits)}, a, b);
+}
+PARRAY_INLINE Uint8 select_bits(std::uint32_t bits, Uint8 a, Uint8 b) {
+  return select(Mask<8>{static_cast<__mmask16>(bits)}, a, b);
 }
 
 /// Orders of lanes, widened.
@@ -207,6 +226,9 @@ struct Double8 {
   }
   static PARRAY_INLINE Double8 gather(const double* table, Uint8 index) {
     return Double8(_mm512_i32gather_pd(index.v, table, 8));
+  }
+  static PARRAY_INLINE Double8 gather(const float* table, Uint8 index) {
+    return Double8(_mm512_cvtps_pd(_mm256_i32gather_ps(table, index.v, 4)));
   }
   static PARRAY_INLINE Double8 from(Uint8 integer) {
     return Double8(_mm512_cvtepi32_pd(integer.v));

@@ -13,9 +13,9 @@ namespace {
 /// 2^16 * 2^-24 = 1/256 of the smallest radius.
 constexpr double largest_f32_spread = 0x1p16;
 
-/// Spheres up to which linear search is at least as fast as the BVH in scalar code [measured by
-/// tests/bench/one-core: 1.02 x at 8, 0.80 x at 20].
-constexpr std::size_t largest_linear = 8;
+/// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
+/// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
+std::size_t largest_linear(Precision precision) { return precision == Precision::f32 ? 56 : 32; }
 
 double largest_component(const Vec3d& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -79,11 +79,12 @@ ResolvedSettings resolve_settings(const Requirements& requirements, const Render
                               (single ? ", at most " : ", more than ") + number(largest_f32_spread);
   }
   if (settings.accelerator == AcceleratorKind::automatic) {
-    const bool few = requirements.spheres <= largest_linear;
+    const std::size_t most = largest_linear(settings.precision);
+    const bool few = requirements.spheres <= most;
     settings.accelerator = few ? AcceleratorKind::linear : AcceleratorKind::bvh;
     result.accelerator_reason = std::to_string(requirements.spheres) +
                                 (few ? " spheres, at most " : " spheres, more than ") +
-                                std::to_string(largest_linear);
+                                std::to_string(most);
   }
   if (settings.row_order == RowOrder::automatic) {
     settings.row_order = settings.schedule == SchedulePolicy::weighted ? RowOrder::interleaved

@@ -7,10 +7,15 @@
 namespace parray {
 
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
-enum class AcceleratorKind : std::uint8_t { automatic = 0, linear = 1, bvh = 2 };    // wire values
+enum class AcceleratorKind : std::uint8_t {                                           // wire values
+  automatic = 0,
+  linear = 1,
+  bvh = 2,
+  octree = 3  ///< never picked automatically
+};
 /// Instruction set of a kernel; automatic: the best that the machine has.
 enum class Isa : std::uint8_t { automatic = 0, scalar = 1, avx2 = 2, avx512 = 3 };  // wire values
-enum class SchedulePolicy : std::uint8_t {                                         // wire values
+enum class SchedulePolicy : std::uint8_t {                                          // wire values
   static_split = 0,
   guided = 1,
   factoring = 2,

@@ -7,38 +7,12 @@
 #include "common/image/radiance_scale.h"
 #include "common/trace/isa.h"
 #include "common/trace/isa_kernels.h"
-#include "common/trace/path.h"
+#include "common/trace/octree.h"
+#include "common/trace/scalar_kernel.h"
 #include "common/trace/sphere_tables.h"
 
 namespace parray {
 namespace {
-
-/// Spheres that some point of the lens may lie inside of; each sample then decides for itself.
-std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
-  std::vector<std::uint32_t> around;
-  const double lens = scene.camera.aperture / 2;
-  for (std::uint32_t i = 0; i < scene.spheres.size(); ++i) {
-    const Sphere& sphere = scene.spheres[i];
-    const double distance = length(scene.camera.look_from - sphere.center);
-    // Twice the single-precision rounding of what is compared later: a candidate costs little.
-    const double slack = 0x1p-20 * (length(scene.camera.look_from) + length(sphere.center));
-    if (distance - lens - slack < sphere.radius) {
-      around.push_back(i);
-    }
-  }
-  return around;
-}
-
-/// Spheres as a kernel stores them.
-template <typename Store>
-std::vector<SphereShape<Store>> stored_shapes(const Scene& scene) {
-  std::vector<SphereShape<Store>> shapes;
-  shapes.reserve(scene.spheres.size());
-  for (const Sphere& sphere : scene.spheres) {
-    shapes.push_back({vec_cast<Store>(sphere.center), static_cast<Store>(sphere.radius)});
-  }
-  return shapes;
-}
 
 KernelFeatures features_of(const Scene& scene, const std::vector<std::uint32_t>& around_lens) {
   KernelFeatures features{!around_lens.empty(), false};
@@ -57,11 +31,11 @@ class LaneKernel final : public Kernel {
 
   LaneKernel(const Scene& scene, const RenderSettings& settings, const KernelOptions& options,
              Isa isa, Trace function)
-      : spheres_(stored_shapes<Store>(scene), settings.accelerator != AcceleratorKind::linear,
-                 options.build_threads),
+      : origin_(scene_origin(scene)),
+        spheres_(stored_shapes<Store>(scene, origin_),
+                 settings.accelerator != AcceleratorKind::linear, options.build_threads),
         around_lens_(spheres_around_lens(scene)),
-        tables_(View<Real>(scene.camera, settings.width, settings.height),
-                SkyGradient<Real>(scene.sky)),
+        tables_(make_view<Real>(scene, settings, origin_), SkyGradient<Real>(scene.sky)),
         scale_(largest_radiance(scene)),
         isa_(isa),
         trace_(function) {
@@ -114,7 +88,11 @@ class LaneKernel final : public Kernel {
     material_of_.resize(spheres_.slot_count());
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
       const std::uint32_t index = spheres_.input_index()[slot];
-      material_of_[slot] = index == no_sphere ? 0 : scene.spheres[index].material;
+      if (index != no_sphere) {
+        const std::uint32_t material = scene.spheres[index].material;
+        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+        material_of_[slot] = material | type << MaterialRef::type_bit;
+      }
     }
   }
 
@@ -150,6 +128,7 @@ class LaneKernel final : public Kernel {
     }
   }
 
+  Vec3d origin_;
   SphereTables<Store, W> spheres_;
   std::vector<std::uint32_t> around_lens_;  ///< slots
   std::vector<Surface<Real>> surfaces_;
@@ -177,7 +156,33 @@ std::unique_ptr<Kernel> kernel_of(const Scene& scene, const RenderSettings& sett
   }
 }
 
+std::unique_ptr<Kernel> octree_kernel(const Scene& scene, const RenderSettings& settings) {
+  switch (settings.precision) {
+    case Precision::f64:
+      return std::make_unique<ScalarKernel<double, double, Octree<double>>>(scene, settings);
+    case Precision::mixed:
+      return std::make_unique<ScalarKernel<double, float, Octree<double>>>(scene, settings);
+    default:
+      return std::make_unique<ScalarKernel<float, float, Octree<float>>>(scene, settings);
+  }
+}
+
 }  // namespace
+
+std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
+  std::vector<std::uint32_t> around;
+  const double lens = scene.camera.aperture / 2;
+  for (std::uint32_t i = 0; i < scene.spheres.size(); ++i) {
+    const Sphere& sphere = scene.spheres[i];
+    const double distance = length(scene.camera.look_from - sphere.center);
+    // Twice the single-precision rounding of what is compared later: a candidate costs little.
+    const double slack = 0x1p-20 * (length(scene.camera.look_from) + length(sphere.center));
+    if (distance - lens - slack < sphere.radius) {
+      around.push_back(i);
+    }
+  }
+  return around;
+}
 
 void add_sample(const Vec3d& value, const RadianceScale& scale, PixelSums& pixel,
                 TraceCounts& counts) {
@@ -198,6 +203,9 @@ void add_sample(const Vec3d& value, const RadianceScale& scale, PixelSums& pixel
 
 std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
                                     const KernelOptions& options) {
+  if (settings.accelerator == AcceleratorKind::octree) {
+    return octree_kernel(scene, settings);
+  }
   const Isa isa = runs_on_this_machine(settings.isa) && settings.isa != Isa::automatic
                       ? settings.isa
                       : best_isa();

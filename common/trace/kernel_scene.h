@@ -38,6 +38,13 @@ struct alignas(64) WideNode {
   std::uint8_t order[8][W];    ///< children far to near for rays of each octant (bit: axis is < 0)
 };
 
+/// A sphere's material: the number of its surface, and the surface's MaterialType from bit
+/// `type_bit` on.
+struct MaterialRef {
+  static constexpr int type_bit = 30;
+  static constexpr std::uint32_t number = (1U << type_bit) - 1;
+};
+
 /// What a scene does not contain, its kernel leaves out.
 struct KernelFeatures {
   bool sides = true;  ///< a path can be inside a sphere: there is glass, or a sphere at the lens
@@ -58,7 +65,7 @@ struct KernelScene {
   KernelFeatures features;
 
   const Surface<Real>* surfaces = nullptr;       ///< by material
-  const std::uint32_t* material_of = nullptr;    ///< by slot
+  const std::uint32_t* material_of = nullptr;    ///< by slot: see MaterialRef
   const std::uint32_t* input_index = nullptr;    ///< by slot: ties go to the lower one
   const SphereBlock<Store, W>* blocks = nullptr; ///< the first ones are in no node
   std::uint32_t open_spheres = 0;                ///< in those, in input order

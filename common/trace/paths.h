@@ -64,8 +64,8 @@ struct Paths {
 template <typename Real>
 struct Hits {
   std::uint32_t count;
-  VecColumns<Real> origin, direction, throughput, center;
-  Column<Real> inverse_square, radius;
+  VecColumns<Real> origin, direction, throughput;
+  Column<Real> inverse_square;
   Column<std::uint32_t> sample, slot, material;
   // Only where paths can be inside something.
   Column<Real> side;  ///< 0: into the sphere, 1: out of it, 2: the same from its own surface

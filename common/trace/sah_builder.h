@@ -12,7 +12,7 @@ namespace parray {
 /// A sphere as the builder moves it about.
 template <typename Store>
 struct BuildSphere {
-  Vec3<Store> center;
+  Store x, y, z;
   Store radius;
   std::uint32_t index;  ///< in the input
 };

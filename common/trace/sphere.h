@@ -12,6 +12,11 @@ struct SphereShape {
   Real radius;
 };
 
+template <typename Real>
+PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_square) {
+  return square_root(max_of(depth_squared, Real(0)) * inverse_square);
+}
+
 /// Where a line passes a sphere: the foot of the perpendicular from the centre, and how deep
 /// inside the surface it lies. Subtracting before squaring keeps the error at a few ulp of
 /// max(radius, distance) for every impact parameter.
@@ -30,11 +35,23 @@ struct Passage {
     depth_squared = sphere.radius * sphere.radius - dot(perpendicular, perpendicular);
   }
 
+  /// True where a ray that starts outside enters the sphere.
+  [[nodiscard]] PARRAY_INLINE MaskOf<Real> approaches() const {
+    return (foot > Real(0)) & (depth_squared >= Real(0));
+  }
+
   /// Half the chord in units of the ray parameter; 0 where rounding says that the line misses.
   [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
-    return square_root(max_of(depth_squared, Real(0)) * ray.inverse_square);
+    return parray::half_chord(depth_squared, ray.inverse_square);
   }
 };
+
+/// Where a ray that approaches a sphere enters it, from the numbers of a Passage; >= 0.
+template <typename Real>
+PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
+                                  const Real& inverse_square) {
+  return max_of(foot - half_chord(depth_squared, inverse_square), Real(0));
+}
 
 /// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does. `t` is not
 /// set where no lane enters.
@@ -45,9 +62,8 @@ struct Passage {
 template <typename Real>
 PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
   const Passage<Real> passage(ray, sphere);
-  const MaskOf<Real> met = (passage.foot > Real(0)) & (passage.depth_squared >= Real(0));
-  t = max_of(passage.foot - passage.half_chord(ray), Real(0));
-  return met;
+  t = entry_distance(passage.foot, passage.depth_squared, ray.inverse_square);
+  return passage.approaches();
 }
 
 /// Where a ray that is inside a sphere leaves it: always somewhere, `t` >= 0. A path can leave a

@@ -97,8 +97,8 @@ SphereTables<Store, W>::SphereTables(const std::vector<SphereShape<Store>>& shap
   Spheres spheres;
   spheres.reserve(shapes.size());
   for (const SphereShape<Store>& shape : shapes) {
-    spheres.push_back(
-        {shape.center, shape.radius, static_cast<std::uint32_t>(spheres.size())});
+    spheres.push_back({shape.center.x, shape.center.y, shape.center.z, shape.radius,
+                       static_cast<std::uint32_t>(spheres.size())});
   }
   std::size_t open = spheres.size();
   if (tree && spheres.size() > W) {
@@ -159,9 +159,9 @@ void SphereTables<Store, W>::fill_block(std::uint32_t index, const BuildSphere<S
   SphereBlock<Store, W>& block = blocks_[index];
   for (std::uint32_t lane = 0; lane < W; ++lane) {
     const bool present = lane < count;
-    block.x[lane] = present ? spheres[lane].center.x : none;
-    block.y[lane] = present ? spheres[lane].center.y : none;
-    block.z[lane] = present ? spheres[lane].center.z : none;
+    block.x[lane] = present ? spheres[lane].x : none;
+    block.y[lane] = present ? spheres[lane].y : none;
+    block.z[lane] = present ? spheres[lane].z : none;
     block.radius[lane] = present ? spheres[lane].radius : none;
     input_index_[std::size_t{index} * W + lane] = present ? spheres[lane].index : no_sphere;
   }

@@ -157,7 +157,8 @@ class Stream {
         L t;
         const auto met = enters(rays, same, t);
         // Input order: an equal distance belongs to the earlier one.
-        const auto better = met & (t < nearest) & disjoint(barred, typename L::Uint(1U << k));
+        const auto allowed = equal(barred & typename L::Uint(1U << k), typename L::Uint(0U));
+        const auto better = met & (t < nearest) & allowed;
         nearest = select(better, t, nearest);
         slot = select(better, typename L::Uint(first + k), slot);
       }
@@ -205,21 +206,42 @@ class Stream {
     return static_cast<std::uint32_t>(number < count) << (number % 32);
   }
 
-  /// Improves the ray's nearest crossing with the spheres of a block; returns it in every lane.
+  /// Where a ray's line passes the spheres of a block, kept between test_block() and take_nearest().
+  struct Passages {
+    L foot[width / L::count];
+    L depth_squared[width / L::count];
+    std::uint32_t candidates;  ///< which it may enter, as bits
+    std::uint32_t first_slot;
+  };
+
+  /// Which spheres of a block the ray enters, near or far. The dear part, where and which first, is
+  /// left to take_nearest(), for the rays that need it.
   template <bool Sides>
-  PARRAY_INLINE L try_block(std::uint32_t i, std::uint32_t index) {
+  PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
     const SphereBlock<Store, width>& block = blocks_[index];
-    const std::uint32_t first_slot = index * width;
-    const std::uint32_t excluded = cannot_enter<Sides, width>(i, first_slot);
     const Ray<L> r = ray<L>(i);
-    L nearest(queries_.t[i]);
+    std::uint32_t met = 0;
     for (std::uint32_t k = 0; k < width; k += L::count) {
       const SphereShape<L> spheres{
           {L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
           L::load(block.radius + k)};
-      L t;
-      const auto met = enters(r, spheres, t);
-      nearest = take_nearest(i, t, bits_of(met) & ~(excluded >> k), nearest, first_slot + k);
+      const Passage<L> passage(r, spheres);
+      out.foot[k / L::count] = passage.foot;
+      out.depth_squared[k / L::count] = passage.depth_squared;
+      met |= bits_of(passage.approaches()) << k;
+    }
+    out.first_slot = index * width;
+    out.candidates = met & ~cannot_enter<Sides, width>(i, out.first_slot);
+  }
+
+  /// Improves the ray's nearest crossing; returns it in every lane.
+  PARRAY_INLINE L take_nearest(std::uint32_t i, const Passages& passages) {
+    L nearest(queries_.t[i]);
+    const L inverse_square(queries_.inverse_square[i]);
+    for (std::uint32_t k = 0; k < width; k += L::count) {
+      const L t = entry_distance(passages.foot[k / L::count], passages.depth_squared[k / L::count],
+                                 inverse_square);
+      nearest = take_nearest(i, t, passages.candidates >> k, nearest, passages.first_slot + k);
     }
     return nearest;
   }
@@ -268,6 +290,7 @@ class Stream {
   PARRAY_INLINE void traverse_group(std::uint32_t begin, std::uint32_t end) {
     Waiting nodes[2];
     Waiting blocks[2];
+    Passages passages[group_size];
     std::uint32_t top[group_size];  // places in the space's stacks, of each ray's last child
     for (std::uint32_t k = 0; k < end - begin; ++k) {
       const std::uint32_t bottom = k * stack_size_;
@@ -285,13 +308,34 @@ class Stream {
       for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
         const std::uint32_t k = nodes[now].ray[n];
         top[k] = step_node(begin + k, top[k]);
+      }
+      for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
+        const std::uint32_t k = nodes[now].ray[n];
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
       }
+      Waiting entering;  // those of `blocks` that enter a sphere
+      Waiting passing;   // the others
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];
-        const L nearest =
-            try_block<Sides>(begin + k, space_.stack_child[top[k]] & ChildRef::number);
+        test_block<Sides>(begin + k, space_.stack_child[top[k]] & ChildRef::number, passages[k]);
+        const std::uint32_t enters = passages[k].candidates != 0 ? 1 : 0;
+        entering.ray[entering.count] = k;
+        passing.ray[passing.count] = k;
+        entering.count += enters;
+        passing.count += enters ^ 1U;
+      }
+      for (std::uint32_t n = 0; n < passing.count; ++n) {
+        const std::uint32_t k = passing.ray[n];
+        --top[k];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
+      }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
+        const L nearest = take_nearest(begin + k, passages[k]);
         top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
+      }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
       }
     }

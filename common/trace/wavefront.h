@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/trace/stream.h"
 
@@ -111,43 +112,62 @@ class Wavefront {
             Real(block.radius[lane])};
   }
 
-  /// Moves every path to the hits of its material's type, or of the sky. No branches: what a path
-  /// meets cannot be predicted.
+  /// Moves every path to the hits of its material's type, or of the sky.
   PARRAY_INLINE void sort_by_material() {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
-    Wavefront here = *this;  // a copy whose address nobody has
-    for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
-      here.sort(i);
+    for (std::uint32_t i = 0; i < space_.paths.count; i += lanes) {
+      sort(i, first_bits(space_.paths.count - i));
     }
   }
 
-  PARRAY_INLINE void sort(std::uint32_t i) {
+  PARRAY_INLINE void sort(std::uint32_t i, std::uint32_t present) {
+    const L t = L::load(&space_.queries.t[i]);
+    const MaskOf<L> met = t < L(std::numeric_limits<Real>::infinity());
+    const std::uint32_t hit = bits_of(met) & present;
+    const Uint slot = select(met, Uint::load(&space_.queries.slot[i]), Uint(0U));
+    const Uint material = Uint::gather(scene_.material_of, slot);
+    const Uint type = material >> MaterialRef::type_bit;
+    move_to_sky(i, present & ~hit);
+    for (std::uint32_t kind = 0; kind < Space::sky; ++kind) {
+      const std::uint32_t moved = bits_of(equal(type, Uint(kind))) & hit;
+      if (moved != 0) {
+        move(space_.hits[kind], i, moved, slot, material & Uint(MaterialRef::number));
+      }
+    }
+  }
+
+  PARRAY_INLINE void move_to_sky(std::uint32_t i, std::uint32_t moved) {
+    Hits<Real>& to = space_.hits[Space::sky];
     const Paths<Real>& paths = space_.paths;
-    const std::uint32_t found = space_.queries.slot[i];
-    const std::uint32_t slot = found == no_sphere ? 0 : found;
-    const std::uint32_t material = scene_.material_of[slot];
-    const auto type = static_cast<std::uint32_t>(scene_.surfaces[material].type);
-    Hits<Real>& to = space_.hits[found == no_sphere ? Space::sky : type];
-    const std::uint32_t n = to.count++;
-    to.origin.set(n, paths.origin[i]);
-    to.direction.set(n, paths.direction[i]);
-    to.throughput.set(n, paths.throughput[i]);
-    to.inverse_square[n] = space_.queries.inverse_square[i];
-    to.sample[n] = paths.sample[i];
-    to.slot[n] = slot;
-    to.material[n] = material;
-    const SphereShape<Real> sphere = shape(slot);
-    to.center.set(n, sphere.center);
-    to.radius[n] = sphere.radius;
+    to.throughput.compress(to.count, moved, paths.throughput.template load<L>(i));
+    compress_store(&to.direction.y[to.count], moved, L::load(&paths.direction.y[i]));
+    compress_store(&to.sample[to.count], moved, Uint::load(&paths.sample[i]));
+    to.count += static_cast<std::uint32_t>(__builtin_popcount(moved));
+  }
+
+  PARRAY_INLINE void move(Hits<Real>& to, std::uint32_t i, std::uint32_t moved, const Uint& slot,
+                          const Uint& material) {
+    const Paths<Real>& paths = space_.paths;
+    const std::uint32_t n = to.count;
+    to.count = n + static_cast<std::uint32_t>(__builtin_popcount(moved));
+    to.origin.compress(n, moved, paths.origin.template load<L>(i));
+    to.direction.compress(n, moved, paths.direction.template load<L>(i));
+    to.throughput.compress(n, moved, paths.throughput.template load<L>(i));
+    compress_store(&to.inverse_square[n], moved, L::load(&space_.queries.inverse_square[i]));
+    compress_store(&to.sample[n], moved, Uint::load(&paths.sample[i]));
+    compress_store(&to.slot[n], moved, slot);
+    compress_store(&to.material[n], moved, material);
     if constexpr (Sides) {
-      to.inside[n] = paths.inside[i];
-      to.side[n] = Real(0);
-      if (space_.queries.leaving[i] != 0) {
-        to.side[n] = slot == paths.surface[i] ? Real(2) : Real(1);
-        to.old_normal.set(n, paths.normal[i]);
-        to.t[n] = space_.queries.t[i];
+      const MaskOf<L> leaving = equal(Uint::load(&space_.queries.leaving[i]), Uint(1U));
+      const MaskOf<L> itself = equal(Uint::load(&paths.surface[i]), slot);
+      const L side = select(leaving, select(itself, L(Real(2)), L(Real(1))), L(Real(0)));
+      compress_store(&to.side[n], moved, side);
+      compress_store(&to.inside[n], moved, Uint::load(&paths.inside[i]));
+      if (any(leaving)) {
+        to.old_normal.compress(n, moved, paths.normal.template load<L>(i));
+        compress_store(&to.t[n], moved, L::load(&space_.queries.t[i]));
       }
     }
   }
@@ -171,20 +191,36 @@ class Wavefront {
     }
   }
 
+  /// Slots of a vector of hits; 0 where there is none.
+  static PARRAY_INLINE Uint slots(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
+    return select_bits(present, Uint::load(&hits.slot[i]), Uint(0U));
+  }
+
+  PARRAY_INLINE SphereShape<L> shapes(const Uint& slot) const {
+    constexpr int width_bits = __builtin_ctz(B::count);
+    const Uint lane = slot & Uint(B::count - 1);
+    const Uint at = (slot >> width_bits << (width_bits + 2)) + lane;
+    const Store* x = scene_.blocks[0].x;
+    return {{L::gather(x, at), L::gather(x + B::count, at), L::gather(x + 2 * B::count, at)},
+            L::gather(x + 3 * B::count, at)};
+  }
+
   /// A vector of hits, ready to be scattered.
   struct Meeting {
     Vec3<L> incoming;
+    SphereShape<L> sphere;
     Vec3<L> normal;  ///< outward
     Vec3<L> m;       ///< on the path's side
     MaskOf<L> leaving;
     RandomAddress<Uint> random;
   };
 
-  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i) const {
+  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i,
+                             std::uint32_t present) const {
     const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
                      L::load(&hits.inverse_square[i]));
-    const SphereShape<L> sphere{hits.center.template load<L>(i), L::load(&hits.radius[i])};
-    const RandomAddress<Uint> random = random_of(hits, i);
+    const SphereShape<L> sphere = shapes(slots(hits, i, present));
+    const RandomAddress<Uint> random = random_of(hits, i, present);
     if constexpr (Sides) {
       const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
       const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
@@ -194,23 +230,19 @@ class Wavefront {
                                          L::load(&hits.t[i]) * ray.direction);
         normal = select(from_itself, across, normal);
       }
-      return {ray.direction, normal, select(leaving, -normal, normal), leaving, random};
+      return {ray.direction, sphere, normal, select(leaving, -normal, normal), leaving, random};
     } else {
       const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
       const Vec3<L> normal = normal_entering(ray, sphere);
-      return {ray.direction, normal, normal, leaving, random};
+      return {ray.direction, sphere, normal, normal, leaving, random};
     }
   }
 
-  PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i) const {
-    std::uint32_t pixel[lanes];
-    std::uint32_t index[lanes];
-    for (std::uint32_t k = 0; k < lanes; ++k) {
-      const std::uint32_t sample = hits.sample[i + k] % column_size;
-      pixel[k] = space_.pixel[sample];
-      index[k] = space_.sample_index[sample];
-    }
-    return {scene_.seed, Uint::load(pixel), Uint::load(index)};
+  PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i,
+                                              std::uint32_t present) const {
+    const Uint sample = select_bits(present, Uint::load(&hits.sample[i]), Uint(0U));
+    return {scene_.seed, Uint::gather(space_.pixel.at, sample),
+            Uint::gather(space_.sample_index.at, sample)};
   }
 
   /// Column `k` of the materials' rows (see Surface).
@@ -230,8 +262,7 @@ class Wavefront {
                            const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
     const std::uint32_t n = to.count;
-    const Vec3<L> center = hits.center.template load<L>(i);
-    to.origin.compress(n, going, center + L::load(&hits.radius[i]) * at.normal);
+    to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
     to.direction.compress(n, going, direction);
     to.throughput.compress(n, going, throughput);
     compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
@@ -243,20 +274,17 @@ class Wavefront {
     to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
   }
 
+  /// Where the materials' rows begin, in numbers; that of material 0 where there is no hit.
   PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i,
                                    std::uint32_t present) {
-    std::uint32_t row[lanes];
-    for (std::uint32_t k = 0; k < lanes; ++k) {
-      row[k] = (present >> k & 1) != 0 ? hits.material[i + k] * 8 : 0;
-    }
-    return Uint::load(row);
+    return select_bits(present, Uint::load(&hits.material[i]), Uint(0U)) << 3;
   }
 
   void scatter_all_diffuse(std::uint32_t bounce) {
     const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::diffuse)];
     for (std::uint32_t i = 0; i < hits.count; i += lanes) {
       const std::uint32_t present = first_bits(hits.count - i);
-      const Meeting at = meet(hits, i);
+      const Meeting at = meet(hits, i, present);
       const auto u = at.random.template at<L>(bounce, Purpose::scatter);
       const Vec3<L> direction = scatter_diffuse(at.m, u);
       const Vec3<L> throughput =
@@ -270,7 +298,7 @@ class Wavefront {
     for (std::uint32_t i = 0; i < hits.count; i += lanes) {
       const std::uint32_t present = first_bits(hits.count - i);
       const Uint row = row_of(hits, i, present);
-      const Meeting at = meet(hits, i);
+      const Meeting at = meet(hits, i, present);
       const Vec3<L> throughput = hits.throughput.template load<L>(i) * albedo(row);
       if (!scene_.features.fuzz) {
         go_on(hits, i, present, at, scatter_mirror(at.incoming, at.m), throughput);
@@ -294,7 +322,7 @@ class Wavefront {
     for (std::uint32_t i = 0; i < hits.count; i += lanes) {
       const std::uint32_t present = first_bits(hits.count - i);
       const Uint row = row_of(hits, i, present);
-      const Meeting at = meet(hits, i);
+      const Meeting at = meet(hits, i, present);
       const auto u = at.random.template at<L>(bounce, Purpose::scatter);
       Surface<L> surface;
       surface.ior = material_column<4>(row);

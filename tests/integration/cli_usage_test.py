@@ -48,10 +48,11 @@ OPTIONS = {
     "fetch": COORDINATOR + ["--output", "--report"],
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
+    "convert": ["--material", "--radius", "--expand"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
     isa sampler schedule spheres accelerator_bytes threads workers samples rays samples_per_second
-    rays_per_second nonfinite_samples features""".split()
+    rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 
 class CliTest(unittest.TestCase):
@@ -174,7 +175,7 @@ class Pictures(CliTest):
         for options in (["--threads", "1"], ["--threads", "2"], ["--threads", "5"],
                         *(["--schedule", s] for s in ("static", "guided", "factoring", "weighted")),
                         *(["--row-order", o] for o in ("sequential", "interleaved")),
-                        *(["--accelerator", a] for a in ("linear", "bvh"))):
+                        *(["--accelerator", a] for a in ("linear", "bvh", "octree"))):
             with self.subTest(options=options):
                 report, _ = self.rendered(*options)
                 self.assertEqual(report["image_sha256"], expected)
@@ -225,6 +226,29 @@ class Pictures(CliTest):
         self.assertEqual(validated["scene_sha256"], report["scene_sha256"])
         self.scene.write_text(json.dumps(SCENE, indent=1))
         self.assertEqual(self.rendered()[0]["scene_sha256"], report["scene_sha256"])
+
+
+    def test_spheres_that_are_there_twice_are_left_out_with_a_warning(self):
+        clean, _ = self.rendered()
+        self.assertEqual(clean["duplicates_removed"], 0)
+        spheres = SCENE["spheres"] + [{**SCENE["spheres"][3], "material": "glass"},
+                                      SCENE["spheres"][1]]
+        self.scene.write_text(json.dumps({**SCENE, "spheres": spheres}))
+        warning = (f"parray: warning: {self.scene}: 2 spheres left out, in the same place as an "
+                   "earlier one and of the same radius: the first is sphere 6 (from 0), the same "
+                   "as sphere 3, which stays\n")
+        validated = run("validate", self.scene, "--json")
+        self.assertEqual((validated.returncode, validated.stderr), (0, warning))
+        facts = json.loads(validated.stdout)
+        self.assertEqual((facts["spheres"], facts["duplicates_removed"]), (6, 2))
+        self.assertEqual(facts["scene_sha256"], clean["scene_sha256"])
+        self.assertIn("2 duplicates", run("validate", self.scene).stdout)
+        report = self.path("report.json")
+        result = run("render", self.scene, "-q", "-o", self.path("a.exr"), "--report", report)
+        self.assertEqual((result.returncode, result.stderr), (0, warning))
+        report = json.loads(report.read_text())
+        self.assertEqual((report["spheres"], report["duplicates_removed"]), (6, 2))
+        self.assertEqual(report["image_sha256"], clean["image_sha256"])
 
 
 class Failures(CliTest):
@@ -352,7 +376,7 @@ class Talk(CliTest):
     def test_every_scene_that_ships_is_valid(self):
         for scene in sorted(SCENES.glob("*.json")):
             result = run("validate", scene)
-            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_a_terminal_gets_a_bar_and_a_log_gets_lines(self):
         arguments = [BIN / "parray", "render", self.scene, "-o", self.path("a.png")]

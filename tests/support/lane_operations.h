@@ -22,6 +22,7 @@ struct LaneInputs {
   std::uint32_t p[most_lanes];  ///< any bits
   std::uint32_t q[most_lanes];
   std::uint32_t index[most_lanes];  ///< into `table`
+  std::uint32_t place[most_lanes];  ///< into `narrower` and `q`
   std::uint32_t small[most_lanes];  ///< below 2^24
   std::uint8_t order[most_lanes];   ///< numbers of lanes
   std::uint32_t set;                ///< bit i: lane i
@@ -44,6 +45,7 @@ inline constexpr Operation real_operations[] = {{"+", Free::nan},
                                                 {"/", Free::nan},
                                                 {"square_root", Free::nan},
                                                 {"convert", Free::nan},
+                                                {"gather narrower", Free::nan},
                                                 {"negate"},
                                                 {"load"},
                                                 {"broadcast"},
@@ -60,15 +62,15 @@ inline constexpr Operation real_operations[] = {{"+", Free::nan},
 inline constexpr int real_rows = sizeof real_operations / sizeof real_operations[0];
 
 /// Masks come as bits, in lane 0.
-inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},        {">="},      {"=="},
-                                                {"&"}, {"|"},  {"disjoint"}, {"any not"}, {"any"}};
+inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},     {">="},      {"=="},
+                                                {"&"}, {"|"},  {"equal"}, {"any not"}, {"any"}};
 inline constexpr int mask_rows = sizeof mask_operations / sizeof mask_operations[0];
 
 inline constexpr Operation uint_operations[] = {
-    {"load"},     {"broadcast"}, {"+"},        {"^"},       {">> 1"},
-    {">> 8"},     {">> 31"},     {"<< 1"},     {"<< 8"},    {"<< 31"},
-    {"high"},     {"low"},       {"select"},   {"permute"}, {"compress_store"},
-    {"philox a"}, {"philox b"},  {"philox c"}, {"philox d"}};
+    {"load"},     {"broadcast"}, {"+"},           {"^"},       {"&"},       {">> 1"},
+    {">> 8"},     {">> 31"},     {"<< 1"},        {"<< 8"},    {"<< 31"},   {"high"},
+    {"low"},      {"select"},    {"select_bits"}, {"gather"},  {"permute"}, {"compress_store"},
+    {"philox a"}, {"philox b"},  {"philox c"},    {"philox d"}};
 inline constexpr int uint_rows = sizeof uint_operations / sizeof uint_operations[0];
 
 /// A row for each operation.
@@ -100,6 +102,7 @@ PARRAY_INLINE void operate_on_reals(const LaneInputs<T>& in, LaneResults<T>& out
   (a / b).store(*row++);
   square_root(a).store(*row++);
   converted<L>(in).store(*row++);
+  L::gather(in.narrower, L::Uint::load(in.place)).store(*row++);
   (-a).store(*row++);
   a.store(*row++);
   L(in.a[0]).store(*row++);
@@ -127,7 +130,7 @@ PARRAY_INLINE void operate_on_masks(const LaneInputs<T>& in, LaneResults<T>& out
   *to++ = bits_of(a == b);
   *to++ = bits_of((a <= b) & (a >= b));
   *to++ = bits_of((a < b) | (a > b));
-  *to++ = bits_of(disjoint(L::Uint::load(in.p), L::Uint::load(in.q)));
+  *to++ = bits_of(equal(L::Uint::load(in.p), L::Uint::load(in.q)));
   *to++ = any((a < b) & (a > b)) ? 1 : 0;
   *to = any(a < b) ? 1 : 0;
 }
@@ -142,6 +145,7 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
   Uint(in.p[0]).store(*row++);
   (p + q).store(*row++);
   (p ^ q).store(*row++);
+  (p & q).store(*row++);
   (p >> 1).store(*row++);
   (p >> 8).store(*row++);
   (p >> 31).store(*row++);
@@ -152,6 +156,8 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
   product.high.store(*row++);
   product.low.store(*row++);
   select(L::load(in.a) < L::load(in.b), p, q).store(*row++);
+  select_bits(in.set, p, q).store(*row++);
+  Uint::gather(in.q, Uint::load(in.place)).store(*row++);
   permute(p, L::load_order(in.order)).store(*row++);
   compress_store(*row++, in.set, p);
   const PhiloxBlock<Uint> block = philox4x32<Uint>({p, q, q, p}, {in.set, 77});

@@ -7,6 +7,7 @@
 #include "common/trace/kernel.h"
 #include "common/trace/linear.h"
 #include "common/trace/path.h"
+#include "common/trace/scalar_kernel.h"
 
 /// The scalar reference of the lane kernels: one path after the other, by linear search.
 namespace parray::test {
@@ -20,16 +21,18 @@ struct ReferenceSums {
 /// Spheres rounded to `Store`, everything else computed in `Real`.
 template <typename Real, typename Store>
 TraceScene<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
+  const Vec3d origin = scene_origin(scene);
   TraceScene<Real> result{{},
                           {},
                           {},
                           SkyGradient<Real>(scene.sky),
-                          View<Real>(scene.camera, settings.width, settings.height),
+                          make_view<Real>(scene, settings, origin),
                           {},
                           settings.max_depth};
+  for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin)) {
+    result.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
+  }
   for (const Sphere& sphere : scene.spheres) {
-    result.spheres.push_back({vec_cast<Real>(vec_cast<Store>(sphere.center)),
-                              static_cast<Real>(static_cast<Store>(sphere.radius))});
     result.material_of.push_back(sphere.material);
   }
   for (const Material& material : scene.materials) {

@@ -207,7 +207,8 @@ TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one place", St
   const Spheres<Store> spheres = ever_farther<Store>();
   std::vector<BuildSphere<Store>> built;
   for (const auto& [center, radius] : spheres) {
-    built.push_back({center, radius, static_cast<std::uint32_t>(built.size())});
+    built.push_back(
+        {center.x, center.y, center.z, radius, static_cast<std::uint32_t>(built.size())});
   }
   const BinaryTree<Store> tree = build_binary_tree<Store>(built, 4, 1);
   CHECK(tree.depth > 30);

@@ -70,7 +70,8 @@ RenderSettings small(RenderSettings settings, Precision precision, AcceleratorKi
 template <typename Check>
 void for_all_kernels(const Scene& scene, const RenderSettings& settings, Check check) {
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
-    for (const AcceleratorKind accelerator : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+    for (const AcceleratorKind accelerator :
+         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
       CAPTURE(name_of(precision));
       CAPTURE(name_of(accelerator));
       const Picture picture = trace(scene, small(settings, precision, accelerator));

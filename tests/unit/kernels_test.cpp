@@ -115,11 +115,16 @@ ReferenceSums sums_of(const Kernel& kernel, const RenderSettings& settings) {
 void for_all_kernels(const Scene& scene, RenderSettings settings,
                      const std::function<void(const Kernel&)>& check) {
   for (const Isa isa : instruction_sets()) {
-    for (const AcceleratorKind accelerator : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+    for (const AcceleratorKind accelerator :
+         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
       for (const bool general : {false, true}) {
         CAPTURE(name_of(isa));
         CAPTURE(name_of(accelerator));
         CAPTURE(general);
+        const bool scalar = accelerator == AcceleratorKind::octree;  // whatever is asked for
+        if (scalar && (isa != Isa::scalar || general)) {
+          continue;
+        }
         settings.isa = isa;
         settings.accelerator = accelerator;
         KernelOptions options;

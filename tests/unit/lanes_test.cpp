@@ -69,8 +69,9 @@ LaneInputs<T> inputs(Dice& dice, std::uint32_t lanes) {
     in.wider[i] =
         dice.one_in(4) ? 1.0 + static_cast<double>(dice.below(64)) * 0x1p-24 : hard<double>(dice);
     in.p[i] = any_uint(dice);
-    in.q[i] = dice.one_in(4) ? ~in.p[i] : any_uint(dice);
+    in.q[i] = dice.one_in(4) ? in.p[i] : any_uint(dice);
     in.index[i] = dice.below32(64);
+    in.place[i] = dice.below32(most_lanes);
     in.small[i] = dice.below32(1U << 24);
     in.order[i] = static_cast<std::uint8_t>(dice.below(lanes));
   }
@@ -105,6 +106,7 @@ void expect_reals(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
                                               a / b,
                                               std::sqrt(a),
                                               convert,
+                                              static_cast<T>(in.narrower[in.place[i]]),
                                               -a,
                                               a,
                                               in.a[0],
@@ -134,7 +136,7 @@ void expect_masks(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
     const T a = in.a[i];
     const T b = in.b[i];
     const std::array<bool, mask_rows - 2> values{
-        a<b, a <= b, a> b, a >= b, a == b, a == b, a < b || a > b, (in.p[i] & in.q[i]) == 0};
+        a<b, a <= b, a> b, a >= b, a == b, a == b, a < b || a > b, in.p[i] == in.q[i]};
     for (std::size_t row = 0; row < values.size(); ++row) {
       out.mask[row] |= static_cast<std::uint32_t>(values[row]) << i;
     }
@@ -153,6 +155,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
                                                       in.p[0],
                                                       p + q,
                                                       p ^ q,
+                                                      p & q,
                                                       p >> 1,
                                                       p >> 8,
                                                       p >> 31,
@@ -162,6 +165,8 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
                                                       static_cast<std::uint32_t>(product >> 32),
                                                       static_cast<std::uint32_t>(product),
                                                       in.a[i] < in.b[i] ? p : q,
+                                                      (in.set >> i & 1) != 0 ? p : q,
+                                                      in.q[in.place[i]],
                                                       in.p[in.order[i]],
                                                       0,
                                                       block.a,
@@ -172,7 +177,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
       out.uint[row][i] = values[row];
     }
   }
-  constexpr int compressed = 14;
+  constexpr int compressed = 17;
   compress(in.p, in.set, out.uint[compressed]);
 }
 

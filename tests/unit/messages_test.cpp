@@ -120,6 +120,7 @@ const std::vector<TypeRow>& protocol() {
         {"priority", 99},
         {"settings", settings},
         {"precision_reason", "asked for"},
+        {"duplicates_removed", 3},
         {"load_seconds", 0.25}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
@@ -212,7 +213,8 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
         Range{"hello", "trace_version", 0, UINT32_MAX}, Range{"welcome", "heartbeat_ms", 1, 60'000},
         Range{"welcome", "silence_ms", 1, 600'000}, Range{"submit", "priority", 0, 100},
         Range{"error", "status", 1, 2}, Range{"grant", "job", 0, UINT64_MAX},
-        Range{"result", "accelerator_bytes", 0, UINT64_MAX}}) {
+        Range{"result", "accelerator_bytes", 0, UINT64_MAX},
+        Range{"submit", "duplicates_removed", 0, UINT64_MAX}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");

@@ -27,8 +27,8 @@ TEST_CASE("the name of every setting reads back as it") {
   for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
     CHECK(isa_from(name_of(value)) == value);
   }
-  for (const auto value :
-       {AcceleratorKind::automatic, AcceleratorKind::linear, AcceleratorKind::bvh}) {
+  for (const auto value : {AcceleratorKind::automatic, AcceleratorKind::linear,
+                           AcceleratorKind::bvh, AcceleratorKind::octree}) {
     CHECK(accelerator_from(name_of(value)) == value);
   }
   for (const auto value : {SchedulePolicy::static_split, SchedulePolicy::guided,
@@ -45,6 +45,7 @@ TEST_CASE("settings are named as users write them") {
   CHECK(name_of(AcceleratorKind::bvh) == "bvh");
   CHECK(name_of(Precision::mixed) == "mixed");
   CHECK(name_of(Isa::avx512) == "avx512");
+  CHECK(name_of(AcceleratorKind::octree) == "octree");
   CHECK(name_of(SchedulePolicy::static_split) == "static");
   CHECK(name_of(RowOrder::interleaved) == "interleaved");
   CHECK(name_of(static_cast<Precision>(77)) == "unknown");
@@ -54,7 +55,7 @@ TEST_CASE("an unknown setting is refused with the known names and the nearest") 
   CHECK(message_of<InputError>([] { precision_from("f23"); }) ==
         "unknown precision 'f23': did you mean 'f32'? known: auto, f32, f64, mixed");
   CHECK(message_of<InputError>([] { accelerator_from("BHV"); }) ==
-        "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh");
+        "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh, octree");
   CHECK(message_of<InputError>([] { schedule_from("wieghted"); }) ==
         "unknown schedule 'wieghted': did you mean 'weighted'? "
         "known: static, guided, factoring, weighted");
