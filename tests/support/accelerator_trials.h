@@ -60,7 +60,7 @@ void check_equal_everywhere() {
   check_equal<A>("doubled grid", doubled_grid<Real>(dice), dice, 2 * rays);
   check_equal<A>("ring", ring<Real>(dice), dice, rays);
   check_equal<A>("every size", every_size<Real>(dice), dice, rays);
-  check_equal<A>("10 000 coincident", coincident<Real>(10'000), dice, 700);
+  check_equal<A>("10 000 coincident", coincident<Real>(10'000), dice, 2200);
   check_equal<A>("one", coincident<Real>(1), dice, rays);
   check_equal<A>("two", coincident<Real>(2), dice, rays);
   check_equal<A>("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice,

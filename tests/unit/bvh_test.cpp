@@ -142,7 +142,7 @@ TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecisi
   check_equal<P>("every size", every_size<Store>(dice), dice, rays);
   check_equal<P>("few giants", touching_giants<Store>(dice, 3), dice, 2 * rays);
   check_equal<P>("many giants", touching_giants<Store>(dice, 40), dice, rays);
-  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, 700);
+  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, 1100);
   check_equal<P>("one", coincident<Store>(1), dice, rays);
   check_equal<P>("two", coincident<Store>(2), dice, rays);
   check_equal<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);
