@@ -30,7 +30,8 @@ struct ChildRef {
   static constexpr std::uint32_t number = 0x7FFFFFFF;
 };
 
-/// A node with up to W children. Bounds of absent children are empty: no ray meets them.
+/// A node with up to W children. Bounds of absent children are empty: no ray meets them, unless it
+/// is not a number; that one ends there.
 template <typename Store, int W>
 struct alignas(64) WideNode {
   Store planes[6][W];          ///< lower x, y, z, then upper x, y, z of each child

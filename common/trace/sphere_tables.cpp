@@ -127,8 +127,9 @@ void SphereTables<Store, W>::build(Spheres& spheres, std::size_t open, int threa
   open_spheres_ = static_cast<std::uint32_t>(open);
   const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
   if (open == spheres.size()) {
-    blocks_ = AlignedArray<SphereBlock<Store, W>>(open_blocks);
-    input_index_.resize(std::size_t{open_blocks} * W);
+    blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
+    input_index_.resize(blocks_.size() * W);
+    fill_block(0, nullptr, 0);  // without spheres too there is a slot 0 to load
     fill_open_blocks(spheres);
     return;
   }
@@ -193,7 +194,7 @@ std::uint32_t SphereTables<Store, W>::emit(const BinaryTree<Store>& tree, std::u
   for (int k = 0; k < W; ++k) {
     if (k >= children.count) {
       set_bounds(node, k, {{inf, inf, inf}, {-inf, -inf, -inf}});
-      node.child[k] = 0;
+      node.child[k] = ChildRef::is_end;  // only a ray that is not a number gets here: it is lost
       continue;
     }
     const BinaryNode<Store>& child = tree.nodes[children.node[k]];

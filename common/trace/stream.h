@@ -271,7 +271,8 @@ class Stream {
   void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, std::uint32_t first_slot) {
     for (; equal != 0; equal &= equal - 1) {
       const std::uint32_t slot = first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal));
-      if (nearest < queries_.t[i] || wins_tie(slot, queries_.slot[i])) {
+      const Real before = queries_.t[i];
+      if (nearest < before || (nearest == before && wins_tie(slot, queries_.slot[i]))) {
         queries_.t[i] = nearest;
         queries_.slot[i] = slot;
         queries_.leaving[i] = 0;

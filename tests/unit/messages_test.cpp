@@ -74,6 +74,7 @@ const std::vector<TypeRow>& protocol() {
                                 {"precision", "f64"},
                                 {"seed", 0xFEDCBA9876543210},
                                 {"accelerator", "bvh"},
+                                {"isa", "auto"},
                                 {"schedule", "factoring"},
                                 {"row_order", "sequential"}};
   static const json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};

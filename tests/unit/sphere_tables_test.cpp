@@ -201,9 +201,12 @@ TEST_CASE_TEMPLATE("open spheres come first and in input order; the tree holds a
   for_all_tables<F>([](const auto& spheres, const auto& tables) {
     CHECK(tables.open_spheres() <= spheres.size());
     CHECK_UNARY(std::is_sorted(tables.input_index(), tables.input_index() + tables.open_spheres()));
-    const std::uint32_t open_blocks = (tables.open_spheres() + F::width - 1) / F::width;
     const Walk<F> walk(tables);
-    for (std::uint32_t block = 0; block < walk.block_met().size(); ++block) {
+    // Without a tree all blocks are open, the one that is there without spheres too.
+    const std::size_t open_blocks = tables.node_count() == 0
+                                        ? walk.block_met().size()
+                                        : (tables.open_spheres() + F::width - 1) / F::width;
+    for (std::size_t block = 0; block < walk.block_met().size(); ++block) {
       CHECK_UNARY(walk.block_met()[block] == (block < open_blocks ? 0 : 1));
     }
     CHECK_UNARY(std::all_of(walk.node_met().begin(), walk.node_met().end(),
