@@ -35,7 +35,7 @@ SCENE = {
 }
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
-                  "--accelerator", "--schedule", "--row-order"]
+                  "--accelerator", "--isa", "--schedule", "--row-order"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--output", "--report", "--threads", "--quiet"],
@@ -104,6 +104,7 @@ class Refusals(CliTest):
     def test_unknown_words_are_refused_with_the_nearest_known_one(self):
         output = ["-o", self.path("a.png")]
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
+                                    ("--isa", "avx215", "avx2"),
                                     ("--schedule", "guidd", "guided"),
                                     ("--row-order", "sequentially", "sequential")):
             self.refused("render", self.scene, *output, option, value, mentions=option + ":")
@@ -175,7 +176,8 @@ class Pictures(CliTest):
         for options in (["--threads", "1"], ["--threads", "2"], ["--threads", "5"],
                         *(["--schedule", s] for s in ("static", "guided", "factoring", "weighted")),
                         *(["--row-order", o] for o in ("sequential", "interleaved")),
-                        *(["--accelerator", a] for a in ("linear", "bvh", "octree"))):
+                        *(["--accelerator", a] for a in ("linear", "bvh", "octree")),
+                        ["--isa", "scalar"]):
             with self.subTest(options=options):
                 report, _ = self.rendered(*options)
                 self.assertEqual(report["image_sha256"], expected)
