@@ -12,7 +12,8 @@ namespace parray {
 namespace {
 
 /// Largest spread that single precision carries: rounding of a coordinate then stays below
-/// 2^16 * 2^-24 = 1/256 of the smallest radius.
+/// 2^16 * 2^-24 = 1/256 of the smallest radius. Where only what is computed exceeds it (a small
+/// sphere on a huge one), storing in single precision still does: mixed.
 constexpr double largest_f32_spread = 0x1p16;
 
 /// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
@@ -64,6 +65,8 @@ Requirements requirements_of(const Scene& scene) {
     result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
     smallest = std::min(smallest, sphere.radius);
     result.largest_radius = std::max(result.largest_radius, sphere.radius);
+    result.own_spread =
+        std::max(result.own_spread, largest_component(sphere.center - origin) / sphere.radius);
     result.extent = std::max(result.extent, largest_component(sphere.center - origin) + sphere.radius);
   }
   result.smallest_radius = scene.spheres.empty() ? 0 : smallest;
@@ -71,15 +74,29 @@ Requirements requirements_of(const Scene& scene) {
   return result;
 }
 
+namespace {
+
+void decide_precision(const Requirements& requirements, ResolvedSettings& result) {
+  const double spread = requirements.spread();
+  const bool single = spread <= largest_f32_spread;
+  result.precision_reason = "extent / smallest radius = " + number(spread) +
+                            (single ? ", at most " : ", more than ") + number(largest_f32_spread);
+  result.settings.precision = Precision::f32;
+  if (!single) {
+    const bool stored = requirements.own_spread <= largest_f32_spread;
+    result.precision_reason += "; coordinate / own radius = " + number(requirements.own_spread) +
+                               (stored ? ", at most that" : ", more than that");
+    result.settings.precision = stored ? Precision::mixed : Precision::f64;
+  }
+}
+
+}  // namespace
+
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked) {
   ResolvedSettings result{asked, "asked for", "asked for"};
   RenderSettings& settings = result.settings;
   if (settings.precision == Precision::automatic) {
-    const double spread = requirements.spread();
-    const bool single = spread <= largest_f32_spread;
-    settings.precision = single ? Precision::f32 : Precision::f64;
-    result.precision_reason = "extent / smallest radius = " + number(spread) +
-                              (single ? ", at most " : ", more than ") + number(largest_f32_spread);
+    decide_precision(requirements, result);
   }
   if (settings.accelerator == AcceleratorKind::automatic) {
     const std::size_t most = largest_linear(settings.precision);

@@ -23,6 +23,10 @@ struct Requirements {
   /// the camera.
   double extent = 0;
 
+  /// Largest coordinate of a centre in units of its own radius: what storing it in single precision
+  /// costs that sphere.
+  double own_spread = 0;
+
   /// extent / smallest_radius: how many smallest radii fit the numbers that are added. Rounding
   /// errors relative to the smallest sphere grow with it.
   [[nodiscard]] double spread() const;
