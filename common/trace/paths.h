@@ -80,7 +80,7 @@ template <typename Real, typename Store>
 struct Queries {
   Column<Real> inverse_square;
   /// Of the ray: 1 / direction, and the origin moved by its share of the rounding, so that box
-  /// planes on the near side appear nearer and those on the far side farther (see wide_bvh.h).
+  /// planes on the near side appear nearer and those on the far side farther (see sphere_tables.h).
   VecColumns<Store> inverse, near_origin, far_origin;
   /// Places in a node: of the nearer planes, of the children's order.
   Column<std::uint32_t> near_x, near_y, near_z, order;
