@@ -313,9 +313,10 @@ PARRAY_INLINE UintLanes<N> permute(const UintLanes<N>& a, const std::uint8_t* or
 /// Stores the lanes whose bit is set one after the other; may write up to `count` elements.
 template <typename L, typename T>
 PARRAY_INLINE void compress_store(T* to, std::uint32_t set, const L& a) {
-  for (int i = 0; i < static_cast<int>(sizeof a.v / sizeof a.v[0]); ++i) {
-    *to = a.v[i];
-    to += set >> i & 1;
+  for (const T lane : a.v) {
+    *to = lane;
+    to += set & 1;
+    set >>= 1;
   }
 }
 

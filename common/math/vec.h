@@ -27,7 +27,7 @@ struct Vec3 {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
   }
   friend PARRAY_INLINE constexpr Vec3 operator*(Real s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
-  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+  friend bool operator==(const Vec3&, const Vec3&) = default;  // constexpr where Real's is
 };
 
 using Vec3d = Vec3<double>;

@@ -141,19 +141,19 @@ class LaneKernel final : public Kernel {
   Trace trace_;
 };
 
-template <int float_width, int double_width, typename Single, typename Mixed, typename Double>
+template <int FloatWidth, int DoubleWidth, typename Single, typename Mixed, typename Double>
 std::unique_ptr<Kernel> kernel_of(const Scene& scene, const RenderSettings& settings,
                                   const KernelOptions& options, Isa isa, Single trace_single,
                                   Mixed trace_mixed, Double trace_double) {
   switch (settings.precision) {
     case Precision::f64:
-      return std::make_unique<LaneKernel<double, double, double_width>>(scene, settings, options,
+      return std::make_unique<LaneKernel<double, double, DoubleWidth>>(scene, settings, options,
                                                                         isa, trace_double);
     case Precision::mixed:
-      return std::make_unique<LaneKernel<double, float, float_width>>(scene, settings, options, isa,
+      return std::make_unique<LaneKernel<double, float, FloatWidth>>(scene, settings, options, isa,
                                                                       trace_mixed);
     default:
-      return std::make_unique<LaneKernel<float, float, float_width>>(scene, settings, options, isa,
+      return std::make_unique<LaneKernel<float, float, FloatWidth>>(scene, settings, options, isa,
                                                                      trace_single);
   }
 }

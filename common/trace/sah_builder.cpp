@@ -104,7 +104,7 @@ class Builder {
   struct Binning {
     explicit Binning(const Range& range) : lo(range.centers.lo) {
       const Four<Store> extent = range.centers.hi - range.centers.lo;
-      for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
         const Store each = static_cast<Store>(bin_count) / extent[axis];
         useful[axis] = extent[axis] > Store(0) && each < std::numeric_limits<Store>::infinity();
         scale[axis] = useful[axis] ? each : Store(0);
@@ -171,7 +171,8 @@ class Builder {
 
   /// Block tests that a number of spheres costs.
   [[nodiscard]] Store blocks(std::uint32_t count) const {
-    return static_cast<Store>((count + leaf_size_ - 1) / leaf_size_);
+    const std::uint32_t filled = (count + leaf_size_ - 1) / leaf_size_;
+    return static_cast<Store>(filled);
   }
 
   void split(const Range& range, std::uint32_t level, Range& left, Range& right) {

@@ -16,6 +16,19 @@ Store half_area(const Bounds<Store>& box) {
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
+/// About the median: that of a sample.
+template <typename Store>
+Store middling_radius(const std::vector<SphereShape<Store>>& shapes) {
+  constexpr std::size_t sample_size = 4095;
+  std::vector<Store> radii;
+  for (std::size_t i = 0; i < shapes.size(); i += shapes.size() / sample_size + 1) {
+    radii.push_back(shapes[i].radius);
+  }
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
 /// Up to W nodes of the binary tree that together hold all spheres below `root`: largest box first
 /// opened.
 template <typename Store, int W>
@@ -102,14 +115,7 @@ SphereTables<Store, W>::SphereTables(const std::vector<SphereShape<Store>>& shap
   }
   std::size_t open = spheres.size();
   if (tree && spheres.size() > W) {
-    std::vector<Store> radii;
-    radii.reserve(spheres.size());
-    for (const SphereShape<Store>& shape : shapes) {
-      radii.push_back(shape.radius);
-    }
-    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2),
-                     radii.end());
-    const Store limit = static_cast<Store>(giant) * radii[radii.size() / 2];
+    const Store limit = static_cast<Store>(giant) * middling_radius(shapes);
     const auto is_giant = [&](const auto& sphere) { return sphere.radius > limit; };
     open = static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), is_giant));
     if (open > W) {

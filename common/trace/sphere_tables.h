@@ -24,7 +24,7 @@ class SphereTables {
  public:
   /// Any number of spheres below 2^26, none included. `tree` false: linear search. `threads` build;
   /// what they build does not depend on their number.
-  SphereTables(const std::vector<SphereShape<Store>>& spheres, bool tree, int threads);
+  SphereTables(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads);
 
   [[nodiscard]] const SphereBlock<Store, W>* blocks() const { return blocks_.data(); }
   [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
@@ -48,7 +48,7 @@ class SphereTables {
 
   void build(Spheres& spheres, std::size_t open, int threads);
   void fill_open_blocks(const Spheres& spheres);
-  void fill_block(std::uint32_t block, const BuildSphere<Store>* spheres, std::uint32_t count);
+  void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
   void count_wide(const BinaryTree<Store>& tree, std::uint32_t root);
   std::uint32_t emit(const BinaryTree<Store>& tree, std::uint32_t root,
                      const BuildSphere<Store>* spheres, std::uint32_t level);

@@ -188,22 +188,22 @@ class Stream {
     return other == no_sphere || input_index_[slot] < input_index_[other];
   }
 
-  /// Which of `count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
+  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
   /// and what it is inside of (see sides.h).
-  template <bool Sides, std::uint32_t count>
+  template <bool Sides, std::uint32_t Count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
-    std::uint32_t lanes = bit_below<count>(paths_.surface[i] - first_slot);
+    std::uint32_t lanes = bit_below<Count>(paths_.surface[i] - first_slot);
     if constexpr (Sides) {
       for (std::uint32_t link = paths_.inside[i]; link != InsideLists::none;
            link = space_.inside.next(link)) {
-        lanes |= bit_below<count>(space_.inside.sphere(link) - first_slot);
+        lanes |= bit_below<Count>(space_.inside.sphere(link) - first_slot);
       }
     }
     return lanes;
   }
-  template <std::uint32_t count>
+  template <std::uint32_t Count>
   static PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
-    return static_cast<std::uint32_t>(number < count) << (number % 32);
+    return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
   /// Where a ray's line passes the spheres of a block, kept between test_block() and take_nearest().

@@ -185,13 +185,13 @@ class Wavefront {
   }
 
   /// As RadianceScale::to_fixed(). NaN stays NaN, because it is the second operand of each choice;
-  /// x - x makes one of an infinity.
+  /// 0 x makes one of an infinity.
   PARRAY_INLINE void write_radiance(const Hits<Real>& from, const Column<Real>& radiance,
-                                    double* channel) {
+                                    double (&channel)[SampleBatch::most]) {
     for (std::uint32_t i = 0; i < from.count; i += D::count) {
       const D value = D::load(&radiance[i]);
       const D positive = max_of(D(0.0), value * D(scene_.to_fixed));
-      const D bounded = min_of(D(RadianceScale::one), positive) + (value - value);
+      const D bounded = min_of(D(RadianceScale::one), positive) + value * D(0.0);
       double fixed[D::count];
       (bounded + D(RadianceScale::shift)).store(fixed);
       const std::uint32_t left = from.count - i;
