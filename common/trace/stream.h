@@ -376,6 +376,7 @@ class Stream {
   PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, std::uint32_t top) const {
     const WideNode<Store, width>& node = nodes_[space_.stack_child[top]];
     const Store* planes = node.planes[0];
+    const std::uint8_t* orders = node.order[0];
     const std::uint32_t near_x = queries_.near_x[i];
     const std::uint32_t near_y = queries_.near_y[i];
     const std::uint32_t near_z = queries_.near_z[i];
@@ -394,7 +395,7 @@ class Stream {
     // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
     const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
     const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
-    const auto order = B::load_order(node.order[0] + queries_.order[i]);
+    const auto order = B::load_order(orders + queries_.order[i]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
     const auto children = permute(B::Uint::load(node.child), order);
