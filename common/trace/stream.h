@@ -188,8 +188,8 @@ class Stream {
     return other == no_sphere || input_index_[slot] < input_index_[other];
   }
 
-  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
-  /// and what it is inside of (see sides.h).
+  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
+  /// on, and what it is inside of (see sides.h).
   template <bool Sides, std::uint32_t Count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
     std::uint32_t lanes = bit_below<Count>(paths_.surface[i] - first_slot);
@@ -206,7 +206,8 @@ class Stream {
     return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
-  /// Where a ray's line passes the spheres of a block, kept between test_block() and take_nearest().
+  /// Where a ray's line passes the spheres of a block, kept between test_block() and
+  /// take_nearest().
   struct Passages {
     L foot[width / L::count];
     L depth_squared[width / L::count];
@@ -413,8 +414,8 @@ class Stream {
     }
   }
 
-  /// Removes the child on top of the stack and those that begin beyond the nearest crossing; returns
-  /// the new top.
+  /// Removes the child on top of the stack and those that begin beyond the nearest crossing;
+  /// returns the new top.
   PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
                                            std::uint32_t top) const {
     std::uint32_t kept = bottom;
