@@ -118,10 +118,11 @@ void RenderOptions::add_to(CLI::App& command) {
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
       ->group(settings_group);
-  add_choice(command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
-             "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
-             "bits, computed with in 64",
-             settings_group);
+  add_choice(
+      command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
+      "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
+      "bits, computed with in 64",
+      settings_group);
   add_choice(command, "--accelerator", "auto|linear|bvh|octree", accelerator_from, accelerator_,
              "How spheres are searched; octree: as the seed program did, to compare with",
              work_group);

@@ -40,8 +40,8 @@ int render(const RenderCommand& command) {
   Submission submission = load_submission(command.scene, command.render, 50);
   if (!runs_on_this_machine(submission.settings.isa)) {
     throw InputError("--isa " + std::string(name_of(submission.settings.isa)) +
-                     ": this processor does not have it: use " +
-                     std::string(name_of(best_isa())) + ", its best, or auto");
+                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
+                     ", its best, or auto");
   }
   const DeferredInterrupts deferred;
   EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));

@@ -37,8 +37,8 @@ class RadianceScale {
     return fixed_of(bounded + shift);
   }
 
-  /// Adding this rounds a number in [0, 2^32] to the nearest integer, ties to even, and leaves it in
-  /// the low bits: see fixed_of(). Lanes of any instruction set can do that.
+  /// Adding this rounds a number in [0, 2^32] to the nearest integer, ties to even, and leaves it
+  /// in the low bits: see fixed_of(). Lanes of any instruction set can do that.
   static constexpr double shift = 0x1p52;
   /// The integer in a sum of it and `shift`.
   static std::uint64_t fixed_of(double shifted) {

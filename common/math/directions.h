@@ -32,8 +32,9 @@ PARRAY_INLINE CosSin<Real> turn(Real u) {
   const auto second = quarters >= Real(1.5);
   const auto third = quarters >= Real(2.5);
   const auto fourth = quarters >= Real(3.5);
-  const Real nearest = select(
-      fourth, Real(4), select(third, Real(3), select(second, Real(2), select(first, Real(1), Real(0)))));
+  const Real nearest =
+      select(fourth, Real(4),
+             select(third, Real(3), select(second, Real(2), select(first, Real(1), Real(0)))));
   using Scalar = decltype(RealTraits<Real>::unit_roundoff + 0);
   const Real half_pi(static_cast<Scalar>(1.570796326794896619231321691639751442L));
   const Real x = (quarters - nearest) * half_pi;

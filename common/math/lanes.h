@@ -11,8 +11,8 @@
 /// that any compiler can translate; lanes_avx2.h and lanes_avx512.h have those of one instruction
 /// set, with the same members and functions.
 ///
-/// A comparison of lanes yields a mask; `select(mask, a, b)` is a where the mask is set. For scalars
-/// a mask is bool.
+/// A comparison of lanes yields a mask; `select(mask, a, b)` is a where the mask is set. For
+/// scalars a mask is bool.
 namespace parray {
 
 /// What comparing two of them yields.
@@ -23,7 +23,7 @@ PARRAY_INLINE bool any(bool mask) { return mask; }
 
 template <typename Real>
 requires(!requires(Real real) { real.x; })  // those with components choose one by one: see vec.h
-PARRAY_INLINE Real select(bool mask, const Real& a, const Real& b) {
+    PARRAY_INLINE Real select(bool mask, const Real& a, const Real& b) {
   return mask ? a : b;
 }
 
@@ -214,26 +214,26 @@ struct Lanes {
   /// An order of the lanes, as permute() wants it, from the lanes' numbers.
   static PARRAY_INLINE const std::uint8_t* load_order(const std::uint8_t* order) { return order; }
 
-#define PARRAY_LANES_OPERATOR(op)                                              \
-  friend PARRAY_INLINE Lanes operator op(const Lanes& a, const Lanes& b) {     \
-    Lanes r;                                                                   \
-    for (int i = 0; i < N; ++i) {                                              \
-      r.v[i] = a.v[i] op b.v[i];                                               \
-    }                                                                          \
-    return r;                                                                  \
+#define PARRAY_LANES_OPERATOR(op)                                          \
+  friend PARRAY_INLINE Lanes operator op(const Lanes& a, const Lanes& b) { \
+    Lanes r;                                                               \
+    for (int i = 0; i < N; ++i) {                                          \
+      r.v[i] = a.v[i] op b.v[i];                                           \
+    }                                                                      \
+    return r;                                                              \
   }
   PARRAY_LANES_OPERATOR(+)
   PARRAY_LANES_OPERATOR(-)
   PARRAY_LANES_OPERATOR(*)
   PARRAY_LANES_OPERATOR(/)
 #undef PARRAY_LANES_OPERATOR
-#define PARRAY_LANES_COMPARISON(op)                                            \
-  friend PARRAY_INLINE Mask operator op(const Lanes& a, const Lanes& b) {      \
-    Mask r{0};                                                                 \
-    for (int i = 0; i < N; ++i) {                                              \
-      r.set |= static_cast<std::uint32_t>(a.v[i] op b.v[i]) << i;              \
-    }                                                                          \
-    return r;                                                                  \
+#define PARRAY_LANES_COMPARISON(op)                                       \
+  friend PARRAY_INLINE Mask operator op(const Lanes& a, const Lanes& b) { \
+    Mask r{0};                                                            \
+    for (int i = 0; i < N; ++i) {                                         \
+      r.set |= static_cast<std::uint32_t>(a.v[i] op b.v[i]) << i;         \
+    }                                                                     \
+    return r;                                                             \
   }
   PARRAY_LANES_COMPARISON(<)
   PARRAY_LANES_COMPARISON(<=)

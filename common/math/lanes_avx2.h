@@ -322,8 +322,7 @@ PARRAY_INLINE Double4 permute(Double4 a, Order4 order) {
   const __m256i low = _mm256_add_epi64(lane, lane);
   const __m256i high = _mm256_add_epi64(low, _mm256_set1_epi64x(1));
   const __m256i halves = _mm256_or_si256(low, _mm256_slli_epi64(high, 32));
-  return Double4(
-      _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), halves)));
+  return Double4(_mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(a.v), halves)));
 }
 PARRAY_INLINE Uint4 permute(Uint4 a, Order4 order) {
   return Uint4(_mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(a.v), order.lane)));

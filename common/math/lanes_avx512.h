@@ -107,9 +107,7 @@ PARRAY_INLINE WideProduct<Uint8> multiply_wide(Uint8 a, Uint8 b) {
           Uint8(_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xAA))};
 }
 
-PARRAY_INLINE Mask<16> equal(Uint16 a, Uint16 b) {
-  return {_mm512_cmpeq_epi32_mask(a.v, b.v)};
-}
+PARRAY_INLINE Mask<16> equal(Uint16 a, Uint16 b) { return {_mm512_cmpeq_epi32_mask(a.v, b.v)}; }
 PARRAY_INLINE Mask<8> equal(Uint8 a, Uint8 b) { return {_mm256_cmpeq_epi32_mask(a.v, b.v)}; }
 PARRAY_INLINE Uint16 select(Mask<16> mask, Uint16 a, Uint16 b) {
   return Uint16(_mm512_mask_blend_epi32(mask.k, b.v, a.v));

@@ -26,7 +26,9 @@ struct Vec3 {
   friend PARRAY_INLINE constexpr Vec3 operator*(const Vec3& a, const Vec3& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
   }
-  friend PARRAY_INLINE constexpr Vec3 operator*(Real s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+  friend PARRAY_INLINE constexpr Vec3 operator*(Real s, const Vec3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
   friend bool operator==(const Vec3&, const Vec3&) = default;  // constexpr where Real's is
 };
 

@@ -67,7 +67,8 @@ Requirements requirements_of(const Scene& scene) {
     result.largest_radius = std::max(result.largest_radius, sphere.radius);
     result.own_spread =
         std::max(result.own_spread, largest_component(sphere.center - origin) / sphere.radius);
-    result.extent = std::max(result.extent, largest_component(sphere.center - origin) + sphere.radius);
+    result.extent =
+        std::max(result.extent, largest_component(sphere.center - origin) + sphere.radius);
   }
   result.smallest_radius = scene.spheres.empty() ? 0 : smallest;
   result.one_radius = !scene.spheres.empty() && smallest == result.largest_radius;

@@ -23,7 +23,7 @@ struct SceneFile {
   /// Files whose particles belong to the scene but are not in it yet: see
   /// common/particles/expand.h.
   std::vector<ParticleSource> particles;
-  Duplicates duplicates;     ///< spheres of the file that the scene does not have
+  Duplicates duplicates;  ///< spheres of the file that the scene does not have
 };
 
 /// Reads scene JSON v1 (scenes/schema/scene.v1.schema.json) or the seed's own format.

@@ -7,7 +7,7 @@
 namespace parray {
 
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
-enum class AcceleratorKind : std::uint8_t {                                           // wire values
+enum class AcceleratorKind : std::uint8_t {                                          // wire values
   automatic = 0,
   linear = 1,
   bvh = 2,

@@ -30,8 +30,9 @@ template <typename L, typename B, typename SceneTables>
 PARRAY_INLINE std::uint64_t trace_batch(const SceneTables& scene, const SampleBatch& batch,
                                         BatchRadiance& radiance) {
   Workspace<typename L::Scalar, typename B::Scalar> space;
-  return scene.features.sides ? Wavefront<L, B, DoubleLanes, true>(scene, space, radiance).trace(batch)
-                              : Wavefront<L, B, DoubleLanes, false>(scene, space, radiance).trace(batch);
+  return scene.features.sides
+             ? Wavefront<L, B, DoubleLanes, true>(scene, space, radiance).trace(batch)
+             : Wavefront<L, B, DoubleLanes, false>(scene, space, radiance).trace(batch);
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>

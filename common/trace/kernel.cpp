@@ -112,8 +112,8 @@ class LaneKernel final : public Kernel {
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
 
-  void add(const BatchRadiance& radiance, const SampleBatch& batch,
-           std::span<PixelSums> sums, TraceCounts& counts) const {
+  void add(const BatchRadiance& radiance, const SampleBatch& batch, std::span<PixelSums> sums,
+           TraceCounts& counts) const {
     std::uint32_t sample = batch.first;
     std::uint32_t i = 0;
     for (PixelSums& of_pixel : sums) {
@@ -148,13 +148,13 @@ std::unique_ptr<Kernel> kernel_of(const Scene& scene, const RenderSettings& sett
   switch (settings.precision) {
     case Precision::f64:
       return std::make_unique<LaneKernel<double, double, DoubleWidth>>(scene, settings, options,
-                                                                        isa, trace_double);
+                                                                       isa, trace_double);
     case Precision::mixed:
       return std::make_unique<LaneKernel<double, float, FloatWidth>>(scene, settings, options, isa,
-                                                                      trace_mixed);
+                                                                     trace_mixed);
     default:
       return std::make_unique<LaneKernel<float, float, FloatWidth>>(scene, settings, options, isa,
-                                                                     trace_single);
+                                                                    trace_single);
   }
 }
 
@@ -186,11 +186,11 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
   return around;
 }
 
-#define PARRAY_KERNELS_OF(isa)                                                                  \
-  kernel_of<isa::float_width, isa::double_width,                                                \
-            LaneKernel<float, float, isa::float_width>::Trace,                                  \
-            LaneKernel<double, float, isa::float_width>::Trace,                                 \
-            LaneKernel<double, double, isa::double_width>::Trace>(                              \
+#define PARRAY_KERNELS_OF(isa)                                     \
+  kernel_of<isa::float_width, isa::double_width,                   \
+            LaneKernel<float, float, isa::float_width>::Trace,     \
+            LaneKernel<double, float, isa::float_width>::Trace,    \
+            LaneKernel<double, double, isa::double_width>::Trace>( \
       scene, settings, options, Isa::isa, isa::trace, isa::trace, isa::trace)
 
 std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,

@@ -34,9 +34,9 @@ struct ChildRef {
 /// is not a number; that one ends there.
 template <typename Store, int W>
 struct alignas(64) WideNode {
-  Store planes[6][W];          ///< lower x, y, z, then upper x, y, z of each child
-  std::uint32_t child[W];      ///< see ChildRef
-  std::uint8_t order[8][W];    ///< children far to near for rays of each octant (bit: axis is < 0)
+  Store planes[6][W];        ///< lower x, y, z, then upper x, y, z of each child
+  std::uint32_t child[W];    ///< see ChildRef
+  std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
 };
 
 /// A sphere's material: the number of its surface, and the surface's MaterialType from bit
@@ -66,16 +66,16 @@ struct KernelScene {
   double to_fixed = 1;  ///< RadianceScale::factor()
   KernelFeatures features;
 
-  const Surface<Real>* surfaces = nullptr;       ///< by material
-  const std::uint32_t* material_of = nullptr;    ///< by slot: see MaterialRef
-  const std::uint32_t* input_index = nullptr;    ///< by slot: ties go to the lower one
-  const SphereBlock<Store, W>* blocks = nullptr; ///< the first ones are in no node
-  std::uint32_t open_spheres = 0;                ///< in those, in input order
-  const WideNode<Store, W>* nodes = nullptr;     ///< the root is the first
+  const Surface<Real>* surfaces = nullptr;        ///< by material
+  const std::uint32_t* material_of = nullptr;     ///< by slot: see MaterialRef
+  const std::uint32_t* input_index = nullptr;     ///< by slot: ties go to the lower one
+  const SphereBlock<Store, W>* blocks = nullptr;  ///< the first ones are in no node
+  std::uint32_t open_spheres = 0;                 ///< in those, in input order
+  const WideNode<Store, W>* nodes = nullptr;      ///< the root is the first
   std::uint32_t node_count = 0;
-  std::uint32_t stack_size = 0;                  ///< pending children that a ray can have
-  bool prefetch = false;                         ///< the tables are larger than the caches
-  const std::uint32_t* around_lens = nullptr;    ///< slots whose inside the lens reaches
+  std::uint32_t stack_size = 0;                ///< pending children that a ray can have
+  bool prefetch = false;                       ///< the tables are larger than the caches
+  const std::uint32_t* around_lens = nullptr;  ///< slots whose inside the lens reaches
   std::uint32_t around_lens_count = 0;
 };
 

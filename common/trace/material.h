@@ -75,9 +75,10 @@ PARRAY_INLINE auto scatter_metal(Real fuzz, const Vec3<Real>& incoming, const Ve
   const Vec3<Real> reflected = scatter_mirror(incoming, m);
   const Vec3<Real> blurred = reflected + fuzz * uniform_ball(u.a, u.b, r.a, r.b, r.c);
   const auto fuzzy = fuzz > Real(0);
-  const MaskOf<Real> absorbed = fuzzy & (dot(blurred, m) <= Real(0));  // not NaN, which is to be counted
-  return MaskedDirection<Real, MaskOf<Real>>{
-      select(fuzzy, normalize(blurred), reflected), absorbed};
+  const MaskOf<Real> absorbed =
+      fuzzy & (dot(blurred, m) <= Real(0));  // not NaN, which is to be counted
+  return MaskedDirection<Real, MaskOf<Real>>{select(fuzzy, normalize(blurred), reflected),
+                                             absorbed};
 }
 
 /// Schlick's reflectance picks reflection or refraction; total internal reflection reflects.
@@ -96,9 +97,9 @@ PARRAY_INLINE MaskedDirection<Real, Mask> scatter_dielectric(const Surface<Real>
       surface.normal_reflectance + (Real(1) - surface.normal_reflectance) * ((x * x) * (x * x) * x);
   const Mask refracted = (sine_squared <= Real(1)) & (u.a >= reflectance);
   const Real transmitted_cosine = square_root(max_of(Real(1) - sine_squared, Real(0)));
-  const Vec3<Real> direction = select(
-      refracted, eta * incoming + (eta * cosine - transmitted_cosine) * m,
-      mirror(incoming, m, cosine));
+  const Vec3<Real> direction =
+      select(refracted, eta * incoming + (eta * cosine - transmitted_cosine) * m,
+             mirror(incoming, m, cosine));
   return {normalize(direction), refracted};
 }
 

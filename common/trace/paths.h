@@ -85,8 +85,8 @@ struct Queries {
   /// Places in a node: of the nearer planes, of the children's order.
   Column<std::uint32_t> near_x, near_y, near_z, order;
   Column<std::uint32_t> barred;  ///< which of some 32 open spheres it cannot enter, as bits
-  Column<Real> t;              ///< nearest crossing so far
-  Column<std::uint32_t> slot;  ///< its sphere, or no_sphere
+  Column<Real> t;                ///< nearest crossing so far
+  Column<std::uint32_t> slot;    ///< its sphere, or no_sphere
   Column<std::uint32_t> leaving;
 };
 
@@ -95,7 +95,7 @@ struct Workspace {
   Paths<Real> paths;
   Queries<Real, Store> queries;
   static constexpr std::uint32_t sky = 3;
-  Hits<Real> hits[4];  ///< by MaterialType, then those of the sky
+  Hits<Real> hits[4];                  ///< by MaterialType, then those of the sky
   Column<std::uint32_t> pixel;         ///< of each sample of the batch
   Column<std::uint32_t> column;        ///< its x
   Column<std::uint32_t> sample_index;  ///< its number within the pixel

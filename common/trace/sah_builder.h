@@ -26,10 +26,10 @@ struct Bounds {
 /// Node of a binary tree over a range of spheres; leaves hold at most `leaf_size`.
 template <typename Store>
 struct BinaryNode {
-  Bounds<Store> box;     ///< of the spheres, not inflated
-  std::uint32_t begin;   ///< range of spheres below it
+  Bounds<Store> box;    ///< of the spheres, not inflated
+  std::uint32_t begin;  ///< range of spheres below it
   std::uint32_t end;
-  std::uint32_t left;    ///< 0: a leaf
+  std::uint32_t left;  ///< 0: a leaf
   std::uint32_t right;
 };
 

@@ -78,7 +78,7 @@ PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& 
 /// the other end of the chord, with no cancellation.
 template <typename Real>
 PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
-                        const Vec3<Real>& normal) {
+                                      const Vec3<Real>& normal) {
   const Real t = Real(-2) * sphere.radius * dot(normal, ray.direction) * ray.inverse_square;
   return max_of(t, Real(0));
 }

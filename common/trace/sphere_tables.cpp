@@ -155,7 +155,8 @@ void SphereTables<Store, W>::build(Spheres& spheres, std::size_t open, int threa
 template <typename Store, int W>
 void SphereTables<Store, W>::fill_open_blocks(const Spheres& spheres) {
   for (std::uint32_t begin = 0; begin < open_spheres_; begin += W) {
-    fill_block(begin / W, spheres.data() + begin, std::min<std::uint32_t>(W, open_spheres_ - begin));
+    fill_block(begin / W, spheres.data() + begin,
+               std::min<std::uint32_t>(W, open_spheres_ - begin));
   }
 }
 
@@ -190,8 +191,7 @@ void SphereTables<Store, W>::count_wide(const BinaryTree<Store>& tree, std::uint
 
 template <typename Store, int W>
 std::uint32_t SphereTables<Store, W>::emit(const BinaryTree<Store>& tree, std::uint32_t root,
-                                           const BuildSphere<Store>* spheres,
-                                           std::uint32_t level) {
+                                           const BuildSphere<Store>* spheres, std::uint32_t level) {
   constexpr Store inf = std::numeric_limits<Store>::infinity();
   depth_ = std::max(depth_, level);
   const std::uint32_t made = next_node_++;

@@ -188,8 +188,8 @@ class Stream {
     return other == no_sphere || input_index_[slot] < input_index_[other];
   }
 
-  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands on,
-  /// and what it is inside of (see sides.h).
+  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
+  /// on, and what it is inside of (see sides.h).
   template <bool Sides, std::uint32_t Count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
     std::uint32_t lanes = bit_below<Count>(paths_.surface[i] - first_slot);
@@ -206,7 +206,8 @@ class Stream {
     return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
-  /// Where a ray's line passes the spheres of a block, kept between test_block() and take_nearest().
+  /// Where a ray's line passes the spheres of a block, kept between test_block() and
+  /// take_nearest().
   struct Passages {
     L foot[width / L::count];
     L depth_squared[width / L::count];
@@ -376,6 +377,7 @@ class Stream {
   PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, std::uint32_t top) const {
     const WideNode<Store, width>& node = nodes_[space_.stack_child[top]];
     const Store* planes = node.planes[0];
+    const std::uint8_t* orders = node.order[0];
     const std::uint32_t near_x = queries_.near_x[i];
     const std::uint32_t near_y = queries_.near_y[i];
     const std::uint32_t near_z = queries_.near_z[i];
@@ -394,7 +396,7 @@ class Stream {
     // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
     const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
     const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
-    const auto order = B::load_order(node.order[0] + queries_.order[i]);
+    const auto order = B::load_order(orders + queries_.order[i]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
     const auto children = permute(B::Uint::load(node.child), order);
@@ -412,8 +414,8 @@ class Stream {
     }
   }
 
-  /// Removes the child on top of the stack and those that begin beyond the nearest crossing; returns
-  /// the new top.
+  /// Removes the child on top of the stack and those that begin beyond the nearest crossing;
+  /// returns the new top.
   PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
                                            std::uint32_t top) const {
     std::uint32_t kept = bottom;

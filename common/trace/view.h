@@ -65,9 +65,9 @@ struct SkyGradient {
   explicit SkyGradient(const Sky& sky)
       : horizon(vec_cast<Real>(sky.horizon)), rise(vec_cast<Real>(sky.zenith - sky.horizon)) {}
 
-  /// Radiance along a unit direction with this y. horizon + h (zenith - horizon) is exact where both are equal.
-  /// A direction that is not a number gives a radiance that is none either: the bounds come first
-  /// in min_of and max_of, so that the sample is counted and not shown as sky.
+  /// Radiance along a unit direction with this y. horizon + h (zenith - horizon) is exact where
+  /// both are equal. A direction that is not a number gives a radiance that is none either: the
+  /// bounds come first in min_of and max_of, so that the sample is counted and not shown as sky.
   template <typename L>
   [[nodiscard]] PARRAY_INLINE Vec3<L> radiance(const L& direction_y) const {
     const L h = min_of(L(1), max_of(L(0), (direction_y + L(1)) * L(0.5)));

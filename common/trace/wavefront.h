@@ -22,8 +22,7 @@ class Wavefront {
   using SceneTables = KernelScene<Real, Store, B::count>;
   using Space = Workspace<Real, Store>;
 
-  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space,
-                          BatchRadiance& radiance)
+  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space, BatchRadiance& radiance)
       : scene_(scene), space_(space), radiance_(radiance) {}
 
   /// Returns the number of rays that the batch took.
@@ -225,8 +224,7 @@ class Wavefront {
     RandomAddress<Uint> random;
   };
 
-  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i,
-                             std::uint32_t present) const {
+  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) const {
     const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
                      L::load(&hits.inverse_square[i]));
     const SphereShape<L> sphere = shapes(slots(hits, i, present));
@@ -268,8 +266,7 @@ class Wavefront {
 
   /// Lets the lanes of `going` go on with a new direction from the surface.
   PARRAY_INLINE void go_on(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
-                           const Meeting& at, const Vec3<L>& direction,
-                           const Vec3<L>& throughput) {
+                           const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
     const std::uint32_t n = to.count;
     to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
@@ -285,8 +282,7 @@ class Wavefront {
   }
 
   /// Where the materials' rows begin, in numbers; that of material 0 where there is no hit.
-  PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i,
-                                   std::uint32_t present) {
+  PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
     return select_bits(present, Uint::load(&hits.material[i]), Uint(0U)) << 3;
   }
 
@@ -353,7 +349,7 @@ class Wavefront {
       const std::uint32_t slot = hits.slot[i + k];
       std::uint32_t& inside = space_.paths.inside[n + k];
       inside = hits.side[i + k] > 0 ? space_.inside.remove(inside, slot)
-                                       : space_.inside.push(inside, slot);
+                                    : space_.inside.push(inside, slot);
     }
   }
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
-#include "common/scene/scene_file.h"
 #include "common/scene/requirements.h"
+#include "common/scene/scene_file.h"
 #include "common/trace/linear.h"
 #include "common/trace/octree.h"
 #include "common/trace/scalar_kernel.h"
@@ -23,7 +23,8 @@ namespace {
 using namespace parray;
 
 constexpr std::size_t rounds = 5;
-/// Linear search and the octree in scalar code, as the seed program had them, and what ParRay picks.
+/// Linear search and the octree in scalar code, as the seed program had them, and what ParRay
+/// picks.
 enum Contestant : std::size_t { linear, octree, automatic, contestants };
 using Seconds = std::array<double, contestants>;
 
@@ -70,8 +71,7 @@ std::optional<Seconds> measure(const Scene& scene) {
   RenderSettings with_octree = settings;
   with_octree.accelerator = AcceleratorKind::octree;
   std::array<std::unique_ptr<Kernel>, contestants> kernels;
-  kernels[linear] =
-      std::make_unique<ScalarKernel<double, double, Linear<double>>>(scene, settings);
+  kernels[linear] = std::make_unique<ScalarKernel<double, double, Linear<double>>>(scene, settings);
   kernels[octree] = make_kernel(scene, with_octree);
   kernels[automatic] =
       make_kernel(scene, resolve_settings(requirements_of(scene), settings).settings);

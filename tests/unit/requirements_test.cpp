@@ -115,7 +115,8 @@ TEST_CASE("automatic precision is single up to a spread of 2^16 and mixed beyond
   CHECK(resolved(border).precision == Precision::mixed);
 }
 
-TEST_CASE("where storing in single precision would move a sphere by its radius / 256, it is double") {
+TEST_CASE(
+    "where storing in single precision would move a sphere by its radius / 256, it is double") {
   // The camera keeps the origin where it is.
   const auto at = [](double ratio) {
     return with_spheres({diffuse()}, {{{1, 0, 0}, 1 / ratio, 0}, {{0, 0, 0}, 1, 0}});
