@@ -20,9 +20,9 @@ Scene built_in_scene() {
   scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 2},      {{0, 1, 0}, 0.9, 3},
                    {{4, 1, 0}, 1, 1},        {{-4, 1, 0}, 1, 0},     {{6, 0.4, 1.5}, 0.4, 2},
                    {{5, 0.3, 2}, 0.3, 0},    {{7, 0.25, 2}, 0.25, 1}};
-  for (int i = 0; i < 64; ++i) {  // enough for a tree of several levels
-    scene.spheres.push_back(
-        {{0.75 * (i % 8) - 1, 0.2, 0.75 * (i / 8) - 3}, 0.2, static_cast<std::uint32_t>(i % 3)});
+  for (std::uint32_t i = 0; i < 64; ++i) {  // enough for a tree of several levels
+    const std::uint32_t row = i / 8;
+    scene.spheres.push_back({{0.75 * (i % 8) - 1, 0.2, 0.75 * row - 3}, 0.2, i % 3});
   }
   return scene;
 }
