@@ -78,6 +78,7 @@ JobId Client::submit(Submission submission) {
   request.priority = submission.priority;
   request.settings = submission.settings;
   request.precision_reason = std::move(submission.precision_reason);
+  request.duplicates_removed = submission.duplicates_removed;
   request.load_seconds = submission.load_seconds;
   request.scene_bytes = std::move(submission.scene_bytes);
   const std::uint64_t bulk = request.scene_bytes.size();

@@ -19,7 +19,8 @@ struct Submission {
   RenderSettings settings;  ///< resolved: nothing automatic
   std::string precision_reason;
   double load_seconds = 0;
-  std::string scene_bytes;  ///< scene_to_bytes()
+  std::string scene_bytes;               ///< scene_to_bytes()
+  std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
 };
 
 /// A finished picture and the coordinator's report of it.

@@ -41,6 +41,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     job.record.priority = m.priority;
     job.record.settings = m.settings;
     job.record.precision_reason = m.precision_reason;
+    job.record.duplicates_removed = m.duplicates_removed;
     job.record.load_seconds = m.load_seconds;
     job.record.scene = scene_identity(m.scene_bytes);
     job.start_work(std::make_shared<const std::string>(std::move(m.scene_bytes)));

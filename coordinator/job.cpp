@@ -77,6 +77,7 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
           {"row_order", name_of(s.row_order)},
           {"scene_sha256", job.record.scene},
           {"spheres", work.requirements.spheres},
+          {"duplicates_removed", job.record.duplicates_removed},
           {"features", work.requirements.features()},
           {"accelerator_bytes", work.accelerator_bytes},
           {"threads", work.contributor_threads},

@@ -31,6 +31,7 @@ json record_to_json(const JobRecord& job) {
           {"priority", job.priority},
           {"settings", settings_to_json(job.settings)},
           {"precision_reason", job.precision_reason},
+          {"duplicates_removed", job.duplicates_removed},
           {"load_seconds", job.load_seconds},
           {"scene", job.scene},
           {"life", job.life},
@@ -49,6 +50,7 @@ JobRecord record_from_json(JobId id, const std::string& text) {
     job.priority = map.at("priority");
     job.settings = settings_from_json(map.at("settings"));
     job.precision_reason = map.at("precision_reason");
+    job.duplicates_removed = map.value("duplicates_removed", std::uint64_t{0});
     job.load_seconds = map.at("load_seconds");
     job.scene = map.at("scene");
     job.life = map.at("life");

@@ -25,6 +25,7 @@ struct JobRecord {
   std::uint32_t priority = 50;
   RenderSettings settings;
   std::string precision_reason;
+  std::uint64_t duplicates_removed = 0;
   double load_seconds = 0;
   std::string scene;       ///< digest
   std::uint32_t life = 0;  ///< coordinators that have had it open before this one

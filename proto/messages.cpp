@@ -93,6 +93,7 @@ void fields(F& f, msg::Submit& m) {
   f.number("priority", m.priority, 0U, 100U);
   f.settings("settings", m.settings);
   f.text("precision_reason", m.precision_reason, max_line);
+  f.number("duplicates_removed", m.duplicates_removed);
   f.real("load_seconds", m.load_seconds);
 }
 template <typename F>

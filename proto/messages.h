@@ -92,6 +92,7 @@ struct Submit {
   std::string precision_reason;
   double load_seconds = 0;
   std::string scene_bytes;
+  std::uint64_t duplicates_removed = 0;
 };
 struct Submitted {
   std::uint64_t request = 0;

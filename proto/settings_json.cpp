@@ -41,6 +41,7 @@ json settings_to_json(const RenderSettings& s) {
           {"seed", s.seed},
           {"precision", name_of(s.precision)},
           {"accelerator", name_of(s.accelerator)},
+          {"isa", name_of(s.isa)},
           {"schedule", name_of(s.schedule)},
           {"row_order", name_of(s.row_order)}};
 }
@@ -58,6 +59,7 @@ RenderSettings settings_from_json(const json& map) {
   try {
     value.precision = precision_from(word(map, "precision"));
     value.accelerator = accelerator_from(word(map, "accelerator"));
+    value.isa = map.contains("isa") ? isa_from(word(map, "isa")) : Isa::automatic;
     value.schedule = schedule_from(word(map, "schedule"));
     value.row_order = row_order_from(word(map, "row_order"));
     check_settings(value);

@@ -174,7 +174,9 @@ Finished ThreadTeam::trace(const Assignment& assignment) {
     const Time begin = clock.now();
     preparing_ = true;
     kernel_.reset();  // before the next one is built: two may not fit
-    kernel_ = make_kernel(*assignment.scene, assignment.settings);
+    KernelOptions options;
+    options.build_threads = threads_;
+    kernel_ = make_kernel(*assignment.scene, assignment.settings, options);
     kernel_scene_ = assignment.scene_id;
     kernel_settings_ = assignment.settings;
     build_seconds_ = to_seconds(clock.now() - begin);

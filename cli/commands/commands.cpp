@@ -12,6 +12,7 @@ void add_commands(CLI::App& app, Action& chosen) {
   add_fetch(app, chosen);
   add_workers(app, chosen);
   add_validate(app, chosen);
+  add_convert(app, chosen);
 }
 
 }  // namespace parray

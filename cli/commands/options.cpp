@@ -70,9 +70,26 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::
       ->take_last();
 }
 
-void add_scene(CLI::App& command, std::string& scene) {
-  auto* option = command.add_option("SCENE", scene, "Scene file (JSON)")->required();
+void add_scene(CLI::App& command, std::string& scene, const char* name) {
+  auto* option =
+      command
+          .add_option(name, scene,
+                      "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
+                      "or mmCIF")
+          ->required();
   forbid_empty(*option->type_name(""));
+}
+
+double real_number(const std::string& option, const std::string& text, NumberRange range) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || !(value >= range.least && value <= range.most)) {
+    throw CLI::ValidationError(option, "'" + printable(text) + "' is not a number from " +
+                                           number_text(range.least) + " to " +
+                                           number_text(range.most));
+  }
+  return value;
 }
 
 void add_job(CLI::App& command, std::uint64_t& job) {
@@ -101,10 +118,16 @@ void RenderOptions::add_to(CLI::App& command) {
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
       ->group(settings_group);
-  add_choice(command, "--precision", "auto|f32|f64", precision_from, precision_,
-             "Arithmetic of the tracing; auto goes by the scene's sizes", settings_group);
-  add_choice(command, "--accelerator", "auto|linear|bvh", accelerator_from, accelerator_,
-             "How spheres are searched", work_group);
+  add_choice(
+      command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
+      "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
+      "bits, computed with in 64",
+      settings_group);
+  add_choice(command, "--accelerator", "auto|linear|bvh|octree", accelerator_from, accelerator_,
+             "How spheres are searched; octree: as the seed program did, to compare with",
+             work_group);
+  add_choice(command, "--isa", "auto|scalar|avx2|avx512", isa_from, isa_,
+             "Instruction set to trace with; auto: the best that a machine has", work_group);
   add_choice(command, "--schedule", "static|guided|factoring|weighted", schedule_from, schedule_,
              "How rows are dealt out to workers (default: weighted)", work_group);
   add_choice(command, "--row-order", "auto|sequential|interleaved", row_order_from, row_order_,
@@ -120,6 +143,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   settings.seed = seed_.value_or(settings.seed);
   settings.precision = precision_.value_or(settings.precision);
   settings.accelerator = accelerator_.value_or(settings.accelerator);
+  settings.isa = isa_.value_or(settings.isa);
   settings.schedule = schedule_.value_or(settings.schedule);
   settings.row_order = row_order_.value_or(settings.row_order);
   try {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/delivery.h"
+#include "common/scene/json_fields.h"
 #include "common/scene/settings.h"
 
 /// Options that several commands share, declared once. What an option cannot take ends the parsing
@@ -20,8 +21,11 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::
                               std::uint64_t most, std::function<void(std::uint64_t)> set,
                               const std::string& description);
 
-/// The scene file to work on.
-void add_scene(CLI::App& command, std::string& scene);
+/// The scene to work on: a scene file or a file of particles.
+void add_scene(CLI::App& command, std::string& scene, const char* name = "SCENE");
+
+/// The finite number that `text` is, in `range`. Throws CLI::ValidationError that names `option`.
+double real_number(const std::string& option, const std::string& text, NumberRange range);
 
 /// The number of a job, as `submit` prints it.
 void add_job(CLI::App& command, std::uint64_t& job);
@@ -46,6 +50,7 @@ class RenderOptions {
   std::optional<std::uint64_t> seed_;
   std::optional<Precision> precision_;
   std::optional<AcceleratorKind> accelerator_;
+  std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
 };

@@ -13,6 +13,14 @@ void print_json(const json& document) {
   std::cout << document.dump(2, ' ', false, json::error_handler_t::replace) << "\n";
 }
 
+void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file) {
+  if (duplicates.count == 0) return;
+  std::cerr << "parray: warning: " << printable(scene_file, 500) << ": "
+            << counted(duplicates.count, "sphere") << " left out, in the same place as an earlier "
+            << "one and of the same radius: the first is sphere " << duplicates.first
+            << " (from 0), the same as sphere " << duplicates.first_of << ", which stays\n";
+}
+
 std::string progress_cell(const JobStatus& job) {
   return std::to_string(static_cast<int>(100 * job.progress)) + " %";
 }

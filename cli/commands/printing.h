@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "cli/client.h"
+#include "common/scene/duplicates.h"
 
-/// What the commands print on stdout.
+/// What the commands print, on stdout but for warnings.
 namespace parray {
 
 /// A JSON document, indented; bytes that are not UTF-8 become U+FFFD.
@@ -15,6 +16,9 @@ void print_json(const nlohmann::json& document);
 
 /// A job's facts, a line each, or its map as JSON.
 void print_job(const nlohmann::json& map, bool as_json);
+
+/// One line on stderr about spheres that were left out of a scene, if any were.
+void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file);
 
 /// A job's progress and time left: "43 %", "12 s"; empty where there is nothing to say.
 std::string progress_cell(const JobStatus& job);

@@ -4,12 +4,13 @@
 #include <filesystem>
 #include <iostream>
 
+#include "cli/commands/loading.h"
+#include "cli/commands/printing.h"
 #include "cli/progress.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_file.h"
 
 namespace parray {
 namespace {
@@ -26,15 +27,15 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
                            std::uint32_t priority) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  const SceneFile file = read_scene_file(scene_file);
-  const ResolvedSettings resolved =
-      resolve_settings(requirements_of(file.scene), options.over(file.settings));
+  const SceneFile file = load_scene(scene_file, options);
+  const ResolvedSettings resolved = resolve_settings(requirements_of(file.scene), file.settings);
   Submission submission;
   submission.scene_bytes = scene_to_bytes(file.scene);
   submission.name = printable(std::filesystem::path(scene_file).filename().string(), 100);
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;
+  submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
   return submission;
 }

@@ -10,7 +10,7 @@
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
 namespace parray {
 
-/// Reads a scene, lays the options over its settings, decides what was left automatic and encodes
+/// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
 /// it. Throws InputError.
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority);

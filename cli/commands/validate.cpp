@@ -2,13 +2,13 @@
 #include <memory>
 
 #include "cli/commands/commands.h"
-#include "cli/commands/options.h"
+#include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
 #include "cli/text.h"
 #include "common/base/printable.h"
+#include "common/particles/particles.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_file.h"
 #include "common/trace/kernel.h"
 
 namespace parray {
@@ -22,20 +22,31 @@ struct ValidateCommand {
   bool as_json = false;
 };
 
+std::string format_of(const std::string& path, const SceneFile& file) {
+  if (is_particle_file(path)) return "particles";
+  return file.seed_format ? "seed" : "v1";
+}
+
+std::string format_text(const json& format) {
+  if (format == "particles") return "particles, shown in a portrait";
+  return format == "seed" ? "the seed program's" : "scene JSON v1";
+}
+
 /// Everything that the command says.
 json facts_of(const ValidateCommand& command) {
-  const SceneFile file = read_scene_file(command.scene);
+  const SceneFile file = load_scene(command.scene, command.render);
   const Requirements needs = requirements_of(file.scene);
-  const ResolvedSettings resolved = resolve_settings(needs, command.render.over(file.settings));
+  const ResolvedSettings resolved = resolve_settings(needs, file.settings);
   const RenderSettings& settings = resolved.settings;
   return {{"file", command.scene},
-          {"format", file.seed_format ? "seed" : "v1"},
+          {"format", format_of(command.scene, file)},
           {"width", settings.width},
           {"height", settings.height},
           {"samples_per_pixel", settings.samples_per_pixel},
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
           {"spheres", needs.spheres},
+          {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
           {"metal", needs.metal},
           {"dielectric", needs.dielectric},
@@ -69,13 +80,14 @@ void print_facts(const json& f) {
   const bool any = f["spheres"] > 0;
   std::cout << printable(f["file"].get<std::string>(), 500) << ": valid\n"
             << list_text(
-                   {{"format", f["format"] == "seed" ? "the seed program's" : "scene JSON v1"},
+                   {{"format", format_text(f["format"])},
                     {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " +
                                     counted(f["samples_per_pixel"], "sample") + " each, depth " +
                                     count(f["max_depth"]) + ", seed " + count(f["seed"])},
                     {"spheres", count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " +
                                     count(f["metal"]) + " metal, " + count(f["dielectric"]) +
                                     " dielectric"},
+                    {"left out", counted(f["duplicates_removed"], "duplicate")},
                     {"materials", count(f["materials"])},
                     {"features", joined(f["features"])},
                     {"radii",

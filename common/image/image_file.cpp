@@ -17,6 +17,7 @@
 
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
+#include "common/image/srgb.h"
 
 namespace parray {
 namespace {
@@ -47,15 +48,6 @@ std::string one_line(std::string text) {
   }
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text.empty() ? "unknown error" : text;
-}
-
-/// IEC 61966-2-1. Linear value in [0, 1] to encoded value in [0, 1].
-double srgb_encode(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
-double srgb_decode(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 std::uint8_t srgb_byte(float linear) {

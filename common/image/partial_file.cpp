@@ -77,16 +77,23 @@ void PartialFile::commit() {
   if (error) fail(target_, error.value());
 }
 
-void write_text_file(const fs::path& path, const std::string& text) {
+void write_file(const fs::path& path, const std::function<void(std::ostream&)>& write) {
   PartialFile file(path);
-  {
+  try {
     errno = 0;
-    std::ofstream out(file.path(), std::ios::binary);
-    out << text;
+    std::ofstream out;
+    out.exceptions(std::ios::badbit | std::ios::failbit);
+    out.open(file.path(), std::ios::binary);
+    write(out);
     out.close();
-    if (!out) fail(path, errno != 0 ? errno : EIO);
+  } catch (const std::ios_base::failure&) {
+    fail(path, errno != 0 ? errno : EIO);
   }
   file.commit();
+}
+
+void write_text_file(const fs::path& path, const std::string& text) {
+  write_file(path, [&](std::ostream& out) { out << text; });
 }
 
 }  // namespace parray

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <ostream>
 #include <string>
 
 namespace parray {
@@ -34,6 +36,10 @@ class PartialFile {
   std::filesystem::path target_;
   std::filesystem::path partial_;
 };
+
+/// Makes the file `path` of what `write` puts into the stream, all of it or nothing. Throws
+/// RunError "writing FILE: reason" as soon as the stream fails; what `write` throws passes through.
+void write_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
 
 /// Writes `text` to `path`, all of it or nothing. Throws RunError "writing FILE: reason".
 void write_text_file(const std::filesystem::path& path, const std::string& text);

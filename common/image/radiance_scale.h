@@ -1,10 +1,11 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 namespace parray {
 
-/// Fixed point for radiance: a value x becomes the integer round(x * 2^bits), at most 2^32.
+/// Fixed point for radiance: a value x becomes the integer nearest to x * 2^bits, at most 2^32.
 ///
 /// Integer sums are associative, so any split of samples over workers, merged in any order, gives
 /// the same bits. 2^31 samples fit a 64-bit sum. Immutable; any thread.
@@ -31,11 +32,22 @@ class RadianceScale {
   /// `value` is finite. Clamped to [0, 2^32]: rounding may exceed the bound by an ulp.
   [[nodiscard]] std::uint64_t to_fixed(double value) const {
     const double scaled = value * to_fixed_;
-    if (!(scaled > 0)) {
-      return 0;
-    }
-    return scaled >= one ? std::uint64_t{1} << 32 : static_cast<std::uint64_t>(scaled + 0.5);
+    const double positive = scaled > 0 ? scaled : 0;
+    const double bounded = positive < one ? positive : one;
+    return fixed_of(bounded + shift);
   }
+
+  /// Adding this rounds a number in [0, 2^32] to the nearest integer, ties to even, and leaves it
+  /// in the low bits: see fixed_of(). Lanes of any instruction set can do that.
+  static constexpr double shift = 0x1p52;
+  /// The integer in a sum of it and `shift`.
+  static std::uint64_t fixed_of(double shifted) {
+    return std::bit_cast<std::uint64_t>(shifted) - std::bit_cast<std::uint64_t>(shift);
+  }
+  /// What a value is multiplied by.
+  [[nodiscard]] double factor() const { return to_fixed_; }
+  /// The largest fixed-point value.
+  static constexpr double one = 0x1p32;
 
   /// Mean of `count` > 0 samples whose fixed-point values add up to `sum`.
   [[nodiscard]] double mean(std::uint64_t sum, std::uint64_t count) const {
@@ -49,11 +61,11 @@ class RadianceScale {
 
   /// The square of a fixed-point value, 32 bits shifted out so that sums fit 64 bits.
   static std::uint64_t square_of(std::uint64_t fixed) {
-    return fixed >> 32 != 0 ? fixed : (fixed * fixed) >> 32;
+    __extension__ using Wide = unsigned __int128;  // 2^32 squared needs it
+    return static_cast<std::uint64_t>(Wide{fixed} * fixed >> 32);
   }
 
  private:
-  static constexpr double one = 0x1p32;
   double to_fixed_;
   double from_fixed_;
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include "common/math/inline.h"
 
 namespace parray {
 
@@ -13,30 +13,31 @@ template <>
 struct RealTraits<float> {
   static constexpr float unit_roundoff = 0x1p-24F;
   static constexpr int sine_terms = 5;  ///< Taylor terms that leave less than half an ulp
-  static float sqrt(float x) { return std::sqrt(x); }  // one correctly rounded instruction
+  // One correctly rounded instruction.
+  static PARRAY_INLINE float sqrt(float x) { return __builtin_sqrtf(x); }
 };
 
 template <>
 struct RealTraits<double> {
   static constexpr double unit_roundoff = 0x1p-53;
   static constexpr int sine_terms = 9;
-  static double sqrt(double x) { return std::sqrt(x); }
+  static PARRAY_INLINE double sqrt(double x) { return __builtin_sqrt(x); }
 };
 
 /// Correctly rounded square root; `x` >= 0.
 template <typename Real>
-Real square_root(Real x) {
+PARRAY_INLINE Real square_root(Real x) {
   return RealTraits<Real>::sqrt(x);
 }
 
 /// The comparisons of min and max, spelled out because NaN's place in them matters: a NaN in the
 /// first argument yields the second.
 template <typename Real>
-constexpr Real min_of(Real a, Real b) {
+PARRAY_INLINE constexpr Real min_of(Real a, Real b) {
   return a < b ? a : b;
 }
 template <typename Real>
-constexpr Real max_of(Real a, Real b) {
+PARRAY_INLINE constexpr Real max_of(Real a, Real b) {
   return a > b ? a : b;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "common/math/inline.h"
+#include "common/math/lanes.h"
 #include "common/math/real.h"
 
 namespace parray {
@@ -14,47 +16,55 @@ struct Vec3 {
   Real y{};
   Real z{};
 
-  friend constexpr Vec3 operator+(const Vec3& a, const Vec3& b) {
+  friend PARRAY_INLINE constexpr Vec3 operator+(const Vec3& a, const Vec3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
   }
-  friend constexpr Vec3 operator-(const Vec3& a, const Vec3& b) {
+  friend PARRAY_INLINE constexpr Vec3 operator-(const Vec3& a, const Vec3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  friend constexpr Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
-  friend constexpr Vec3 operator*(const Vec3& a, const Vec3& b) {
+  friend PARRAY_INLINE constexpr Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+  friend PARRAY_INLINE constexpr Vec3 operator*(const Vec3& a, const Vec3& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
   }
-  friend constexpr Vec3 operator*(Real s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
-  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+  friend PARRAY_INLINE constexpr Vec3 operator*(Real s, const Vec3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  friend bool operator==(const Vec3&, const Vec3&) = default;  // constexpr where Real's is
 };
 
 using Vec3d = Vec3<double>;
 
 template <typename Real>
-constexpr Real dot(const Vec3<Real>& a, const Vec3<Real>& b) {
+PARRAY_INLINE constexpr Real dot(const Vec3<Real>& a, const Vec3<Real>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 template <typename Real>
-constexpr Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
+PARRAY_INLINE constexpr Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 template <typename Real>
-Real length(const Vec3<Real>& a) {
+PARRAY_INLINE Real length(const Vec3<Real>& a) {
   return square_root(dot(a, a));
 }
 
 /// Unit vector along `a`; `a` must be neither zero nor so long or short that its square leaves
 /// the range of Real.
 template <typename Real>
-Vec3<Real> normalize(const Vec3<Real>& a) {
+PARRAY_INLINE Vec3<Real> normalize(const Vec3<Real>& a) {
   return (Real(1) / length(a)) * a;
+}
+
+/// Component-wise choice: see lanes.h.
+template <typename Mask, typename Real>
+PARRAY_INLINE Vec3<Real> select(Mask mask, const Vec3<Real>& a, const Vec3<Real>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
 /// Component-wise conversion, rounded to nearest.
 template <typename To, typename From>
-constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
+PARRAY_INLINE constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 

@@ -12,6 +12,7 @@ inline constexpr std::uint32_t max_samples_per_pixel = 1U << 24;
 inline constexpr std::uint32_t max_depth = 1U << 20;
 inline constexpr std::uint64_t max_spheres = 100'000'000;
 inline constexpr std::uint64_t max_materials = 1U << 24;
+inline constexpr std::uint64_t max_particle_files = 1U << 16;
 inline constexpr std::uint64_t max_scene_file_bytes = std::uint64_t{16} << 30;
 inline constexpr std::size_t max_json_depth = 16;
 /// Coordinates, radii and camera lengths stay inside +-this, so that squares and products of

@@ -31,6 +31,22 @@ bool MaterialNames::define(const std::string& name, const Material& material) {
   return true;
 }
 
+const Material* MaterialNames::find(const std::string& name) const {
+  const auto found = numbers_.find(name);
+  if (found == numbers_.end() || !entries_[found->second].value) return nullptr;
+  return &*entries_[found->second].value;
+}
+
+std::vector<NamedMaterial> MaterialNames::defined() const {
+  std::vector<std::string_view> names(entries_.size());
+  for (const auto& [name, number] : numbers_) names[number] = name;
+  std::vector<NamedMaterial> out;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].value) out.push_back({names[i], *entries_[i].value});
+  }
+  return out;
+}
+
 std::string_view MaterialNames::name_of(std::uint32_t number) const {
   for (const auto& [name, known] : numbers_) {
     if (known == number) return name;
@@ -38,15 +54,14 @@ std::string_view MaterialNames::name_of(std::uint32_t number) const {
   return {};
 }
 
-std::string MaterialNames::remedy_for_undefined(std::uint32_t number) const {
-  // In alphabetical order, for a message that does not hang on the hash.
-  std::vector<std::string_view> defined;
-  for (const auto& [name, known] : numbers_) {
-    if (entries_[known].value) defined.push_back(name);
-  }
-  std::sort(defined.begin(), defined.end());
-  NearestWord nearest(name_of(number));
-  for (const std::string_view name : defined) nearest.offer(name);
+std::string MaterialNames::remedy_for_undefined(std::string_view name,
+                                                std::span<const std::string_view> words) const {
+  // In alphabetical order, for a message that does not hang on the order of the file.
+  std::vector<std::string_view> known(words.begin(), words.end());
+  for (const NamedMaterial& material : defined()) known.push_back(material.name);
+  std::ranges::sort(known);
+  NearestWord nearest(name);
+  for (const std::string_view word : known) nearest.offer(word);
   if (nearest.best().empty()) return "define it in /materials";
   return "did you mean '" + printable(nearest.best()) + "'?";
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -11,6 +12,11 @@
 #include "common/scene/scene.h"
 
 namespace parray {
+
+struct NamedMaterial {
+  std::string_view name;  ///< refers to the MaterialNames
+  Material material;
+};
 
 /// The named materials of a scene that is being read. Uses and definitions come in any order; a
 /// name's number is its place in the order of first mention.
@@ -31,8 +37,14 @@ class MaterialNames {
   const Entry& operator[](std::uint32_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
 
-  /// What to do about the undefined name with this number, as the end of a message.
-  std::string remedy_for_undefined(std::uint32_t number) const;
+  /// Null when the name is not defined.
+  const Material* find(const std::string& name) const;
+  /// The defined materials, in the order of their numbers.
+  std::vector<NamedMaterial> defined() const;
+
+  /// What to do about the undefined name, as the end of a message. `words` would have done, too.
+  std::string remedy_for_undefined(std::string_view name,
+                                   std::span<const std::string_view> words = {}) const;
   std::string_view name_of(std::uint32_t number) const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace parray {
 
-std::size_t MaterialTable::Hash::operator()(const Material& material) const {
+std::size_t MaterialHash::operator()(const Material& material) const {
   std::uint64_t hash = static_cast<std::uint64_t>(material.type);
   for (const double x :
        {material.albedo.x, material.albedo.y, material.albedo.z, material.fuzz, material.ior}) {

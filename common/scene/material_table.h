@@ -10,6 +10,11 @@
 
 namespace parray {
 
+/// Equal for equal materials; the same on every machine.
+struct MaterialHash {
+  std::size_t operator()(const Material& material) const;
+};
+
 /// Distinct materials by value, numbered in the order in which they come.
 class MaterialTable {
  public:
@@ -21,12 +26,8 @@ class MaterialTable {
   std::vector<Material> take();
 
  private:
-  struct Hash {
-    std::size_t operator()(const Material& material) const;
-  };
-
   std::vector<Material> materials_;
-  std::unordered_map<Material, std::uint32_t, Hash> numbers_;
+  std::unordered_map<Material, std::uint32_t, MaterialHash> numbers_;
 };
 
 }  // namespace parray

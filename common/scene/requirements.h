@@ -19,8 +19,13 @@ struct Requirements {
   bool one_radius = false;     ///< all spheres share one radius
   double smallest_radius = 0;  ///< 0 without spheres
   double largest_radius = 0;
-  /// Largest coordinate that tracing meets: of a sphere's surface or of the camera.
+  /// Largest coordinate that tracing meets, relative to scene_origin(): of a sphere's surface or of
+  /// the camera.
   double extent = 0;
+
+  /// Largest coordinate of a centre in units of its own radius: what storing it in single precision
+  /// costs that sphere.
+  double own_spread = 0;
 
   /// extent / smallest_radius: how many smallest radii fit the numbers that are added. Rounding
   /// errors relative to the smallest sphere grow with it.

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "common/base/printable.h"
 #include "common/scene/json_fields.h"
@@ -14,18 +15,19 @@
 namespace parray {
 namespace {
 
-constexpr std::array<std::string_view, 7> known_keys{"version", "camera",    "image",  "render",
-                                                     "sky",     "materials", "spheres"};
+constexpr std::array<std::string_view, 8> known_keys{
+    "version", "camera", "image", "render", "sky", "materials", "spheres", "particles"};
 
 struct RequiredKey {
   std::string_view key;
   std::string_view expectation;
+  bool unless_particles;
 };
 constexpr std::array<RequiredKey, 4> required_keys{{
-    {"version", "\"version\": 1"},
-    {"camera", "{ ... } with look_from, look_at and vfov"},
-    {"materials", "{ ... } with the surfaces by name"},
-    {"spheres", "[ ... ], which may be empty"},
+    {"version", "\"version\": 1", false},
+    {"camera", "{ ... } with look_from, look_at and vfov", false},
+    {"materials", "{ ... } with the surfaces by name", true},
+    {"spheres", "[ ... ], which may be empty", true},
 }};
 
 constexpr std::string_view too_many_materials =
@@ -39,9 +41,6 @@ bool SceneBuilder::has_key(std::string_view key) const {
 
 JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
   const JsonPlace place = root_.at(key);
-  if (key == "particles") {
-    place.fail(line, "particles are not supported yet: write each one under 'spheres'");
-  }
   if (std::ranges::find(known_keys, key) == known_keys.end()) {
     fail_unknown_key(key, line, root_, known_keys);
   }
@@ -54,6 +53,7 @@ JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
                "spheres as {\"center\", \"radius\", \"material\"}");
   }
   format_ = Format::version_1;
+  if (key == "particles") return JsonDelivery::by_item;
   return key == "materials" ? JsonDelivery::by_member : JsonDelivery::whole;
 }
 
@@ -75,6 +75,8 @@ void SceneBuilder::on_member(const JsonMember& member) {
 void SceneBuilder::on_child(const JsonMember& child) {
   if (keys_.back() == "materials") {
     add_material(child);
+  } else if (keys_.back() == "particles") {
+    add_particles(child.value);
   } else {
     add_sphere(child.value);
   }
@@ -129,6 +131,16 @@ void SceneBuilder::add_named_sphere(const JsonValue& value, const JsonPlace& pla
   if (names_.size() > limits::max_materials) place.fail(value.line, too_many_materials);
 }
 
+void SceneBuilder::add_particles(const JsonValue& value) {
+  const JsonPlace section = root_.at("particles");
+  const JsonPlace place = section.at(out_.particles.size());
+  if (out_.particles.size() == limits::max_particle_files) {
+    place.fail(value.line, "more than " + std::to_string(limits::max_particle_files) +
+                               " files of particles: join some");
+  }
+  out_.particles.push_back(read_particle_source(value, place));
+}
+
 SceneFile SceneBuilder::finish(std::uint64_t start_line) {
   // No spheres and nothing else: the seed's format, with no item to show it.
   const bool is_bare = format_ == Format::unknown && has_key("spheres");
@@ -144,10 +156,11 @@ SceneFile SceneBuilder::finish(std::uint64_t start_line) {
 
 void SceneBuilder::finish_version_1(std::uint64_t start_line) {
   for (const RequiredKey& required : required_keys) {
-    if (has_key(required.key)) continue;
+    if (has_key(required.key) || (required.unless_particles && has_key("particles"))) continue;
     fail_missing_key(required.key, start_line, root_, required.expectation);
   }
   resolve_materials();
+  out_.materials = std::move(names_);
 }
 
 /// Turns names into numbers of distinct materials, in the order in which spheres first use them.
@@ -167,7 +180,7 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
   const JsonPlace sphere = section.at(entry.first_sphere);
   sphere.at("material")
       .fail(entry.first_line, "unknown material '" + printable(names_.name_of(name)) +
-                                  "': " + names_.remedy_for_undefined(name));
+                                  "': " + names_.remedy_for_undefined(names_.name_of(name)));
 }
 
 }  // namespace parray

@@ -36,6 +36,7 @@ class SceneBuilder final : public JsonSink {
   void add_seed_sphere(const JsonValue& value, const JsonPlace& place);
   void add_named_sphere(const JsonValue& value, const JsonPlace& place);
   void add_material(const JsonMember& member);
+  void add_particles(const JsonValue& value);
   void finish_version_1(std::uint64_t start_line);
   void resolve_materials();
   std::uint32_t resolve_material(std::uint32_t name);

@@ -40,7 +40,9 @@ void check_file(const std::filesystem::path& path, const std::string& name) {
 SceneFile read_scene(std::istream& input, const std::string& name) {
   SceneBuilder builder(name);
   const std::uint64_t start_line = parse_json(input, name, builder);
-  return builder.finish(start_line);
+  SceneFile file = builder.finish(start_line);
+  file.duplicates = remove_duplicates(file.scene);
+  return file;
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {

@@ -14,8 +14,9 @@ namespace parray {
 namespace {
 
 // Each table is indexed by its enum's values.
-constexpr std::array<std::string_view, 3> precision_names{"auto", "f32", "f64"};
-constexpr std::array<std::string_view, 3> accelerator_names{"auto", "linear", "bvh"};
+constexpr std::array<std::string_view, 4> precision_names{"auto", "f32", "f64", "mixed"};
+constexpr std::array<std::string_view, 4> accelerator_names{"auto", "linear", "bvh", "octree"};
+constexpr std::array<std::string_view, 4> isa_names{"auto", "scalar", "avx2", "avx512"};
 constexpr std::array<std::string_view, 4> schedule_names{"static", "guided", "factoring",
                                                          "weighted"};
 constexpr std::array<std::string_view, 3> row_order_names{"auto", "sequential", "interleaved"};
@@ -58,6 +59,7 @@ void check_known(std::string_view what, Names names, Enum value) {
 
 std::string_view name_of(Precision value) { return name_in(precision_names, value); }
 std::string_view name_of(AcceleratorKind value) { return name_in(accelerator_names, value); }
+std::string_view name_of(Isa value) { return name_in(isa_names, value); }
 std::string_view name_of(SchedulePolicy value) { return name_in(schedule_names, value); }
 std::string_view name_of(RowOrder value) { return name_in(row_order_names, value); }
 
@@ -68,6 +70,7 @@ Precision precision_from(std::string_view name) {
 AcceleratorKind accelerator_from(std::string_view name) {
   return value_in<AcceleratorKind>(accelerator_names, "accelerator", name);
 }
+Isa isa_from(std::string_view name) { return value_in<Isa>(isa_names, "instruction set", name); }
 
 SchedulePolicy schedule_from(std::string_view name) {
   return value_in<SchedulePolicy>(schedule_names, "schedule", name);
@@ -89,6 +92,7 @@ void check_settings(const RenderSettings& settings) {
   check_range("samples_per_pixel", settings.samples_per_pixel, limits::max_samples_per_pixel);
   check_range("max_depth", settings.max_depth, limits::max_depth);
   check_known("precision", precision_names, settings.precision);
+  check_known("isa", isa_names, settings.isa);
   check_known("accelerator", accelerator_names, settings.accelerator);
   check_known("schedule", schedule_names, settings.schedule);
   check_known("row order", row_order_names, settings.row_order);

@@ -6,9 +6,16 @@
 
 namespace parray {
 
-enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2 };           // wire values
-enum class AcceleratorKind : std::uint8_t { automatic = 0, linear = 1, bvh = 2 };  // wire values
-enum class SchedulePolicy : std::uint8_t {                                         // wire values
+enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
+enum class AcceleratorKind : std::uint8_t {                                          // wire values
+  automatic = 0,
+  linear = 1,
+  bvh = 2,
+  octree = 3  ///< never picked automatically
+};
+/// Instruction set of a kernel; automatic: the best that the machine has.
+enum class Isa : std::uint8_t { automatic = 0, scalar = 1, avx2 = 2, avx512 = 3 };  // wire values
+enum class SchedulePolicy : std::uint8_t {                                          // wire values
   static_split = 0,
   guided = 1,
   factoring = 2,
@@ -34,6 +41,7 @@ struct RenderSettings {
 
   // --- the same bits whatever these say ---
   AcceleratorKind accelerator = AcceleratorKind::automatic;
+  Isa isa = Isa::automatic;  ///< a worker that lacks it takes the best it has
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
 
@@ -43,12 +51,14 @@ struct RenderSettings {
 /// Names as they stand in options, reports and messages.
 std::string_view name_of(Precision);
 std::string_view name_of(AcceleratorKind);
+std::string_view name_of(Isa);
 std::string_view name_of(SchedulePolicy);
 std::string_view name_of(RowOrder);
 
 /// The value of a name that `name_of` gives. Throws InputError that lists the known names.
 Precision precision_from(std::string_view name);
 AcceleratorKind accelerator_from(std::string_view name);
+Isa isa_from(std::string_view name);
 SchedulePolicy schedule_from(std::string_view name);
 RowOrder row_order_from(std::string_view name);
 

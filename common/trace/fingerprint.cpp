@@ -20,6 +20,10 @@ Scene built_in_scene() {
   scene.spheres = {{{0, -1000, 0}, 1000, 0}, {{0, 1, 0}, 1, 2},      {{0, 1, 0}, 0.9, 3},
                    {{4, 1, 0}, 1, 1},        {{-4, 1, 0}, 1, 0},     {{6, 0.4, 1.5}, 0.4, 2},
                    {{5, 0.3, 2}, 0.3, 0},    {{7, 0.25, 2}, 0.25, 1}};
+  for (std::uint32_t i = 0; i < 64; ++i) {  // enough for a tree of several levels
+    const std::uint32_t row = i / 8;
+    scene.spheres.push_back({{0.75 * (i % 8) - 1, 0.2, 0.75 * row - 3}, 0.2, i % 3});
+  }
   return scene;
 }
 
@@ -32,9 +36,9 @@ std::string trace_fingerprint() {
   settings.width = 24;
   settings.height = 16;
   settings.accelerator = AcceleratorKind::bvh;
-  std::vector<PixelSums> sums(2ULL * settings.width * settings.height);
+  std::vector<PixelSums> sums(3ULL * settings.width * settings.height);
   std::size_t next = 0;
-  for (const Precision precision : {Precision::f32, Precision::f64}) {
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     settings.precision = precision;
     const auto kernel = make_kernel(scene, settings);
     for (std::uint32_t y = 0; y < settings.height; ++y) {

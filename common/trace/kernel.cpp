@@ -2,15 +2,175 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
-#include "common/trace/bvh.h"
-#include "common/trace/linear.h"
-#include "common/trace/path.h"
+#include "common/image/radiance_scale.h"
+#include "common/trace/isa.h"
+#include "common/trace/isa_kernels.h"
+#include "common/trace/octree.h"
+#include "common/trace/scalar_kernel.h"
+#include "common/trace/sphere_tables.h"
 
 namespace parray {
 namespace {
 
-/// Spheres that some point of the lens may lie inside of; each sample then decides for itself.
+KernelFeatures features_of(const Scene& scene, const std::vector<std::uint32_t>& around_lens) {
+  KernelFeatures features{!around_lens.empty(), false};
+  for (const Material& material : scene.materials) {
+    features.sides = features.sides || material.type == MaterialType::dielectric;
+    features.fuzz = features.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
+  }
+  return features;
+}
+
+template <typename Real, typename Store, int W>
+class LaneKernel final : public Kernel {
+ public:
+  using Tables = KernelScene<Real, Store, W>;
+  using Trace = std::uint64_t (*)(const Tables&, const SampleBatch&, BatchRadiance&);
+
+  LaneKernel(const Scene& scene, const RenderSettings& settings, const KernelOptions& options,
+             Isa isa, Trace function)
+      : origin_(scene_origin(scene)),
+        spheres_(stored_shapes<Store>(scene, origin_),
+                 settings.accelerator != AcceleratorKind::linear, options.build_threads),
+        around_lens_(spheres_around_lens(scene)),
+        tables_(make_view<Real>(scene, settings, origin_), SkyGradient<Real>(scene.sky)),
+        isa_(isa),
+        trace_(function) {
+    for (const Material& material : scene.materials) {
+      surfaces_.emplace_back(material);
+    }
+    fill_material_of(scene);
+    tables_.width = settings.width;
+    tables_.max_depth = settings.max_depth;
+    tables_.seed = settings.seed;
+    tables_.to_fixed = RadianceScale(largest_radiance(scene)).factor();
+    tables_.features = options.general ? KernelFeatures{} : features_of(scene, around_lens_);
+    tables_.surfaces = surfaces_.data();
+    tables_.material_of = material_of_.data();
+    tables_.input_index = spheres_.input_index();
+    tables_.blocks = spheres_.blocks();
+    tables_.open_spheres = spheres_.open_spheres();
+    tables_.nodes = spheres_.nodes();
+    tables_.node_count = spheres_.node_count();
+    tables_.stack_size = spheres_.stack_size();
+    tables_.prefetch = spheres_.bytes() > cache_bytes;
+    place_around_lens();
+  }
+
+  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
+             TraceCounts& counts) const override {
+    SampleBatch batch{run.y, run.x_begin, samples.begin, samples.count(), 0, 0};
+    const std::uint64_t total = std::uint64_t{run.x_end - run.x_begin} * samples.count();
+    BatchRadiance radiance;
+    for (std::uint64_t done = 0; done < total; done += batch.count) {
+      // Whole pixels are skipped by x, so that `first` stays small whatever the run.
+      batch.x_begin = run.x_begin + static_cast<std::uint32_t>(done / samples.count());
+      batch.first = static_cast<std::uint32_t>(done % samples.count());
+      batch.count =
+          static_cast<std::uint32_t>(std::min<std::uint64_t>(total - done, SampleBatch::most));
+      counts.rays += trace_(tables_, batch, radiance);
+      add(radiance, batch, sums.subspan(batch.x_begin - run.x_begin), counts);
+    }
+  }
+
+  [[nodiscard]] std::size_t accelerator_bytes() const override {
+    return spheres_.bytes() + material_of_.size() * sizeof(std::uint32_t);
+  }
+  [[nodiscard]] std::string_view isa() const override { return name_of(isa_); }
+
+ private:
+  /// Tables of this size stay in a core's own cache.
+  static constexpr std::size_t cache_bytes = std::size_t{512} << 10;
+
+  void fill_material_of(const Scene& scene) {
+    material_of_.resize(spheres_.slot_count());
+    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
+      const std::uint32_t index = spheres_.input_index()[slot];
+      if (index != no_sphere) {
+        const std::uint32_t material = scene.spheres[index].material;
+        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+        material_of_[slot] = material | type << MaterialRef::type_bit;
+      }
+    }
+  }
+
+  /// From input indices to slots.
+  void place_around_lens() {
+    if (!around_lens_.empty()) {
+      std::vector<std::uint32_t> slots;
+      for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
+        if (std::binary_search(around_lens_.begin(), around_lens_.end(),
+                               spheres_.input_index()[slot])) {
+          slots.push_back(slot);
+        }
+      }
+      around_lens_ = std::move(slots);
+    }
+    tables_.around_lens = around_lens_.data();
+    tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
+  }
+
+  void add(const BatchRadiance& radiance, const SampleBatch& batch, std::span<PixelSums> sums,
+           TraceCounts& counts) const {
+    std::uint32_t sample = batch.first;
+    std::uint32_t i = 0;
+    for (PixelSums& of_pixel : sums) {
+      const std::uint32_t end = std::min(i + batch.samples - sample, batch.count);
+      PixelSums pixel;
+      for (; i < end; ++i) {
+        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]}, pixel,
+                  counts);
+      }
+      of_pixel += pixel;
+      if (end == batch.count) {
+        return;
+      }
+      sample = 0;
+    }
+  }
+
+  Vec3d origin_;
+  SphereTables<Store, W> spheres_;
+  std::vector<std::uint32_t> around_lens_;  ///< slots
+  std::vector<Surface<Real>> surfaces_;
+  std::vector<std::uint32_t> material_of_;  ///< by slot
+  Tables tables_;
+  Isa isa_;
+  Trace trace_;
+};
+
+template <int FloatWidth, int DoubleWidth, typename Single, typename Mixed, typename Double>
+std::unique_ptr<Kernel> kernel_of(const Scene& scene, const RenderSettings& settings,
+                                  const KernelOptions& options, Isa isa, Single trace_single,
+                                  Mixed trace_mixed, Double trace_double) {
+  switch (settings.precision) {
+    case Precision::f64:
+      return std::make_unique<LaneKernel<double, double, DoubleWidth>>(scene, settings, options,
+                                                                       isa, trace_double);
+    case Precision::mixed:
+      return std::make_unique<LaneKernel<double, float, FloatWidth>>(scene, settings, options, isa,
+                                                                     trace_mixed);
+    default:
+      return std::make_unique<LaneKernel<float, float, FloatWidth>>(scene, settings, options, isa,
+                                                                    trace_single);
+  }
+}
+
+std::unique_ptr<Kernel> octree_kernel(const Scene& scene, const RenderSettings& settings) {
+  switch (settings.precision) {
+    case Precision::f64:
+      return std::make_unique<ScalarKernel<double, double, Octree<double>>>(scene, settings);
+    case Precision::mixed:
+      return std::make_unique<ScalarKernel<double, float, Octree<double>>>(scene, settings);
+    default:
+      return std::make_unique<ScalarKernel<float, float, Octree<float>>>(scene, settings);
+  }
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
   std::vector<std::uint32_t> around;
   const double lens = scene.camera.aperture / 2;
@@ -26,86 +186,31 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
   return around;
 }
 
-template <typename Real>
-TraceScene<Real> make_trace_scene(const Scene& scene, const RenderSettings& settings) {
-  TraceScene<Real> result{{},
-                          {},
-                          {},
-                          SkyGradient<Real>(scene.sky),
-                          View<Real>(scene.camera, settings.width, settings.height),
-                          spheres_around_lens(scene),
-                          settings.max_depth};
-  result.spheres.reserve(scene.spheres.size());
-  result.material_of.reserve(scene.spheres.size());
-  for (const Sphere& sphere : scene.spheres) {
-    result.spheres.push_back({vec_cast<Real>(sphere.center), static_cast<Real>(sphere.radius)});
-    result.material_of.push_back(sphere.material);
+#define PARRAY_KERNELS_OF(isa)                                     \
+  kernel_of<isa::float_width, isa::double_width,                   \
+            LaneKernel<float, float, isa::float_width>::Trace,     \
+            LaneKernel<double, float, isa::float_width>::Trace,    \
+            LaneKernel<double, double, isa::double_width>::Trace>( \
+      scene, settings, options, Isa::isa, isa::trace, isa::trace, isa::trace)
+
+std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
+                                    const KernelOptions& options) {
+  if (settings.accelerator == AcceleratorKind::octree) {
+    return octree_kernel(scene, settings);
   }
-  for (const Material& material : scene.materials) {
-    result.surfaces.emplace_back(material);
+  const Isa isa = runs_on_this_machine(settings.isa) && settings.isa != Isa::automatic
+                      ? settings.isa
+                      : best_isa();
+  switch (isa) {
+#if defined(__x86_64__)
+    case Isa::avx512:
+      return PARRAY_KERNELS_OF(avx512);
+    case Isa::avx2:
+      return PARRAY_KERNELS_OF(avx2);
+#endif
+    default:
+      return PARRAY_KERNELS_OF(scalar);
   }
-  return result;
-}
-
-template <typename Real, Accelerator<Real> A>
-class TemplateKernel final : public Kernel {
- public:
-  TemplateKernel(const Scene& scene, const RenderSettings& settings)
-      : scene_(make_trace_scene<Real>(scene, settings)),
-        accelerator_(scene_.spheres),
-        scale_(largest_radiance(scene)),
-        width_(settings.width),
-        seed_(settings.seed) {}
-
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
-    Sides<Real> sides;
-    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      PixelSums pixel;
-      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
-        const SampleRandom random(seed_, run.y * width_ + x, s);
-        const Vec3<Real> radiance =
-            trace_sample(scene_, accelerator_, x, run.y, random, sides, counts.rays);
-        add(radiance, pixel, counts);
-      }
-      sums[x - run.x_begin] += pixel;
-    }
-  }
-
-  [[nodiscard]] std::size_t accelerator_bytes() const override { return accelerator_.bytes(); }
-  [[nodiscard]] std::string_view isa() const override { return "scalar"; }
-
- private:
-  void add(const Vec3<Real>& radiance, PixelSums& pixel, TraceCounts& counts) const {
-    const Vec3d value = vec_cast<double>(radiance);
-    ++counts.samples;
-    if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z)) {
-      ++counts.nonfinite;
-      return;
-    }
-    pixel.add({scale_.to_fixed(value.x), scale_.to_fixed(value.y), scale_.to_fixed(value.z)});
-  }
-
-  TraceScene<Real> scene_;
-  A accelerator_;
-  RadianceScale scale_;
-  std::uint32_t width_;
-  std::uint64_t seed_;
-};
-
-template <typename Real>
-std::unique_ptr<Kernel> make_kernel_of(const Scene& scene, const RenderSettings& settings) {
-  if (settings.accelerator == AcceleratorKind::linear) {
-    return std::make_unique<TemplateKernel<Real, Linear<Real>>>(scene, settings);
-  }
-  return std::make_unique<TemplateKernel<Real, Bvh<Real>>>(scene, settings);
-}
-
-}  // namespace
-
-std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings) {
-  return settings.precision == Precision::f64 ? make_kernel_of<double>(scene, settings)
-                                              : make_kernel_of<float>(scene, settings);
 }
 
 double largest_radiance(const Scene& scene) {

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/image/pixel_sums.h"
+#include "common/image/radiance_scale.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -47,9 +48,38 @@ class Kernel {
   [[nodiscard]] virtual std::string_view isa() const = 0;
 };
 
+/// What changes how a kernel is made, but not what it computes.
+struct KernelOptions {
+  int build_threads = 1;
+  bool general = false;  ///< with everything that a scene could contain: for tests and benchmarks
+};
+
 /// Builds the kernel for settings that resolve_settings() has completed. Memory is in proportion
-/// to the number of spheres.
-std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings);
+/// to the number of spheres. An instruction set that the machine lacks is replaced by its best.
+std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
+                                    const KernelOptions& options = {});
+
+/// Adds one sample to a pixel, from the numbers that RadianceScale::fixed_of() takes: unless one is
+/// NaN, for a radiance that is not finite; then the sample is only counted.
+inline void add_fixed(const Vec3d& shifted, PixelSums& pixel, TraceCounts& counts) {
+  ++counts.samples;
+  if (const double sum = shifted.x + shifted.y + shifted.z; sum != sum) {
+    ++counts.nonfinite;
+    return;
+  }
+  pixel.add({RadianceScale::fixed_of(shifted.x), RadianceScale::fixed_of(shifted.y),
+             RadianceScale::fixed_of(shifted.z)});
+}
+
+/// The same from its radiance.
+inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
+                       TraceCounts& counts) {
+  // x - x is 0 for finite x alone.
+  const auto shifted = [&scale](double value) {
+    return static_cast<double>(scale.to_fixed(value)) + RadianceScale::shift + (value - value);
+  };
+  add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, pixel, counts);
+}
 
 /// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.
 double largest_radiance(const Scene& scene);

@@ -66,14 +66,14 @@ template <typename Real, Accelerator<Real> A>
 Vec3<Real> trace_sample(const TraceScene<Real>& scene, const A& accelerator, std::uint32_t x,
                         std::uint32_t y, const SampleRandom& random, Sides<Real>& sides,
                         std::uint64_t& rays) {
-  Ray<Real> ray = scene.view.ray(x, y, random);
+  Ray<Real> ray = scene.view.template ray<Real>(x, y, random);
   start_sides(scene, ray.origin, sides);
   Vec3<Real> throughput{1, 1, 1};
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
     ++rays;
     const Hit<Real> hit = first_crossing(scene, accelerator, ray, sides);
     if (hit.sphere == no_sphere) {
-      return throughput * scene.sky.radiance(ray.direction);
+      return throughput * scene.sky.radiance(ray.direction.y);
     }
     const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
     const Surface<Real>& surface = scene.surfaces[scene.material_of[hit.sphere]];

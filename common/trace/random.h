@@ -20,32 +20,35 @@ struct Uniform4 {
   Real a, b, c, d;
 };
 
-/// The random numbers of one sample, addressed by (seed, pixel, sample, bounce, purpose). Holds
-/// the address only; nothing is drawn in sequence.
-class SampleRandom {
+/// The random numbers of one sample, or of lanes of samples, addressed by (seed, pixel, sample,
+/// bounce, purpose). Holds the address only; nothing is drawn in sequence.
+template <typename Uint>
+class RandomAddress {
  public:
-  SampleRandom(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample)
+  PARRAY_INLINE RandomAddress(std::uint64_t seed, Uint pixel, Uint sample)
       : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
         pixel_(pixel),
         sample_(sample) {}
 
   /// `bounce` < 2^24.
   template <typename Real>
-  [[nodiscard]] Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
-    const PhiloxCounter bits =
-        philox4x32({pixel_, sample_, bounce << 8 | static_cast<std::uint32_t>(purpose), 0}, key_);
-    return {unit<Real>(bits[0]), unit<Real>(bits[1]), unit<Real>(bits[2]), unit<Real>(bits[3])};
+  [[nodiscard]] PARRAY_INLINE Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
+    const PhiloxBlock<Uint> bits = philox4x32<Uint>(
+        {pixel_, sample_, Uint(bounce << 8 | static_cast<std::uint32_t>(purpose)), Uint(0U)}, key_);
+    return {unit<Real>(bits.a), unit<Real>(bits.b), unit<Real>(bits.c), unit<Real>(bits.d)};
   }
 
  private:
   template <typename Real>
-  static Real unit(std::uint32_t bits) {
-    return static_cast<Real>(bits >> 8) * Real(0x1p-24);
+  static PARRAY_INLINE Real unit(Uint bits) {
+    return real_from<Real>(bits >> 8) * Real(0x1p-24);
   }
 
   PhiloxKey key_;
-  std::uint32_t pixel_;
-  std::uint32_t sample_;
+  Uint pixel_;
+  Uint sample_;
 };
+
+using SampleRandom = RandomAddress<std::uint32_t>;
 
 }  // namespace parray

@@ -17,8 +17,11 @@ struct Ray {
   Vec3<Real> direction;
   Real inverse_square;  ///< 1 / dot(direction, direction)
 
-  Ray(const Vec3<Real>& o, const Vec3<Real>& d)
+  PARRAY_INLINE Ray(const Vec3<Real>& o, const Vec3<Real>& d)
       : origin(o), direction(d), inverse_square(Real(1) / dot(d, d)) {}
+  /// For one whose `inverse_square` is known.
+  PARRAY_INLINE Ray(const Vec3<Real>& o, const Vec3<Real>& d, Real s)
+      : origin(o), direction(d), inverse_square(s) {}
 };
 
 /// The nearest crossing found so far. Equal distances go to the lower index, whatever the order in

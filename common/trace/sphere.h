@@ -12,6 +12,11 @@ struct SphereShape {
   Real radius;
 };
 
+template <typename Real>
+PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_square) {
+  return square_root(max_of(depth_squared, Real(0)) * inverse_square);
+}
+
 /// Where a line passes a sphere: the foot of the perpendicular from the centre, and how deep
 /// inside the surface it lies. Subtracting before squaring keeps the error at a few ulp of
 /// max(radius, distance) for every impact parameter.
@@ -23,38 +28,48 @@ struct Passage {
   Vec3<Real> perpendicular;  ///< from the foot to the centre
   Real depth_squared;        ///< radius^2 - |perpendicular|^2; < 0: the line misses
 
-  Passage(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  PARRAY_INLINE Passage(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
     const Vec3<Real> to_center = sphere.center - ray.origin;
     foot = dot(to_center, ray.direction) * ray.inverse_square;
     perpendicular = to_center - foot * ray.direction;
     depth_squared = sphere.radius * sphere.radius - dot(perpendicular, perpendicular);
   }
 
+  /// True where a ray that starts outside enters the sphere.
+  [[nodiscard]] PARRAY_INLINE MaskOf<Real> approaches() const {
+    return (foot > Real(0)) & (depth_squared >= Real(0));
+  }
+
   /// Half the chord in units of the ray parameter; 0 where rounding says that the line misses.
-  [[nodiscard]] Real half_chord(const Ray<Real>& ray) const {
-    return square_root(max_of(depth_squared, Real(0)) * ray.inverse_square);
+  [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
+    return parray::half_chord(depth_squared, ray.inverse_square);
   }
 };
 
-/// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does.
+/// Where a ray that approaches a sphere enters it, from the numbers of a Passage; >= 0.
+template <typename Real>
+PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
+                                  const Real& inverse_square) {
+  return max_of(foot - half_chord(depth_squared, inverse_square), Real(0));
+}
+
+/// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does. `t` is not
+/// set where no lane enters.
 ///
 /// The path knows that it is outside, so the far crossing is never asked for, and a crossing that
 /// rounding places behind the origin of an approaching ray (surfaces that touch) is at 0. No
 /// epsilon is needed.
 template <typename Real>
-bool enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
+PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
   const Passage<Real> passage(ray, sphere);
-  if (!(passage.foot > Real(0)) || !(passage.depth_squared >= Real(0))) {
-    return false;
-  }
-  t = max_of(passage.foot - passage.half_chord(ray), Real(0));
-  return true;
+  t = entry_distance(passage.foot, passage.depth_squared, ray.inverse_square);
+  return passage.approaches();
 }
 
 /// Where a ray that is inside a sphere leaves it: always somewhere, `t` >= 0. A path can leave a
 /// sphere through an event of its material only, never through a rounding error.
 template <typename Real>
-Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const Passage<Real> passage(ray, sphere);
   return max_of(passage.foot + passage.half_chord(ray), Real(0));
 }
@@ -62,19 +77,28 @@ Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
 /// The same for a ray that starts on the sphere's own surface, at outward unit normal `normal`:
 /// the other end of the chord, with no cancellation.
 template <typename Real>
-Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
-                        const Vec3<Real>& normal) {
+PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
+                                      const Vec3<Real>& normal) {
   const Real t = Real(-2) * sphere.radius * dot(normal, ray.direction) * ray.inverse_square;
   return max_of(t, Real(0));
 }
 
 /// Outward unit normal where the line of `ray` enters (`leaving` false) or leaves the sphere,
 /// from the perpendicular rather than from origin + t direction, which cancels at a distance.
-template <typename Real>
-Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere, bool leaving) {
+template <typename Real, typename Mask>
+PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere,
+                                   Mask leaving) {
   const Passage<Real> passage(ray, sphere);
-  const Real along = leaving ? passage.half_chord(ray) : -passage.half_chord(ray);
+  const Real half_chord = passage.half_chord(ray);
+  const Real along = select(leaving, half_chord, -half_chord);
   return normalize(along * ray.direction - passage.perpendicular);
+}
+
+/// normal_at() for a ray that enters.
+template <typename Real>
+PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  const Passage<Real> passage(ray, sphere);
+  return normalize(-passage.half_chord(ray) * ray.direction - passage.perpendicular);
 }
 
 }  // namespace parray

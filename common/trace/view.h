@@ -34,18 +34,22 @@ class View {
     pinhole_ = !(camera.aperture > 0);
   }
 
-  /// Ray of one sample through pixel (x, y), y downwards.
-  [[nodiscard]] Ray<Real> ray(std::uint32_t x, std::uint32_t y, const SampleRandom& random) const {
-    const auto u = random.at<Real>(0, Purpose::camera);
-    const Real film_x = (static_cast<Real>(x) + u.a) * inverse_width_;
-    const Real film_y = (static_cast<Real>(y) + u.b) * inverse_height_;
-    const Vec3<Real> direction = film_corner_ + film_x * film_right_ + film_y * film_down_;
+  /// Ray of one sample, or of lanes of samples, through pixel (x, y), y downwards. `L` is Real or
+  /// lanes of it.
+  template <typename L, typename Uint>
+  [[nodiscard]] PARRAY_INLINE Ray<L> ray(const Uint& x, const Uint& y,
+                                         const RandomAddress<Uint>& random) const {
+    const auto u = random.template at<L>(0, Purpose::camera);
+    const L film_x = (real_from<L>(x) + u.a) * L(inverse_width_);
+    const L film_y = (real_from<L>(y) + u.b) * L(inverse_height_);
+    const Vec3<L> direction = vec_cast<L>(film_corner_) + film_x * vec_cast<L>(film_right_) +
+                              film_y * vec_cast<L>(film_down_);
     if (pinhole_) {
-      return {origin_, normalize(direction)};
+      return {vec_cast<L>(origin_), normalize(direction)};
     }
-    const Disc<Real> point = uniform_disc(u.c, u.d);
-    const Vec3<Real> offset = point.x * lens_right_ + point.y * lens_up_;
-    return {origin_ + offset, normalize(direction - inverse_focus_ * offset)};
+    const Disc<L> point = uniform_disc(u.c, u.d);
+    const Vec3<L> offset = point.x * vec_cast<L>(lens_right_) + point.y * vec_cast<L>(lens_up_);
+    return {vec_cast<L>(origin_) + offset, normalize(direction - L(inverse_focus_) * offset)};
   }
 
  private:
@@ -61,12 +65,13 @@ struct SkyGradient {
   explicit SkyGradient(const Sky& sky)
       : horizon(vec_cast<Real>(sky.horizon)), rise(vec_cast<Real>(sky.zenith - sky.horizon)) {}
 
-  /// Radiance along a unit direction. horizon + h (zenith - horizon) is exact where both are equal.
-  /// A direction that is not a number gives a radiance that is none either: the bounds come first
-  /// in min_of and max_of, so that the sample is counted and not shown as sky.
-  [[nodiscard]] Vec3<Real> radiance(const Vec3<Real>& direction) const {
-    const Real h = min_of(Real(1), max_of(Real(0), (direction.y + Real(1)) * Real(0.5)));
-    return horizon + h * rise;
+  /// Radiance along a unit direction with this y. horizon + h (zenith - horizon) is exact where
+  /// both are equal. A direction that is not a number gives a radiance that is none either: the
+  /// bounds come first in min_of and max_of, so that the sample is counted and not shown as sky.
+  template <typename L>
+  [[nodiscard]] PARRAY_INLINE Vec3<L> radiance(const L& direction_y) const {
+    const L h = min_of(L(1), max_of(L(0), (direction_y + L(1)) * L(0.5)));
+    return vec_cast<L>(horizon) + h * vec_cast<L>(rise);
   }
 
   Vec3<Real> horizon;

@@ -35,7 +35,7 @@ SCENE = {
 }
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
-                  "--accelerator", "--schedule", "--row-order"]
+                  "--accelerator", "--isa", "--schedule", "--row-order"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--output", "--report", "--threads", "--quiet"],
@@ -48,10 +48,11 @@ OPTIONS = {
     "fetch": COORDINATOR + ["--output", "--report"],
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
+    "convert": ["--material", "--radius", "--expand"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
     isa sampler schedule spheres accelerator_bytes threads workers samples rays samples_per_second
-    rays_per_second nonfinite_samples features""".split()
+    rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 
 class CliTest(unittest.TestCase):
@@ -103,6 +104,7 @@ class Refusals(CliTest):
     def test_unknown_words_are_refused_with_the_nearest_known_one(self):
         output = ["-o", self.path("a.png")]
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
+                                    ("--isa", "avx215", "avx2"),
                                     ("--schedule", "guidd", "guided"),
                                     ("--row-order", "sequentially", "sequential")):
             self.refused("render", self.scene, *output, option, value, mentions=option + ":")
@@ -174,7 +176,8 @@ class Pictures(CliTest):
         for options in (["--threads", "1"], ["--threads", "2"], ["--threads", "5"],
                         *(["--schedule", s] for s in ("static", "guided", "factoring", "weighted")),
                         *(["--row-order", o] for o in ("sequential", "interleaved")),
-                        *(["--accelerator", a] for a in ("linear", "bvh"))):
+                        *(["--accelerator", a] for a in ("linear", "bvh", "octree")),
+                        ["--isa", "scalar"]):
             with self.subTest(options=options):
                 report, _ = self.rendered(*options)
                 self.assertEqual(report["image_sha256"], expected)
@@ -225,6 +228,29 @@ class Pictures(CliTest):
         self.assertEqual(validated["scene_sha256"], report["scene_sha256"])
         self.scene.write_text(json.dumps(SCENE, indent=1))
         self.assertEqual(self.rendered()[0]["scene_sha256"], report["scene_sha256"])
+
+
+    def test_spheres_that_are_there_twice_are_left_out_with_a_warning(self):
+        clean, _ = self.rendered()
+        self.assertEqual(clean["duplicates_removed"], 0)
+        spheres = SCENE["spheres"] + [{**SCENE["spheres"][3], "material": "glass"},
+                                      SCENE["spheres"][1]]
+        self.scene.write_text(json.dumps({**SCENE, "spheres": spheres}))
+        warning = (f"parray: warning: {self.scene}: 2 spheres left out, in the same place as an "
+                   "earlier one and of the same radius: the first is sphere 6 (from 0), the same "
+                   "as sphere 3, which stays\n")
+        validated = run("validate", self.scene, "--json")
+        self.assertEqual((validated.returncode, validated.stderr), (0, warning))
+        facts = json.loads(validated.stdout)
+        self.assertEqual((facts["spheres"], facts["duplicates_removed"]), (6, 2))
+        self.assertEqual(facts["scene_sha256"], clean["scene_sha256"])
+        self.assertIn("2 duplicates", run("validate", self.scene).stdout)
+        report = self.path("report.json")
+        result = run("render", self.scene, "-q", "-o", self.path("a.exr"), "--report", report)
+        self.assertEqual((result.returncode, result.stderr), (0, warning))
+        report = json.loads(report.read_text())
+        self.assertEqual((report["spheres"], report["duplicates_removed"]), (6, 2))
+        self.assertEqual(report["image_sha256"], clean["image_sha256"])
 
 
 class Failures(CliTest):
@@ -352,7 +378,7 @@ class Talk(CliTest):
     def test_every_scene_that_ships_is_valid(self):
         for scene in sorted(SCENES.glob("*.json")):
             result = run("validate", scene)
-            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_a_terminal_gets_a_bar_and_a_log_gets_lines(self):
         arguments = [BIN / "parray", "render", self.scene, "-o", self.path("a.png")]

@@ -22,7 +22,8 @@ def size(spp):
 
 
 SIZE = size(150)
-LONG = size(1000)  # long enough to be interrupted
+LONG_SPP = 4000  # some seconds of work, even for a fast machine
+LONG = size(LONG_SPP)  # long enough to be interrupted
 ENDLESS = size(1000000)
 
 
@@ -63,7 +64,7 @@ class FarmTest(unittest.TestCase):
             self.assertLess(farm.job(job)["progress"], 1)
             report = farm.finish(job)
             self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
-            self.assertEqual(report["samples"], 160 * 100 * 1000)
+            self.assertEqual(report["samples"], 160 * 100 * LONG_SPP)
             self.assertRegex(farm.coordinator_log(), "'victim' left .silent for too long.")
 
     def test_a_worker_stopped_beyond_its_deadline_and_continued_later_changes_nothing(self):
@@ -85,7 +86,7 @@ class FarmTest(unittest.TestCase):
             self.assertNotRegex(farm.coordinator_log(), "lease 1 accepted")
             self.assertRegex(farm.coordinator_log(), "lease 2 accepted")
             self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
-            self.assertEqual(report["samples"], 160 * 100 * 1000)
+            self.assertEqual(report["samples"], 160 * 100 * LONG_SPP)
 
     def test_a_coordinator_killed_in_mid_job_goes_on_where_it_was(self):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state, "--heartbeat",

@@ -183,7 +183,7 @@ TEST_CASE("a full disk is an error, and neither a part nor the older picture's l
     const fs::path path = directory.path() / name;
     write_image(path, random_image(4, 4), {});
     const std::string before = read_text(path);
-    for (const rlim_t bytes : {0, 100, 5000}) {
+    for (const rlim_t bytes : {0U, 100U, 5000U}) {
       const FullDisk full(bytes);
       const std::string message =
           message_of<RunError>([&] { write_image(path, random_image(200, 200), {}); });

@@ -38,7 +38,7 @@ inline std::vector<Message> sample_messages() {
           msg::VerdictOf{5, 6, msg::Verdict::mismatch},
           msg::Revoke{5, 6},
           msg::Bye{"stopped"},
-          msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25, "scene"},
+          msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25, "scene", 3},
           msg::Submitted{8, 5},
           msg::ListJobs{8},
           msg::Jobs{8, nlohmann::json::array({job, job})},

@@ -1,399 +1,233 @@
-#include "common/trace/bvh.h"
-
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/scene/limits.h"
 #include "common/trace/linear.h"
-#include "tests/support/dice.h"
+#include "tests/support/lane_search.h"
 
-namespace parray {
+/// What lanes of every instruction set find, with the tree and without, against linear search by
+/// the scalar functions, bit by bit.
+namespace parray::test {
 namespace {
 
-using test::Dice;
-
 template <typename Real>
-using Spheres = std::vector<SphereShape<Real>>;
+struct Trial {
+  std::vector<Query<Real>> queries;
+  std::vector<QueryKind> kinds;
+  std::vector<Hit<Real>> expected;
 
-template <typename Real>
-SphereShape<Real> shape(const Vec3d& center, double radius) {
-  return {vec_cast<Real>(center), static_cast<Real>(radius)};
-}
-
-// --- scenes
-
-template <typename Real>
-Spheres<Real> scattered(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 300; ++i) {
-    spheres.push_back(shape<Real>(dice.in_cube(10), dice.between(0.05, 1)));
+  void add(QueryKind kind, Query<Real> query, const Linear<Real>& linear) {
+    Hit<Real> hit = query.best;
+    linear.enter(query.ray, query.sides, hit);
+    queries.push_back(std::move(query));
+    kinds.push_back(kind);
+    expected.push_back(hit);
   }
-  return spheres;
-}
 
-template <typename Real>
-Spheres<Real> clustered(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int cluster = 0; cluster < 20; ++cluster) {
-    const Vec3d center = dice.in_cube(1000);
-    for (int i = 0; i < 15; ++i) {
-      spheres.push_back(shape<Real>(center + dice.in_cube(0.3), dice.ten_to(-3, -1)));
-    }
-  }
-  return spheres;
-}
-
-/// A ground of radius 1000 and small spheres that stand on it.
-template <typename Real>
-Spheres<Real> one_weekend(Dice& dice) {
-  Spheres<Real> spheres{shape<Real>({0, -1000, 0}, 1000)};
-  for (int x = -9; x < 9; ++x) {
-    for (int z = -9; z < 9; ++z) {
-      spheres.push_back(shape<Real>({x + 0.9 * dice.unit(), 0.2, z + 0.9 * dice.unit()}, 0.2));
-    }
-  }
-  return spheres;
-}
-
-/// Radii down to 1/64 of the spacing of single-precision numbers at their centres.
-template <typename Real>
-Spheres<Real> tiny_far(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 300; ++i) {
-    const Vec3d center{1e6 + dice.between(-20, 20), -1e6 + dice.between(-20, 20),
-                       dice.between(-2, 2)};
-    spheres.push_back(shape<Real>(center, dice.ten_to(-3, 0)));
-  }
-  return spheres;
-}
-
-template <typename Real>
-Spheres<Real> concentric(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 300; ++i) {
-    spheres.push_back(shape<Real>({1, 2, 3}, dice.ten_to(-3, 3)));
-  }
-  return spheres;
-}
-
-template <typename Real>
-Spheres<Real> collinear(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 150; ++i) {
-    spheres.push_back(shape<Real>({static_cast<double>(i), 0, 0}, 0.5));
-    const double x = dice.between(-100, 100);
-    spheres.push_back(shape<Real>({x, x, x}, 0.25));
-  }
-  return spheres;
-}
-
-/// Touching spheres on whole numbers, each there twice: ties wherever a ray runs along the grid.
-template <typename Real>
-Spheres<Real> doubled_grid(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int copy = 0; copy < 2; ++copy) {
-    for (int x = 0; x < 12; ++x) {
-      for (int y = 0; y < 12; ++y) {
-        spheres.push_back(shape<Real>(
-            {static_cast<double>(x), static_cast<double>(y), static_cast<double>(dice.below(2))},
-            0.5));
+  /// The queries whose paths are inside of nothing.
+  [[nodiscard]] Trial outside() const {
+    Trial result;
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      if (queries[i].sides.inside().empty()) {
+        result.queries.push_back(queries[i]);
+        result.kinds.push_back(kinds[i]);
+        result.expected.push_back(expected[i]);
       }
     }
+    return result;
   }
-  return spheres;
-}
-
-/// Far from the origin of the coordinates but level with it, so that a ray may start near 0.
-template <typename Real>
-Spheres<Real> ring(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 200; ++i) {
-    const double x = dice.between(-1, 1);
-    const Vec3d around{x, 0, dice.sign() * std::sqrt(1 - x * x)};
-    spheres.push_back(shape<Real>(1000 * around + dice.in_cube(0.1), dice.between(0.01, 2)));
-  }
-  return spheres;
-}
-
-template <typename Real>
-Spheres<Real> every_size(Dice& dice) {
-  Spheres<Real> spheres;
-  for (int i = 0; i < 200; ++i) {
-    const double size = dice.ten_to(-6, 6);
-    spheres.push_back(shape<Real>((dice.ten_to(0, 2) * size) * dice.direction(), size));
-  }
-  return spheres;
-}
-
-template <typename Real>
-Spheres<Real> coincident(std::size_t count) {
-  return Spheres<Real>(count, shape<Real>({1, 2, 3}, 0.7));
-}
-
-// --- rays
-
-template <typename Real>
-struct Query {
-  Ray<Real> ray{{0, 0, 0}, {1, 0, 0}};
-  Sides<Real> sides;
-  Hit<Real> best;
 };
 
-template <typename Real>
-class Questioner {
- public:
-  Questioner(const Spheres<Real>& spheres, Dice& dice) : spheres_(spheres), dice_(dice) {}
+template <typename P>
+using Stored = Spheres<typename P::Store>;
 
-  Query<Real> next(int kind) {
-    Query<Real> query;
-    query.sides.start({});
-    switch (kind) {
-      case 0: {  // from afar
-        const Vec3d target = vec_cast<double>(any().center);
-        const Vec3d from = target + dice_.ten_to(0, 4) * dice_.direction();
-        query.ray = aimed(from, target + static_cast<double>(any().radius) * dice_.direction());
-        break;
-      }
-      case 1:  // from amid them
-        query.ray = aimed(vec_cast<double>(any().center) + dice_.direction(),
-                          vec_cast<double>(any().center));
-        break;
-      case 2:  // along an axis or a plane, with zeros of either sign and denormals
-        query.ray = {on_planes(), axis_direction()};
-        break;
-      case 3:  // from the planes of boxes
-        query.ray = {on_planes(), vec_cast<Real>(dice_.direction())};
-        break;
-      case 4:
-        query.ray = grazing();
-        break;
-      case 5:
-        query.ray = grazing_pole();
-        break;
-      case 6: {  // off a surface, not back into it
-        const std::uint32_t index = any_index();
-        const Vec3<Real> n = normalize(vec_cast<Real>(dice_.direction()));
-        query.ray = {spheres_[index].center + spheres_[index].radius * n,
-                     n + vec_cast<Real>(0.99 * dice_.direction())};
-        query.sides.stand_on(index, n);
-        break;
-      }
-      default: {  // from inside some, which they leave somewhere
-        const std::uint32_t index = any_index();
-        const auto& sphere = spheres_[index];
-        query.ray = {
-            sphere.center + (sphere.radius * Real(0.7)) * vec_cast<Real>(dice_.direction()),
-            vec_cast<Real>(dice_.direction())};
-        query.sides.cross(index, false);
-        query.best = {exit_distance(query.ray, sphere), index, true};
-        break;
-      }
-    }
-    if (kind < 6 && dice_.one_in(4)) {
-      query.sides.stand_on(any_index(), {0, 0, 1});
-    }
-    return query;
-  }
-
- private:
-  std::uint32_t any_index() { return dice_.below32(static_cast<std::uint32_t>(spheres_.size())); }
-  const SphereShape<Real>& any() { return spheres_[any_index()]; }
-
-  static Ray<Real> aimed(const Vec3d& from, const Vec3d& to) {
-    const Vec3<Real> origin = vec_cast<Real>(from);
-    const Vec3d way = to - vec_cast<double>(origin);
-    const double distance = length(way);
-    return {origin, vec_cast<Real>(distance > 0 ? (1 / distance) * way : Vec3d{0, 0, 1})};
-  }
-
-  /// A coordinate of a sphere, of its bounds, or of the bounds with a margin for rounding.
-  Real plane(Real center, Real radius, Real size) {
-    const Real margin = Real(32) * RealTraits<Real>::unit_roundoff * size;
-    const std::array<Real, 5> choices{0, radius, -radius, radius + margin, -(radius + margin)};
-    return center + choices[dice_.below(choices.size())];
-  }
-
-  Vec3<Real> on_planes() {
-    const auto& s = any();
-    const Real size = std::max({std::abs(s.center.x), std::abs(s.center.y), std::abs(s.center.z)});
-    Vec3<Real> p{plane(s.center.x, s.radius, size + s.radius),
-                 plane(s.center.y, s.radius, size + s.radius),
-                 plane(s.center.z, s.radius, size + s.radius)};
-    if (dice_.one_in(2)) {
-      p.x = p.x - 20 * s.radius;
-    }
-    return p;
-  }
-
-  Real near_zero() {
-    const std::array<Real, 6> values{Real(0),
-                                     -Real(0),
-                                     std::numeric_limits<Real>::denorm_min(),
-                                     -std::numeric_limits<Real>::denorm_min(),
-                                     Real(1e-30),
-                                     Real(-1e-30)};
-    return values[dice_.below(values.size())];
-  }
-
-  Vec3<Real> axis_direction() {
-    const auto along = static_cast<Real>(dice_.sign());
-    const auto other = dice_.one_in(3) ? static_cast<Real>(dice_.sign()) : near_zero();
-    switch (dice_.below(3)) {
-      case 0:
-        return {along, other, near_zero()};
-      case 1:
-        return {near_zero(), along, other};
-      default:
-        return {other, near_zero(), along};
-    }
-  }
-
-  /// Within a few roundings of touching a sphere.
-  Ray<Real> grazing() {
-    const auto& sphere = any();
-    const double radius = static_cast<double>(sphere.radius);
-    const double distance = radius * dice_.ten_to(0.01, 4);
-    const Vec3d center = vec_cast<double>(sphere.center);
-    const Vec3<Real> origin = vec_cast<Real>(center + distance * dice_.direction());
-    const Vec3d to_center = center - vec_cast<double>(origin);
-    const double scale = std::max(1.0, length(to_center) / radius);
-    const double steps =
-        dice_.between(-8, 8) * 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
-    const double sine = std::min((1 + steps * scale) * radius / length(to_center), 1.0);
-    const Vec3d axis = normalize(to_center);
-    return {origin, vec_cast<Real>(std::sqrt(1 - sine * sine) * axis + sine * dice_.across(axis))};
-  }
-
-  /// The same where a sphere touches its box, which then decides between hit and miss.
-  Ray<Real> grazing_pole() {
-    const auto& sphere = any();
-    const double radius = static_cast<double>(sphere.radius);
-    const auto axis = dice_.below(3);
-    const double side = dice_.sign();
-    const Vec3d pole{axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0};
-    const Vec3d touched = vec_cast<double>(sphere.center) + radius * pole;
-    // From afar, or from the point nearest to the origin of the coordinates, whose own rounding is
-    // small.
-    const bool from_zero = dice_.one_in(2);
-    const Vec3d across = cross(pole, cross(touched, pole));
-    const Vec3d level = from_zero && length(across) > 0 ? normalize(across) : dice_.across(pole);
-    const Vec3d way = normalize(level + (dice_.sign() * dice_.ten_to(-12, -3)) * pole);
-    const double back = from_zero ? dot(touched, way) : radius * dice_.ten_to(0, 5);
-    const double unit = 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
-    const double off = dice_.between(-2, 2) * unit * std::max(radius, std::abs(back));
-    return {vec_cast<Real>(touched + off * pole - back * way), vec_cast<Real>(way)};
-  }
-
-  const Spheres<Real>& spheres_;
-  Dice& dice_;
-};
-
-constexpr int query_kinds = 8;
-
-template <typename Real>
-void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& dice, int rays) {
-  CAPTURE(name);
+template <typename P>
+Trial<typename P::Real> trial(const Stored<P>& stored, Dice& dice, int rays) {
+  using Real = typename P::Real;
+  const Spheres<Real> spheres = as<Real>(stored);
   const Linear<Real> linear(spheres);
-  const Bvh<Real> bvh(spheres);
-  CHECK(bvh.depth() <= Bvh<Real>::max_depth);
-  Questioner<Real> questioner(spheres, dice);
-  std::array<int, query_kinds> hits{};
-  std::array<int, query_kinds> different{};
+  Questioner<Real, typename P::Store> questioner(spheres, dice);
+  Trial<Real> result;
   for (int i = 0; i < rays; ++i) {
-    const int kind = i % query_kinds;
-    const Query<Real> query = questioner.next(kind);
-    Hit<Real> expected = query.best;
-    Hit<Real> found = query.best;
-    linear.enter(query.ray, query.sides, expected);
-    bvh.enter(query.ray, query.sides, found);
-    const auto k = static_cast<std::size_t>(kind);
-    hits[k] += expected.sphere != query.best.sphere ? 1 : 0;
-    different[k] += expected.t == found.t && expected.sphere == found.sphere &&
-                            expected.leaving == found.leaving
-                        ? 0
-                        : 1;
+    const auto kind = static_cast<QueryKind>(i % query_kinds);
+    result.add(kind, questioner.next(kind), linear);
   }
-  for (std::size_t kind = 0; kind < query_kinds; ++kind) {
+  return result;
+}
+
+template <typename Real>
+bool equal(const Hit<Real>& a, const Hit<Real>& b) {
+  return a.t == b.t && a.sphere == b.sphere && a.leaving == b.leaving;
+}
+
+/// Paths travel in batches of many sizes, so that every lane and every group gets its share.
+template <typename Real>
+void check_finds(LaneSearch<Real>& search, const Trial<Real>& trial) {
+  Dice dice(11);
+  std::array<int, query_kinds> different{};
+  const std::span<const Query<Real>> all(trial.queries);
+  for (std::size_t begin = 0; begin < all.size();) {
+    const std::size_t most = dice.one_in(3) ? SampleBatch::most : 1 + dice.below(SampleBatch::most);
+    const std::size_t count = std::min(most, all.size() - begin);
+    const std::vector<Hit<Real>> found = search.find(all.subspan(begin, count));
+    for (std::size_t i = 0; i < count; ++i) {
+      different[static_cast<std::size_t>(trial.kinds[begin + i])] +=
+          equal(found[i], trial.expected[begin + i]) ? 0 : 1;
+    }
+    begin += count;
+  }
+  for (int kind = 0; kind < query_kinds; ++kind) {
     CAPTURE(kind);
-    CHECK(different[kind] == 0);
-    if (kind < 4 && spheres.size() > 2) {
-      CHECK(hits[kind] > 0);  // rays that meet nothing prove nothing
+    CHECK(different[static_cast<std::size_t>(kind)] == 0);
+  }
+}
+
+/// Rays that meet nothing prove nothing.
+template <typename Real>
+void check_hits(const Trial<Real>& trial) {
+  std::array<int, query_kinds> entered{};
+  std::array<int, query_kinds> left{};
+  for (std::size_t i = 0; i < trial.queries.size(); ++i) {
+    const auto kind = static_cast<std::size_t>(trial.kinds[i]);
+    entered[kind] += trial.expected[i].sphere != no_sphere && !trial.expected[i].leaving ? 1 : 0;
+    left[kind] += trial.expected[i].leaving ? 1 : 0;
+  }
+  for (const QueryKind kind : {QueryKind::from_afar, QueryKind::from_amid, QueryKind::along_axes,
+                               QueryKind::on_planes, QueryKind::along_diagonals}) {
+    CHECK(entered[static_cast<std::size_t>(kind)] > 0);
+  }
+  CHECK(left[static_cast<std::size_t>(QueryKind::from_inside)] > 0);
+}
+
+template <typename P>
+void check_equal(const std::string& name, const Stored<P>& spheres, Dice& dice, int rays) {
+  CAPTURE(name);
+  const auto all = trial<P>(spheres, dice, rays);
+  const auto outside = all.outside();
+  if (spheres.size() > 2) {
+    check_hits(all);
+  }
+  for (const Isa isa : instruction_sets()) {
+    CAPTURE(name_of(isa));
+    for (const bool tree : {true, false}) {
+      CAPTURE(tree);
+      check_finds(*lane_search<P>(isa, spheres, tree, true), all);
+      check_finds(*lane_search<P>(isa, spheres, tree, false), outside);
     }
   }
 }
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("the hierarchy finds the very hits of linear search", Real, float, double) {
+TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecision, MixedPrecision,
+                   DoublePrecision) {
+  using Store = typename P::Store;
   Dice dice(1);
-  constexpr int rays = 16'000;
-  check_equal("scattered", scattered<Real>(dice), dice, 2 * rays);
-  check_equal("clustered", clustered<Real>(dice), dice, rays);
-  check_equal("one weekend", one_weekend<Real>(dice), dice, 2 * rays);
-  check_equal("tiny and far", tiny_far<Real>(dice), dice, 2 * rays);
-  check_equal("concentric", concentric<Real>(dice), dice, rays);
-  check_equal("collinear", collinear<Real>(dice), dice, rays);
-  check_equal("doubled grid", doubled_grid<Real>(dice), dice, 2 * rays);
-  check_equal("ring", ring<Real>(dice), dice, rays);
-  check_equal("every size", every_size<Real>(dice), dice, rays);
-  check_equal("10 000 coincident", coincident<Real>(10'000), dice, 700);
-  check_equal("one", coincident<Real>(1), dice, rays);
-  check_equal("two", coincident<Real>(2), dice, rays);
-  check_equal("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice,
-              rays);
+  constexpr int rays = 11'000;
+  check_equal<P>("scattered", scattered<Store>(dice), dice, 2 * rays);
+  check_equal<P>("clustered", clustered<Store>(dice), dice, rays);
+  check_equal<P>("one weekend", one_weekend<Store>(dice), dice, 2 * rays);
+  check_equal<P>("tiny and far", tiny_far<Store>(dice), dice, 2 * rays);
+  check_equal<P>("concentric", concentric<Store>(dice), dice, rays);
+  check_equal<P>("collinear", collinear<Store>(dice), dice, rays);
+  check_equal<P>("doubled grid", doubled_grid<Store>(dice), dice, 2 * rays);
+  check_equal<P>("ring", ring<Store>(dice), dice, rays);
+  check_equal<P>("every size", every_size<Store>(dice), dice, rays);
+  check_equal<P>("few giants", touching_giants<Store>(dice, 3), dice, 2 * rays);
+  check_equal<P>("many giants", touching_giants<Store>(dice, 40), dice, rays);
+  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, 1100);
+  check_equal<P>("one", coincident<Store>(1), dice, rays);
+  check_equal<P>("two", coincident<Store>(2), dice, rays);
+  check_equal<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);
 }
 
-TEST_CASE_TEMPLATE("a hierarchy of nothing is never hit", Real, float, double) {
-  const Bvh<Real> bvh(Spheres<Real>{});
-  Sides<Real> sides;
-  sides.start({});
-  Hit<Real> best;
-  bvh.enter(Ray<Real>({0, 0, 0}, {0, 0, 1}), sides, best);
-  CHECK(best.sphere == no_sphere);
-  CHECK(bvh.depth() == 0);
-}
-
-TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", Real, float,
-                   double) {
-  const Bvh<Real> bvh(coincident<Real>(1000));
-  const Ray<Real> ray({1, 2, -5}, {0, 0, 1});
-  Sides<Real> sides;
-  sides.start({});
-  for (std::uint32_t skipped = 0; skipped < 5; ++skipped) {
-    Hit<Real> best;
-    bvh.enter(ray, sides, best);
-    CHECK(best.sphere == skipped);
-    sides.cross(skipped, false);
+TEST_CASE_TEMPLATE("a tree that is fetched ahead finds the same", P, SinglePrecision,
+                   MixedPrecision, DoublePrecision) {
+  Dice dice(2);
+  const auto spheres = scattered<typename P::Store>(dice);
+  const auto all = trial<P>(spheres, dice, 5000);
+  for (const Isa isa : instruction_sets()) {
+    CAPTURE(name_of(isa));
+    check_finds(*lane_search<P>(isa, spheres, true, true, true), all);
   }
 }
 
-TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one sphere", Real, float,
-                   double) {
-  Spheres<Real> spheres;
-  const int distances = sizeof(Real) == sizeof(float) ? 35 : 150;
-  for (int i = 0; i < distances; ++i) {  // each twenty times as far out as the one before it
-    const double x = std::pow(20, i - distances * 0.6);
-    for (int copy = 0; copy < 200; ++copy) {
-      spheres.push_back(shape<Real>({x, 0, 0}, x / 100));
+TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, MixedPrecision,
+                   DoublePrecision) {
+  for (const Isa isa : instruction_sets()) {
+    for (const bool tree : {true, false}) {
+      for (const bool sides : {true, false}) {
+        const auto search = lane_search<P>(isa, {}, tree, sides);
+        CHECK(search->depth() == 0);
+        Query<typename P::Real> query;
+        query.sides.start({});
+        const auto found = search->find(std::vector(500, query));
+        for (const auto& hit : found) {
+          CHECK_UNARY(hit.sphere == no_sphere);
+        }
+      }
     }
   }
-  const Bvh<Real> bvh(spheres);
-  CHECK(bvh.depth() > 30);
-  CHECK(bvh.depth() <= Bvh<Real>::max_depth);
 }
 
-TEST_CASE("building twice gives the same hierarchy") {
+TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", P, SinglePrecision,
+                   MixedPrecision, DoublePrecision) {
+  using Real = typename P::Real;
+  const auto spheres = coincident<typename P::Store>(1000);
+  for (const Isa isa : instruction_sets()) {
+    CAPTURE(name_of(isa));
+    for (const bool tree : {true, false}) {
+      CAPTURE(tree);
+      const auto search = lane_search<P>(isa, spheres, tree, true);
+      std::vector<Query<Real>> queries(40);  // query i is inside of the first i
+      std::vector<std::uint32_t> inside;
+      for (std::uint32_t i = 0; i < queries.size(); ++i) {
+        queries[i].ray = Ray<Real>({1, 2, -5}, {0, 0, 1});
+        queries[i].sides.start(inside);
+        inside.push_back(i);
+      }
+      const auto found = search->find(queries);
+      for (std::uint32_t i = 0; i < queries.size(); ++i) {
+        CHECK(found[i].sphere == i);
+        CHECK_FALSE(found[i].leaving);
+      }
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one place", Store, float,
+                   double) {
+  const Spheres<Store> spheres = ever_farther<Store>();
+  std::vector<BuildSphere<Store>> built;
+  for (const auto& [center, radius] : spheres) {
+    built.push_back(
+        {center.x, center.y, center.z, radius, static_cast<std::uint32_t>(built.size())});
+  }
+  const BinaryTree<Store> tree = build_binary_tree<Store>(built, 4, 1);
+  CHECK(tree.depth > 30);
+  CHECK(tree.depth <= max_tree_depth);
+  const SphereTables<Store, 4> tables(spheres, true, 1);
+  CHECK(tables.depth() > 10);
+  CHECK(tables.depth() <= max_tree_depth);
+  CHECK(tables.stack_size() <= Workspace<Store, Store>::stack_entries);
+}
+
+TEST_CASE_TEMPLATE("a tree so deep that few rays travel together finds the same", P,
+                   SinglePrecision, MixedPrecision, DoublePrecision) {
+  auto spheres = ever_farther<typename P::Store>();
+  std::erase_if(spheres, [](const auto& sphere) {  // sizes that no scene may have
+    return static_cast<double>(sphere.radius) < limits::min_radius ||
+           static_cast<double>(sphere.center.x) > limits::max_length;
+  });
   Dice dice(3);
-  const auto spheres = scattered<float>(dice);
-  const Bvh<float> first(spheres);
-  const Bvh<float> second(spheres);
-  CHECK(first.depth() == second.depth());
-  CHECK(first.bytes() == second.bytes());
+  check_equal<P>("ever farther", spheres, dice, 2200);
 }
 
-}  // namespace parray
+}  // namespace parray::test

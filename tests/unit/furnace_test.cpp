@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "common/scene/scene_file.h"
-#include "common/trace/bvh.h"
 #include "common/trace/kernel.h"
 #include "common/trace/linear.h"
 #include "common/trace/path.h"
 #include "tests/support/dice.h"
+#include "tests/support/lane_accelerator.h"
 
 /// Scenes whose every sample is known exactly.
 namespace parray {
@@ -69,8 +69,9 @@ RenderSettings small(RenderSettings settings, Precision precision, AcceleratorKi
 /// `check` for every precision and accelerator.
 template <typename Check>
 void for_all_kernels(const Scene& scene, const RenderSettings& settings, Check check) {
-  for (const Precision precision : {Precision::f32, Precision::f64}) {
-    for (const AcceleratorKind accelerator : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    for (const AcceleratorKind accelerator :
+         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
       CAPTURE(name_of(precision));
       CAPTURE(name_of(accelerator));
       const Picture picture = trace(scene, small(settings, precision, accelerator));
@@ -331,13 +332,13 @@ TEST_CASE_TEMPLATE("a path goes into and out of every sphere in turn", Real, flo
   std::uint64_t broken = 0;
   const TraceScene<Real> scene = trace_scene<Real>(nested_glass(), 1000);
   const Linear<Real> linear(scene.spheres);
-  const Bvh<Real> bvh(scene.spheres);
+  const test::LaneTree<Real> tree(scene.spheres);
   for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
     for (std::uint32_t s = 0; s < 16; ++s) {
       const SampleRandom random(5, pixel, s);
-      const Ray<Real> ray = scene.view.ray(pixel % width, pixel / width, random);
+      const Ray<Real> ray = scene.view.template ray<Real>(pixel % width, pixel / width, random);
       broken += alternates(scene, linear, ray, random, crossings) ? 0U : 1U;
-      broken += alternates(scene, bvh, ray, random, crossings) ? 0U : 1U;
+      broken += alternates(scene, tree, ray, random, crossings) ? 0U : 1U;
     }
   }
   CHECK(broken == 0);

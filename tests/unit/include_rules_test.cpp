@@ -90,6 +90,13 @@ Problems problems_of(const SourceFile& file) {
         file.path != "common/image/image_file.cpp") {
       problems.push_back(file.path + " may not include OpenImageIO");
     }
+    if (name.starts_with("gemmi/") && file.path != "common/particles/gemmi_seam.cpp") {
+      problems.push_back(file.path + " may not include gemmi");
+    }
+    if (name.starts_with("common/particles/") && folder != "cli" &&
+        !file.path.starts_with("common/particles/")) {
+      problems.push_back(file.path + " may not include readers of particle files");
+    }
   }
   if (std::count(file.text.begin(), file.text.end(), '\n') > most_lines) {
     problems.push_back(file.path + " is longer than 500 lines");
@@ -185,6 +192,10 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/a.h", "#include <netinet/in.h>"));
   CHECK(refuses("common/image/image.cpp", "#include <OpenImageIO/imageio.h>"));
   CHECK(refuses("worker/a.cpp", "#include <OpenImageIO/imageio.h>"));
+  CHECK(refuses("common/scene/a.cpp", "#include <gemmi/pdb.hpp>"));
+  CHECK(refuses("worker/a.cpp", "#include \"common/particles/particles.h\""));
+  CHECK(refuses("coordinator/a.cpp", "#include \"common/particles/expand.h\""));
+  CHECK(refuses("common/scene/a.cpp", "#include \"common/particles/particles.h\""));
   CHECK(refuses("stray/a.cpp", ""));
   CHECK(refuses("cli/a.cpp", std::string(500, '\n')));
 }
@@ -195,6 +206,9 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(refuses("worker/a.cpp", "#include \"proto/link.h\"\n#include <thread>"));
   CHECK_FALSE(refuses("cli/a.cpp", "#include \"coordinator/job.h\"\n#include \"worker/team.h\""));
   CHECK_FALSE(refuses("common/image/image_file.cpp", "#include <OpenImageIO/imageio.h>"));
+  CHECK_FALSE(refuses("common/particles/a.cpp", "#include \"common/particles/particles.h\""));
+  CHECK_FALSE(refuses("cli/a.cpp", "#include \"common/particles/expand.h\""));
+  CHECK_FALSE(refuses("common/particles/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK_FALSE(refuses("common/a.h", "// the text #include \"proto/link.h\" in a comment"));
   CHECK_FALSE(refuses("cli/a.cpp", std::string(499, '\n')));
 }

@@ -74,6 +74,7 @@ const std::vector<TypeRow>& protocol() {
                                 {"precision", "f64"},
                                 {"seed", 0xFEDCBA9876543210},
                                 {"accelerator", "bvh"},
+                                {"isa", "auto"},
                                 {"schedule", "factoring"},
                                 {"row_order", "sequential"}};
   static const json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
@@ -120,6 +121,7 @@ const std::vector<TypeRow>& protocol() {
         {"priority", 99},
         {"settings", settings},
         {"precision_reason", "asked for"},
+        {"duplicates_removed", 3},
         {"load_seconds", 0.25}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
@@ -212,7 +214,8 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
         Range{"hello", "trace_version", 0, UINT32_MAX}, Range{"welcome", "heartbeat_ms", 1, 60'000},
         Range{"welcome", "silence_ms", 1, 600'000}, Range{"submit", "priority", 0, 100},
         Range{"error", "status", 1, 2}, Range{"grant", "job", 0, UINT64_MAX},
-        Range{"result", "accelerator_bytes", 0, UINT64_MAX}}) {
+        Range{"result", "accelerator_bytes", 0, UINT64_MAX},
+        Range{"submit", "duplicates_removed", 0, UINT64_MAX}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");

@@ -104,15 +104,26 @@ TEST_CASE("the extent reaches to surfaces, the camera and its lens") {
   CHECK(requirements_of(scene).extent == 10);
 }
 
-TEST_CASE("automatic precision is single up to a spread of 2^16 and double beyond") {
+TEST_CASE("automatic precision is single up to a spread of 2^16 and mixed beyond") {
   CHECK(requirements_of(of_spread(0x1p16)).spread() == 0x1p16);
   CHECK(resolved(of_spread(0x1p16)).precision == Precision::f32);
   CHECK(requirements_of(of_spread(0x1p17)).spread() == 0x1p17);
-  CHECK(resolved(of_spread(0x1p17)).precision == Precision::f64);
+  CHECK(resolved(of_spread(0x1p17)).precision == Precision::mixed);
   Scene border = of_spread(0x1p16);
   border.spheres[0].radius = std::nextafter(border.spheres[0].radius, 0);
   CHECK(requirements_of(border).spread() > 0x1p16);
-  CHECK(resolved(border).precision == Precision::f64);
+  CHECK(resolved(border).precision == Precision::mixed);
+}
+
+TEST_CASE(
+    "where storing in single precision would move a sphere by its radius / 256, it is double") {
+  // The camera keeps the origin where it is.
+  const auto at = [](double ratio) {
+    return with_spheres({diffuse()}, {{{1, 0, 0}, 1 / ratio, 0}, {{0, 0, 0}, 1, 0}});
+  };
+  CHECK(requirements_of(at(0x1p16)).own_spread == 0x1p16);
+  CHECK(resolved(at(0x1p16)).precision == Precision::mixed);  // 1 + 1 / ratio reaches out further
+  CHECK(resolved(at(0x1p17)).precision == Precision::f64);
 }
 
 TEST_CASE("precision does not depend on the scene's unit or on where its camera looks") {
@@ -128,10 +139,10 @@ TEST_CASE("precision does not depend on the scene's unit or on where its camera 
   }
 }
 
-TEST_CASE("a distant camera asks for double precision") {
+TEST_CASE("a distant camera asks for double arithmetic") {
   Scene scene = with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}});
   scene.camera.look_from = {0, 0, 1e6};
-  CHECK(resolved(scene).precision == Precision::f64);
+  CHECK(resolved(scene).precision == Precision::mixed);
 }
 
 TEST_CASE("what the user asks for is never overruled") {

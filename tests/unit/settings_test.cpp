@@ -20,11 +20,15 @@ std::string problem_of(const RenderSettings& settings) {
 }  // namespace
 
 TEST_CASE("the name of every setting reads back as it") {
-  for (const auto value : {Precision::automatic, Precision::f32, Precision::f64}) {
+  for (const auto value :
+       {Precision::automatic, Precision::f32, Precision::f64, Precision::mixed}) {
     CHECK(precision_from(name_of(value)) == value);
   }
-  for (const auto value :
-       {AcceleratorKind::automatic, AcceleratorKind::linear, AcceleratorKind::bvh}) {
+  for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
+    CHECK(isa_from(name_of(value)) == value);
+  }
+  for (const auto value : {AcceleratorKind::automatic, AcceleratorKind::linear,
+                           AcceleratorKind::bvh, AcceleratorKind::octree}) {
     CHECK(accelerator_from(name_of(value)) == value);
   }
   for (const auto value : {SchedulePolicy::static_split, SchedulePolicy::guided,
@@ -39,6 +43,9 @@ TEST_CASE("the name of every setting reads back as it") {
 TEST_CASE("settings are named as users write them") {
   CHECK(name_of(Precision::automatic) == "auto");
   CHECK(name_of(AcceleratorKind::bvh) == "bvh");
+  CHECK(name_of(Precision::mixed) == "mixed");
+  CHECK(name_of(Isa::avx512) == "avx512");
+  CHECK(name_of(AcceleratorKind::octree) == "octree");
   CHECK(name_of(SchedulePolicy::static_split) == "static");
   CHECK(name_of(RowOrder::interleaved) == "interleaved");
   CHECK(name_of(static_cast<Precision>(77)) == "unknown");
@@ -46,18 +53,21 @@ TEST_CASE("settings are named as users write them") {
 
 TEST_CASE("an unknown setting is refused with the known names and the nearest") {
   CHECK(message_of<InputError>([] { precision_from("f23"); }) ==
-        "unknown precision 'f23': did you mean 'f32'? known: auto, f32, f64");
+        "unknown precision 'f23': did you mean 'f32'? known: auto, f32, f64, mixed");
   CHECK(message_of<InputError>([] { accelerator_from("BHV"); }) ==
-        "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh");
+        "unknown accelerator 'BHV': did you mean 'bvh'? known: auto, linear, bvh, octree");
   CHECK(message_of<InputError>([] { schedule_from("wieghted"); }) ==
         "unknown schedule 'wieghted': did you mean 'weighted'? "
         "known: static, guided, factoring, weighted");
+  CHECK(message_of<InputError>([] { isa_from("avx-512"); }) ==
+        "unknown instruction set 'avx-512': did you mean 'avx512'? "
+        "known: auto, scalar, avx2, avx512");
   CHECK(message_of<InputError>([] { row_order_from("random"); }) ==
         "unknown row order 'random': known: auto, sequential, interleaved");
   CHECK(message_of<InputError>([] { precision_from(""); }) ==
-        "unknown precision '': known: auto, f32, f64");
+        "unknown precision '': known: auto, f32, f64, mixed");
   CHECK(message_of<InputError>([] { precision_from("\x1b[2J"); }) ==
-        "unknown precision '\\x1b[2J': known: auto, f32, f64");
+        "unknown precision '\\x1b[2J': known: auto, f32, f64, mixed");
 }
 
 TEST_CASE("default settings and settings at their limits are accepted") {
@@ -92,7 +102,9 @@ TEST_CASE("a setting out of its range is named") {
   CHECK(with([](auto& s) { s.max_depth = 0; }) ==
         "max_depth: 0 is out of range: use a whole number from 1 to 1048576");
   CHECK(with([](auto& s) { s.precision = static_cast<Precision>(9); }) ==
-        "precision: value 9 has no meaning: known: auto, f32, f64");
+        "precision: value 9 has no meaning: known: auto, f32, f64, mixed");
+  CHECK(with([](auto& s) { s.isa = static_cast<Isa>(4); }) ==
+        "isa: value 4 has no meaning: known: auto, scalar, avx2, avx512");
   CHECK(with([](auto& s) { s.row_order = static_cast<RowOrder>(3); }) ==
         "row order: value 3 has no meaning: known: auto, sequential, interleaved");
 }

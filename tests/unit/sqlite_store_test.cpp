@@ -22,6 +22,7 @@ JobRecord record(JobId id) {
   job.settings = small_settings(small_scene());
   job.settings.seed = UINT64_MAX;
   job.precision_reason = "asked for";
+  job.duplicates_removed = 5;
   job.load_seconds = 0.25;
   job.scene = "digest";
   job.life = 3;
@@ -64,6 +65,7 @@ TEST_CASE("what was committed is there after a restart, what was not is gone") {
   CHECK(jobs[0].name == expected.name);
   CHECK(jobs[0].priority == expected.priority);
   CHECK(jobs[0].settings == expected.settings);
+  CHECK(jobs[0].duplicates_removed == expected.duplicates_removed);
   CHECK(jobs[0].load_seconds == expected.load_seconds);
   CHECK(jobs[0].life == expected.life);
   CHECK(jobs[0].state == JobState::queued);

@@ -15,6 +15,7 @@
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/schedule/row_order.h"
+#include "common/trace/isa.h"
 #include "tests/support/dice.h"
 #include "tests/support/sample_scenes.h"
 
@@ -263,7 +264,7 @@ TEST_CASE("a team traces an assignment, rings, and hands the result out once") {
   CHECK(finished->job == 7);
   CHECK(finished->epoch == 42);
   CHECK(finished->block == plain_block(settings, whole(settings)));
-  CHECK(finished->isa == "scalar");
+  CHECK(finished->isa == name_of(best_isa()));
   CHECK(finished->accelerator_bytes > 0);
   CHECK(finished->seconds >= 0);
   CHECK(team.traced() == 20 * 13 * 6);

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace parray {
+
+/// Uninitialised memory for `bytes` bytes on a cache line's border, in large pages where it is so
+/// large that they pay. Throws std::bad_alloc.
+void* allocate_aligned(std::size_t bytes);
+void free_aligned(void* memory) noexcept;
+
+/// A fixed number of plain elements on a cache line's border, not initialised.
+template <typename T>
+class AlignedArray {
+  static_assert(std::is_trivially_destructible_v<T>);
+
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(std::size_t size)
+      : memory_(static_cast<T*>(allocate_aligned(size * sizeof(T)))), size_(size) {}
+
+  [[nodiscard]] T* data() { return memory_.get(); }
+  [[nodiscard]] const T* data() const { return memory_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t bytes() const { return size_ * sizeof(T); }
+  [[nodiscard]] T& operator[](std::size_t i) { return memory_.get()[i]; }
+  [[nodiscard]] const T& operator[](std::size_t i) const { return memory_.get()[i]; }
+
+ private:
+  struct Free {
+    void operator()(T* memory) const noexcept { free_aligned(memory); }
+  };
+  std::unique_ptr<T[], Free> memory_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace parray

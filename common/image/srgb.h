@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cmath>
+
+/// The sRGB transfer curve, IEC 61966-2-1.
+namespace parray {
+
+/// Linear value in [0, 1] to encoded value in [0, 1].
+inline double srgb_encode(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+/// Encoded value in [0, 1] to linear value in [0, 1].
+inline double srgb_decode(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+}  // namespace parray

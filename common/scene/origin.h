@@ -1,0 +1,15 @@
+#pragma once
+
+#include "common/scene/scene.h"
+
+namespace parray {
+
+/// The point that kernels measure positions from, in the scene's coordinates.
+///
+/// Positions are double until they are taken relative to this point; only then are they rounded to
+/// the precision of the kernel. It is 0 unless another point brings the camera and most spheres at
+/// least four times nearer: scenes whose coordinates are large for no reason but where they happen
+/// to lie. A function of the scene alone.
+Vec3d scene_origin(const Scene& scene);
+
+}  // namespace parray

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/inline.h"
+#include "common/trace/ray.h"
+
+namespace parray {
+
+/// The spheres that each path of a batch is inside of: chains of links in one pool. A path holds
+/// the number of its first link. One batch at a time; not thread-safe.
+class InsideLists {
+ public:
+  static constexpr std::uint32_t none = no_sphere;
+
+  InsideLists() = default;
+  ~InsideLists();
+  InsideLists(const InsideLists&) = delete;
+  InsideLists& operator=(const InsideLists&) = delete;
+
+  /// All lists are empty again.
+  PARRAY_INLINE void clear() {
+    used_ = 0;
+    free_ = none;
+  }
+  PARRAY_INLINE std::uint32_t sphere(std::uint32_t link) const { return links_[link].sphere; }
+  PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
+
+  /// The list `head` with a sphere before it.
+  PARRAY_INLINE std::uint32_t push(std::uint32_t head, std::uint32_t sphere) {
+    std::uint32_t link = free_;
+    if (link != none) {
+      free_ = links_[link].next;
+    } else {
+      if (used_ == capacity_) {
+        grow();
+      }
+      link = used_++;
+    }
+    links_[link] = {sphere, head};
+    return link;
+  }
+  /// The list `head` without `sphere`, which is in it.
+  PARRAY_INLINE std::uint32_t remove(std::uint32_t head, std::uint32_t sphere) {
+    std::uint32_t* to = &head;
+    while (links_[*to].sphere != sphere) {
+      to = &links_[*to].next;
+    }
+    const std::uint32_t link = *to;
+    *to = links_[link].next;
+    links_[link].next = free_;
+    free_ = link;
+    return head;
+  }
+  /// Gives the links of a path that has ended back.
+  PARRAY_INLINE void release(std::uint32_t head) {
+    while (head != none) {
+      const std::uint32_t after = links_[head].next;
+      links_[head].next = free_;
+      free_ = head;
+      head = after;
+    }
+  }
+
+ private:
+  struct Link {
+    std::uint32_t sphere;
+    std::uint32_t next;
+  };
+  /// Throws std::bad_alloc.
+  void grow();
+
+  Link* links_ = nullptr;
+  std::uint32_t used_ = 0;
+  std::uint32_t capacity_ = 0;
+  std::uint32_t free_ = none;
+};
+
+}  // namespace parray

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/math/vec.h"
+
+namespace parray {
+
+/// A sphere as the builder moves it about.
+template <typename Store>
+struct BuildSphere {
+  Store x, y, z;
+  Store radius;
+  std::uint32_t index;  ///< in the input
+};
+
+template <typename Store>
+struct Bounds {
+  Vec3<Store> lo;
+  Vec3<Store> hi;
+};
+
+/// Node of a binary tree over a range of spheres; leaves hold at most `leaf_size`.
+template <typename Store>
+struct BinaryNode {
+  Bounds<Store> box;    ///< of the spheres, not inflated
+  std::uint32_t begin;  ///< range of spheres below it
+  std::uint32_t end;
+  std::uint32_t left;  ///< 0: a leaf
+  std::uint32_t right;
+};
+
+/// A binary tree; the root is node 0. Not every node of the array is used.
+template <typename Store>
+struct BinaryTree {
+  std::unique_ptr<BinaryNode<Store>[]> nodes;
+  std::uint32_t depth = 0;  ///< at most max_tree_depth
+};
+
+inline constexpr std::uint32_t max_tree_depth = 64;
+
+/// Builds a tree top-down by the surface area heuristic with 16 bins an axis, where a range costs
+/// as many block tests as blocks of `leaf_size` spheres it fills. Reorders `spheres`. At least one
+/// sphere, at most 2^30. The tree does not depend on `threads`.
+/// Source: Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
+template <typename Store>
+BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
+                                    int threads);
+
+}  // namespace parray

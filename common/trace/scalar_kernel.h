@@ -1,0 +1,95 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/scene/origin.h"
+#include "common/trace/kernel.h"
+#include "common/trace/path.h"
+
+namespace parray {
+
+/// Spheres as a kernel stores them, relative to `origin`.
+template <typename Store>
+std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
+  std::vector<SphereShape<Store>> shapes;
+  shapes.reserve(scene.spheres.size());
+  for (const Sphere& sphere : scene.spheres) {
+    shapes.push_back({vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)});
+  }
+  return shapes;
+}
+
+/// The camera relative to `origin`.
+template <typename Real>
+View<Real> make_view(const Scene& scene, const RenderSettings& settings, const Vec3d& origin) {
+  Camera camera = scene.camera;
+  camera.look_from = camera.look_from - origin;
+  camera.look_at = camera.look_at - origin;
+  return View<Real>(camera, settings.width, settings.height);
+}
+
+/// Spheres that some point of the lens may lie inside of; each sample then decides for itself.
+std::vector<std::uint32_t> spheres_around_lens(const Scene& scene);
+
+/// The kernel of a scalar accelerator: one path after the other, any accelerator of
+/// accelerator.h. What it computes is what every other kernel has to compute, to the bit.
+/// `Store` is the type that positions are rounded to: float, with Real double, is precision mixed.
+template <typename Real, typename Store, Accelerator<Real> A>
+class ScalarKernel final : public Kernel {
+ public:
+  ScalarKernel(const Scene& scene, const RenderSettings& settings)
+      : ScalarKernel(scene, settings, scene_origin(scene)) {}
+
+  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
+             TraceCounts& counts) const override {
+    Sides<Real> sides;
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+        const SampleRandom random(seed_, run.y * width_ + x, s);
+        const Vec3<Real> radiance =
+            trace_sample(scene_, accelerator_, x, run.y, random, sides, counts.rays);
+        add_sample(vec_cast<double>(radiance), scale_, sums[x - run.x_begin], counts);
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t accelerator_bytes() const override { return accelerator_.bytes(); }
+  [[nodiscard]] std::string_view isa() const override { return name_of(Isa::scalar); }
+
+ private:
+  ScalarKernel(const Scene& scene, const RenderSettings& settings, const Vec3d& origin)
+      : scene_{{},
+               {},
+               {},
+               SkyGradient<Real>(scene.sky),
+               make_view<Real>(scene, settings, origin),
+               spheres_around_lens(scene),
+               settings.max_depth},
+        accelerator_(fill(scene, origin)),
+        scale_(largest_radiance(scene)),
+        width_(settings.width),
+        seed_(settings.seed) {}
+
+  /// Returns the spheres, which the accelerator is made from.
+  const std::vector<SphereShape<Real>>& fill(const Scene& scene, const Vec3d& origin) {
+    for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin)) {
+      scene_.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
+    }
+    for (const Sphere& sphere : scene.spheres) {
+      scene_.material_of.push_back(sphere.material);
+    }
+    for (const Material& material : scene.materials) {
+      scene_.surfaces.emplace_back(material);
+    }
+    return scene_.spheres;
+  }
+
+  TraceScene<Real> scene_;
+  A accelerator_;
+  RadianceScale scale_;
+  std::uint32_t width_;
+  std::uint64_t seed_;
+};
+
+}  // namespace parray

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <embree3/rtcore.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace parray::peer {
+
+/// What Embree asks of a thread that traces: denormals are zero, for as long as this lives.
+class FlushDenormals {
+ public:
+  FlushDenormals() : before_(_mm_getcsr()) {
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+  }
+  ~FlushDenormals() { _mm_setcsr(before_); }
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+  unsigned before_;
+};
+
+/// Spheres in Embree's hands, in Morton order: primitive i is not sphere i.
+class EmbreeScene {
+ public:
+  /// `spheres` is not empty. Throws std::runtime_error where Embree fails.
+  explicit EmbreeScene(const std::vector<Sphere>& spheres);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  [[nodiscard]] RTCScene handle() const { return scene_; }
+  /// Index of the material of each primitive.
+  [[nodiscard]] const std::uint32_t* material_of() const { return material_of_.data(); }
+
+  /// What Embree holds, the vertex buffer included, and the most that it ever held.
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  [[nodiscard]] std::size_t peak_bytes() const { return peak_bytes_; }
+  /// Processor time of rtcCommitScene.
+  [[nodiscard]] double build_seconds() const { return build_seconds_; }
+
+ private:
+  static bool count_memory(void* self, ssize_t bytes, bool post);
+  void fill(const std::vector<Sphere>& spheres, RTCGeometry geometry);
+  void check() const;
+
+  std::vector<std::uint32_t> material_of_;
+  std::size_t bytes_ = 0;  // one thread builds
+  std::size_t peak_bytes_ = 0;
+  double build_seconds_ = 0;
+  RTCDevice device_;
+  RTCScene scene_ = nullptr;
+};
+
+}  // namespace parray::peer

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Instructions that an old processor lacks stay inside the kernels that are chosen at run time."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+BIN = pathlib.Path(os.environ["PARRAY_BIN_DIR"])
+BUILD = BIN.parent
+ISAS = ("avx2", "avx512")
+# AVX of any width has mnemonics with a v; mask registers are AVX-512's.
+NEW_INSTRUCTION = re.compile(r"\tv\S+\s.*%[xyz]mm|%[yz]mm|%k[0-7]\b")
+SYMBOL = re.compile(r"^[0-9a-f]+ <(.*)>:$")
+
+
+def output(*command):
+    return subprocess.run(list(map(str, command)), check=True, capture_output=True, text=True).stdout
+
+
+def kernel_object(isa):
+    found = list(BUILD.rglob(f"parray_kernels_{isa}.dir/**/isa_kernels.cpp.o"))
+    return found[0] if len(found) == 1 else None
+
+
+def of_kernels(symbol):
+    return any(f"parray::{isa}::" in symbol for isa in ISAS)
+
+
+@unittest.skipUnless(shutil.which("nm") and shutil.which("objdump"), "binutils are not installed")
+@unittest.skipUnless(kernel_object("avx2"), "no kernels of several instruction sets in this build")
+class IsaSymbols(unittest.TestCase):
+    def test_the_linker_has_no_choice_among_copies_of_different_instruction_sets(self):
+        for isa in ISAS:
+            lines = output("nm", "-C", "--defined-only", kernel_object(isa)).splitlines()
+            symbols = [line.split(maxsplit=2) for line in lines]
+            self.assertTrue(any(f"parray::{isa}::trace(" in s[2] for s in symbols if s[1] == "T"))
+            shared = [s[2] for s in symbols
+                      # What the compiler emits for exceptions is a pointer, not instructions.
+                      if s[1] in "WVu" and f"parray::{isa}::" not in s[2]
+                      and not s[2].startswith("DW.ref.")]
+            self.assertEqual(shared, [], f"{isa}: weak, so any file's copy may be the one kept")
+
+    def test_kernels_of_one_instruction_set_are_used_by_no_other(self):
+        for isa, other in (ISAS, reversed(ISAS)):
+            for line in output("nm", "-C", kernel_object(isa)).splitlines():
+                self.assertNotIn(f"parray::{other}::", line)
+
+    def test_the_programs_have_new_instructions_in_kernels_alone(self):
+        for program in ("parray", "parray-worker"):
+            with self.subTest(program=program):
+                symbol, outside, inside = "", set(), 0
+                for line in output("objdump", "-dC", "--no-show-raw-insn", BIN / program).splitlines():
+                    header = SYMBOL.match(line)
+                    if header:
+                        symbol = header[1]
+                    elif NEW_INSTRUCTION.search(line):
+                        if of_kernels(symbol):
+                            inside += 1
+                        else:
+                            outside.add(symbol)
+                self.assertEqual(outside, set())
+                self.assertGreater(inside, 1000)  # the search itself finds them
+
+
+if __name__ == "__main__":
+    unittest.main()

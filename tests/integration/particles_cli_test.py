@@ -1,0 +1,220 @@
+#!/usr/bin/env python3
+"""Particles at a shell: scenes that name their files, portraits of the files, and convert."""
+
+import json
+import pathlib
+import resource
+import subprocess
+import unittest
+
+import jsonschema
+
+from cli_usage_test import SCENE, CliTest
+from farm import BIN, SCENES, Farm, run
+
+MOLECULES = {"caffeine.xyz": 24, "helix.pdb": 68}
+SMALL = ["--width", "40", "--height", "30", "--spp", "4"]
+
+
+class ParticlesTest(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.write("atoms.xyz", "3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
+        self.write("points.csv", "x,y,z\n0,0,0\n0,0,4\n0,3,0\n")
+        self.write_scene({"file": "atoms.xyz"})
+        self.before = self.files()
+
+    def write(self, name, text):
+        self.path(name).write_text(text)
+
+    def write_scene(self, *particles):
+        self.scene.write_text(json.dumps({**SCENE, "particles": particles}))
+
+    def facts(self, scene):
+        result = run("validate", scene, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def identity(self, scene):
+        return self.facts(scene)["scene_sha256"]
+
+    def convert(self, *arguments, **options):
+        result = run("convert", *arguments, **options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return result.stdout
+
+
+class Refusals(ParticlesTest):
+    def test_files_of_particles_that_are_not_there_are_refused_with_the_place_in_the_scene(self):
+        self.write_scene({"file": "atoms.xyz"}, {"file": "none.xyz"})
+        for command in (["validate"], ["render", "-o", self.path("a.png")], ["submit"],
+                        ["convert", self.path("a.json")]):
+            name, *rest = command
+            self.refused(name, *([self.scene, *rest]), mentions="scene.json:1: /particles/1/file: ")
+            self.refused(name, *([self.scene, *rest]), mentions="none.xyz: no such file")
+        self.refused("render", self.path("none.pdb"), "-o", self.path("a.png"),
+                     mentions="none.pdb: no such file")
+
+    def test_columns_that_the_file_lacks_are_refused_with_those_that_it_has(self):
+        self.write_scene({"file": "atoms.xyz", "radius": "column"})
+        self.refused("validate", self.scene, mentions="scene.json:1: /particles/0/radius: atoms.xyz "
+                                                      "has no radii: use by-element or a number")
+        self.write_scene({"file": "atoms.xyz", "material": "column"})
+        self.refused("validate", self.scene, mentions="/particles/0/material: atoms.xyz has no colours")
+        self.write_scene({"file": "points.csv", "radius": 1, "material": "gold"},
+                         {"file": "points.csv", "material": "gold"})
+        self.refused("validate", self.scene, mentions="/particles/1/radius: points.csv has no radii or "
+                                                      "elements: use a number")
+        out = self.path("a.json")
+        self.refused("convert", self.path("atoms.xyz"), out, "--radius", "column",
+                     mentions="atoms.xyz has no radii: use by-element or a number")
+        self.refused("convert", self.path("points.csv"), out, "--material", "by-element",
+                     mentions="points.csv has no elements: use plain")
+
+    def test_rules_that_are_none_are_refused_by_option(self):
+        arguments = ["convert", self.path("atoms.xyz"), self.path("a.json")]
+        for value in ("0", "-1", "1e16", "nan", "inf", "1e400", "", " 1", "1 ", "0x1", "by-type",
+                      "big"):
+            self.refused(*arguments, "--radius", value, mentions="--radius:")
+        for value in ("gold", "", "by-elements"):
+            self.refused(*arguments, "--material", value, mentions="--material:")
+        self.refused(*arguments, "--material", "by-elements", mentions="did you mean 'by-element'?")
+        self.refused("convert", self.path("atoms.xyz"), mentions="OUT.json")
+
+    def test_places_that_cannot_be_written_to_are_refused_before_anything_is_read(self):
+        missing = self.path("none.xyz")
+        for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "no directory"),
+                               ("x" * 300 + ".json", "too long")):
+            self.refused("convert", missing, self.path(name), mentions=mentions)
+        self.refused("convert", self.scene, self.scene, mentions="the scene itself")
+        self.path("folder.json").mkdir()
+        self.before = self.files()
+        self.refused("convert", missing, self.path("folder.json"), mentions="directory")
+
+    def test_options_for_particles_are_refused_for_scenes(self):
+        for option in (["--radius", "1"], ["--material", "column"], ["--expand"]):
+            self.refused("convert", self.scene, self.path("a.json"), *option,
+                         mentions="scene.json is not a file of particles")
+
+    def test_a_full_disk_is_a_failure_that_leaves_what_was_there(self):
+        self.path("a.json").write_text("an older scene")
+        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        result = subprocess.run([BIN / "parray", "convert", SCENES / "one-weekend-484.json",
+                                 self.path("a.json")], preexec_fn=small, capture_output=True,
+                                text=True, check=False)
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stderr, f"parray: writing {self.path('a.json')}: File too large\n")
+        self.assertEqual(self.path("a.json").read_text(), "an older scene")
+        self.assertEqual(self.files(), self.before | {"a.json"})
+
+
+class Conversions(ParticlesTest):
+    def test_scenes_read_back_as_themselves(self):
+        seed = pathlib.Path(__file__).parent / "seed-scene.json"
+        for scene in (*sorted(SCENES.glob("*.json")), seed, self.scene):
+            with self.subTest(scene.name):
+                out = self.path("out.json")
+                self.convert(scene, out)
+                before, after = self.facts(scene), self.facts(out)
+                for facts in (before, after):
+                    facts.pop("file")
+                    facts.pop("format")
+                self.assertEqual(after, before)
+                self.assertNotIn("particles", json.loads(out.read_text()))
+
+    def test_a_portrait_is_one_scene_however_it_is_written(self):
+        for name, count in MOLECULES.items():
+            with self.subTest(name):
+                molecule = SCENES / "particles" / name
+                portrait = self.facts(molecule)
+                self.assertEqual((portrait["format"], portrait["spheres"]),
+                                 ("particles", count + 2))
+                reference, spheres = self.path("reference.json"), self.path("spheres.json")
+                self.convert(molecule, reference)
+                self.convert(molecule, spheres, "--expand")
+                self.assertEqual(self.identity(reference), portrait["scene_sha256"])
+                self.assertEqual(self.identity(spheres), portrait["scene_sha256"])
+                self.assertEqual(len(json.loads(reference.read_text())["spheres"]), 2)
+                self.assertEqual(len(json.loads(spheres.read_text())["spheres"]), count + 2)
+
+    def test_a_reference_leads_from_the_scene_to_the_file_wherever_the_command_was_run(self):
+        (self.path("scenes") / "deep").mkdir(parents=True)
+        out = self.path("scenes") / "deep" / "a.json"
+        subprocess.run([BIN / "parray", "convert", "atoms.xyz", "scenes/deep/a.json"],
+                       cwd=self.directory, check=True, capture_output=True)
+        self.assertEqual(json.loads(out.read_text())["particles"],
+                         [{"file": "../../atoms.xyz", "material": "by-element",
+                           "radius": "by-element"}])
+        self.assertEqual(self.identity(out), self.identity(self.path("atoms.xyz")))
+        self.path("link").symlink_to(out.parent)
+        self.convert(self.path("atoms.xyz"), self.path("link") / "b.json")
+        self.assertEqual(self.identity(out.parent / "b.json"), self.identity(out))
+
+    def test_rules_are_written_as_asked(self):
+        out = self.path("a.json")
+        for options, material, radius in (([], "plain", None), (["--radius", "0.1"], "plain", 0.1),
+                                          (["--material", "plain", "--radius", "1e-3"], "plain",
+                                           0.001)):
+            self.convert(self.path("points.csv"), out, *options)
+            particles = json.loads(out.read_text())["particles"][0]
+            self.assertEqual(particles["material"], material)
+            self.assertEqual(particles["radius"], radius or particles["radius"])
+            self.assertGreater(particles["radius"], 0)
+        self.convert(self.path("atoms.xyz"), out, "--material", "by-type", "--radius", "by-element")
+        particles = json.loads(out.read_text())["particles"][0]
+        self.assertEqual((particles["material"], particles["radius"]), ("by-type", "by-element"))
+
+    def test_what_is_written_is_said_and_replaces_what_was_there(self):
+        out = self.path("a.json")
+        self.assertEqual(self.convert(self.path("atoms.xyz"), out),
+                         f"wrote {out}: 2 spheres and the particles of atoms.xyz\n")
+        self.assertEqual(self.convert(self.path("atoms.xyz"), out, "--expand"),
+                         f"wrote {out}: 5 spheres\n")
+        self.assertEqual(self.files(), self.before | {"a.json"})
+
+    def test_converted_scenes_follow_the_schema(self):
+
+        schema = json.loads((SCENES / "schema/scene.v1.schema.json").read_text())
+        out = self.path("a.json")
+        for name in MOLECULES:
+            for options in ([], ["--expand"]):
+                self.convert(SCENES / "particles" / name, out, *options)
+                jsonschema.validate(json.loads(out.read_text()), schema)
+
+
+class Pictures(ParticlesTest):
+    def render(self, scene, *options):
+        report = self.path("report.json")
+        result = run("render", scene, "-o", self.path("a.png"), "--report", report, "-q", *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return json.loads(report.read_text())
+
+    def test_a_scene_with_particles_is_the_picture_of_its_spheres(self):
+        report = self.render(self.scene)
+        self.assertEqual(report["spheres"], len(SCENE["spheres"]) + 3)
+        self.convert(self.scene, self.path("spheres.json"))
+        self.assertEqual(self.render(self.path("spheres.json"))["image_sha256"],
+                         report["image_sha256"])
+
+    def test_a_file_of_particles_renders_and_is_framed_for_the_size_asked_for(self):
+        report = self.render(self.path("atoms.xyz"), *SMALL)
+        self.assertEqual((report["spheres"], report["width"], report["samples_per_pixel"]), (5, 40, 4))
+        self.assertEqual(report["nonfinite_samples"], 0)
+        self.assertEqual(self.render(self.path("points.csv"), *SMALL)["spheres"], 5)
+        tall = self.render(self.path("atoms.xyz"), "--width", "20", "--height", "60", "--spp", "1")
+        self.assertNotEqual(tall["scene_sha256"], report["scene_sha256"])
+        facts = self.facts(self.path("atoms.xyz"))
+        self.assertEqual((facts["width"], facts["height"], facts["samples_per_pixel"],
+                          facts["max_depth"]), (1200, 900, 256, 10))
+
+    def test_a_farm_renders_the_same_bits_and_never_sees_the_file(self):
+        expected = self.render(self.path("atoms.xyz"), *SMALL)
+        with Farm() as farm:
+            job = farm.submit(self.path("atoms.xyz"), *SMALL)
+            self.path("atoms.xyz").unlink()
+            farm.start_worker("one")
+            self.assertEqual(farm.finish(job)["image_sha256"], expected["image_sha256"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/scene/settings.h"
+#include "common/trace/isa.h"
+#include "common/trace/isa_kernels.h"
+#include "common/trace/sphere_tables.h"
+#include "tests/support/ray_queries.h"
+
+/// The lane kernels' search as tests ask it: spheres by input index, many rays at once.
+namespace parray::test {
+
+/// A precision: what paths are computed in, and what spheres are stored in.
+struct SinglePrecision {
+  using Real = float;
+  using Store = float;
+};
+struct MixedPrecision {
+  using Real = double;
+  using Store = float;
+};
+struct DoublePrecision {
+  using Real = double;
+  using Store = double;
+};
+
+/// What a path meets next.
+template <typename Real>
+class LaneSearch {
+ public:
+  virtual ~LaneSearch() = default;
+  /// At most SampleBatch::most queries; the paths travel together.
+  virtual std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) = 0;
+  [[nodiscard]] virtual std::uint32_t depth() const = 0;
+};
+
+template <typename Real, typename Store, int W>
+class LaneSearchOf final : public LaneSearch<Real> {
+ public:
+  using Scene = KernelScene<Real, Store, W>;
+  using Space = Workspace<Real, Store>;
+  using Find = void (*)(const Scene&, Space&);
+
+  LaneSearchOf(Find function, const Spheres<Store>& spheres, bool tree, bool sides)
+      : function_(function),
+        tables_(spheres, tree, 1),
+        scene_(View<Real>(Camera{}, 1, 1), SkyGradient<Real>(Sky{})),
+        space_(std::make_unique<Space>()),
+        slot_of_(spheres.size()) {
+    scene_.features.sides = sides;
+    scene_.input_index = tables_.input_index();
+    scene_.blocks = tables_.blocks();
+    scene_.open_spheres = tables_.open_spheres();
+    scene_.nodes = tables_.nodes();
+    scene_.node_count = tables_.node_count();
+    scene_.stack_size = tables_.stack_size();
+    for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
+      if (tables_.input_index()[slot] != no_sphere) {
+        slot_of_.at(tables_.input_index()[slot]) = slot;
+      }
+    }
+    // No answer may depend on what scratch memory holds.
+    std::memset(&space_->paths, 0xA5, sizeof space_->paths);
+    std::memset(&space_->queries, 0xA5, sizeof space_->queries);
+    std::memset(space_->stack_t, 0xA5, sizeof space_->stack_t);
+    std::memset(space_->stack_child, 0xA5, sizeof space_->stack_child);
+  }
+
+  /// As where the tables are larger than the caches.
+  void prefetch() { scene_.prefetch = true; }
+
+  std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) override {
+    space_->inside.clear();
+    space_->paths.count = static_cast<std::uint32_t>(queries.size());
+    for (std::uint32_t i = 0; i < queries.size(); ++i) {
+      set_path(i, queries[i]);
+    }
+    function_(scene_, *space_);
+    std::vector<Hit<Real>> hits;
+    for (std::uint32_t i = 0; i < queries.size(); ++i) {
+      const std::uint32_t slot = space_->queries.slot[i];
+      hits.push_back({space_->queries.t[i],
+                      slot == no_sphere ? no_sphere : tables_.input_index()[slot],
+                      space_->queries.leaving[i] != 0});
+    }
+    return hits;
+  }
+
+  [[nodiscard]] std::uint32_t depth() const override { return tables_.depth(); }
+
+ private:
+  void set_path(std::uint32_t i, const Query<Real>& query) {
+    Paths<Real>& paths = space_->paths;
+    paths.origin.set(i, query.ray.origin);
+    paths.direction.set(i, query.ray.direction);
+    paths.surface[i] = no_sphere;
+    for (std::uint32_t index = 0; index < slot_of_.size(); ++index) {
+      if (query.sides.stands_on(index)) {
+        paths.surface[i] = slot_of_[index];
+      }
+    }
+    paths.normal.set(i, query.sides.normal());
+    paths.inside[i] = InsideLists::none;
+    for (const std::uint32_t index : query.sides.inside()) {
+      paths.inside[i] = space_->inside.push(paths.inside[i], slot_of_.at(index));
+    }
+  }
+
+  Find function_;
+  SphereTables<Store, W> tables_;
+  Scene scene_;
+  std::unique_ptr<Space> space_;
+  std::vector<std::uint32_t> slot_of_;  ///< by input index
+};
+
+/// The instruction sets that this machine runs.
+inline std::vector<Isa> instruction_sets() {
+  std::vector<Isa> result;
+  for (const Isa isa : {Isa::scalar, Isa::avx2, Isa::avx512}) {
+    if (runs_on_this_machine(isa)) {
+      result.push_back(isa);
+    }
+  }
+  return result;
+}
+
+/// `function(std::integral_constant<int, W>, find)` for the kernels of an instruction set.
+template <typename P, typename Function>
+auto with_kernels_of(Isa isa, Function function) {
+  using Real = typename P::Real;
+  using Store = typename P::Store;
+  constexpr bool single = sizeof(Store) == sizeof(float);
+#define PARRAY_WITH(name)                                                              \
+  {                                                                                    \
+    constexpr int w = single ? parray::name::float_width : parray::name::double_width; \
+    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) =  \
+        parray::name::find;                                                            \
+    return function(std::integral_constant<int, w>{}, find);                           \
+  }
+#if defined(__x86_64__)
+  if (isa == Isa::avx512) PARRAY_WITH(avx512)
+  if (isa == Isa::avx2) PARRAY_WITH(avx2)
+#endif
+  PARRAY_WITH(scalar)
+#undef PARRAY_WITH
+}
+
+/// `isa`: one that this machine runs. `tree` false: linear search. `sides` false: for paths that
+/// are inside of nothing.
+template <typename P>
+std::unique_ptr<LaneSearch<typename P::Real>> lane_search(Isa isa,
+                                                          const Spheres<typename P::Store>& spheres,
+                                                          bool tree, bool sides,
+                                                          bool prefetch = false) {
+  using Real = typename P::Real;
+  using Store = typename P::Store;
+  return with_kernels_of<P>(isa, [&](auto width, auto find) -> std::unique_ptr<LaneSearch<Real>> {
+    using Search = LaneSearchOf<Real, Store, decltype(width)::value>;
+    auto search = std::make_unique<Search>(find, spheres, tree, sides);
+    if (prefetch) {
+      search->prefetch();
+    }
+    return search;
+  });
+}
+
+}  // namespace parray::test

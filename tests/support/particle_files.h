@@ -1,0 +1,68 @@
+#pragma once
+
+#include <zlib.h>
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "common/base/error.h"
+#include "common/particles/particles.h"
+#include "tests/support/message_of.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+
+/// Files of particles, written and read in a directory of one test's own.
+class ParticleFiles {
+ public:
+  [[nodiscard]] std::filesystem::path write(const std::string& name,
+                                            const std::string& bytes) const {
+    std::filesystem::path path = directory_.path() / name;
+    std::filesystem::remove(path);  // some file systems flush a file that is cut and rewritten
+    std::ofstream(path, std::ios::binary) << bytes;
+    return path;
+  }
+
+  [[nodiscard]] Particles read(const std::string& name, const std::string& bytes) const {
+    return read_particles(write(name, bytes));
+  }
+
+  /// What reading says, without the directory; "no error" when it says nothing.
+  [[nodiscard]] std::string message(const std::string& name, const std::string& bytes) const {
+    const std::filesystem::path path = write(name, bytes);
+    std::string message = message_of<InputError>([&] { read_particles(path); });
+    const std::string prefix = (directory_.path() / "").string();
+    if (message.starts_with(prefix)) message.erase(0, prefix.size());
+    return message;
+  }
+
+  [[nodiscard]] const std::filesystem::path& path() const { return directory_.path(); }
+
+ private:
+  TemporaryDirectory directory_;
+};
+
+/// `text` packed by gzip.
+inline std::string packed(const std::string& text) {
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "packed.gz";
+  gzFile file = gzopen(path.c_str(), "wb");
+  gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
+  gzclose(file);
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The bytes of a value, in the byte order named.
+template <typename T>
+std::string bytes_of(T value, std::endian order = std::endian::little) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  if (order != std::endian::native) bytes.assign(bytes.rbegin(), bytes.rend());
+  return bytes;
+}
+
+}  // namespace parray::test

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "common/trace/kernel.h"
+#include "common/trace/linear.h"
+#include "common/trace/path.h"
+#include "common/trace/scalar_kernel.h"
+
+/// The scalar reference of the lane kernels: one path after the other, by linear search.
+namespace parray::test {
+
+struct ReferenceSums {
+  std::vector<PixelSums> pixels;  ///< row after row
+  TraceCounts counts;
+  friend bool operator==(const ReferenceSums&, const ReferenceSums&) = default;
+};
+
+/// Spheres rounded to `Store`, everything else computed in `Real`.
+template <typename Real, typename Store>
+TraceScene<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
+  const Vec3d origin = scene_origin(scene);
+  TraceScene<Real> result{{},
+                          {},
+                          {},
+                          SkyGradient<Real>(scene.sky),
+                          make_view<Real>(scene, settings, origin),
+                          {},
+                          settings.max_depth};
+  for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin)) {
+    result.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
+  }
+  for (const Sphere& sphere : scene.spheres) {
+    result.material_of.push_back(sphere.material);
+  }
+  for (const Material& material : scene.materials) {
+    result.surfaces.emplace_back(material);
+  }
+  // Each path asks every sphere whether it starts in it.
+  result.around_lens.resize(scene.spheres.size());
+  std::iota(result.around_lens.begin(), result.around_lens.end(), 0U);
+  return result;
+}
+
+template <typename Real, typename Store>
+ReferenceSums reference_sums_in(const Scene& scene, const RenderSettings& settings) {
+  const TraceScene<Real> traced = reference_scene<Real, Store>(scene, settings);
+  const Linear<Real> linear(traced.spheres);
+  const RadianceScale scale(largest_radiance(scene));
+  ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
+  Sides<Real> sides;
+  for (std::uint32_t pixel = 0; pixel < result.pixels.size(); ++pixel) {
+    for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
+      const SampleRandom random(settings.seed, pixel, s);
+      const Vec3<Real> value =
+          trace_sample(traced, linear, pixel % settings.width, pixel / settings.width, random,
+                       sides, result.counts.rays);
+      add_sample(vec_cast<double>(value), scale, result.pixels[pixel], result.counts);
+    }
+  }
+  return result;
+}
+
+/// The sums of every sample of a picture, in the settings' precision (not `automatic`).
+inline ReferenceSums reference_sums(const Scene& scene, const RenderSettings& settings) {
+  switch (settings.precision) {
+    case Precision::f64:
+      return reference_sums_in<double, double>(scene, settings);
+    case Precision::mixed:
+      return reference_sums_in<double, float>(scene, settings);
+    default:
+      return reference_sums_in<float, float>(scene, settings);
+  }
+}
+
+}  // namespace parray::test

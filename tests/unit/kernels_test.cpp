@@ -1,0 +1,245 @@
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/scene/scene_file.h"
+#include "tests/support/dice.h"
+#include "tests/support/lane_search.h"
+#include "tests/support/reference_tracer.h"
+#include "tests/support/sample_scenes.h"
+
+/// The lane kernels' sums against those of the scalar reference, to the last bit.
+namespace parray::test {
+namespace {
+
+constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
+
+Scene shipped(const std::string& name) {
+  return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene;
+}
+
+/// small_scene() with every sphere of one material.
+Scene all_of(const Material& material) {
+  Scene scene = small_scene();
+  scene.materials = {material};
+  for (Sphere& sphere : scene.spheres) {
+    sphere.material = 0;
+  }
+  return scene;
+}
+
+/// The lens reaches across the walls of two glass shells, and one sphere is metal.
+Scene lens_in_glass() {
+  Scene scene = small_scene();
+  scene.camera.aperture = 0.5;
+  const Vec3d eye = scene.camera.look_from;
+  scene.spheres.push_back({eye, 0.2, 2});
+  scene.spheres.push_back({eye + Vec3d{0.1, 0, 0}, 0.6, 3});
+  scene.spheres.push_back({eye - Vec3d{0, 0, 0.3}, 0.4, 1});
+  return scene;
+}
+
+/// Glass balls, each there three times, all around a point: paths are inside of many at once.
+Scene crowded_glass() {
+  Scene scene = small_scene();
+  Dice dice(4);
+  for (int i = 0; i < 30; ++i) {
+    const Vec3d center = dice.in_cube(1.5);
+    const double radius = dice.between(0.3, 2);
+    for (int copy = 0; copy < 3; ++copy) {
+      scene.spheres.push_back({center, radius, 2});
+    }
+  }
+  return scene;
+}
+
+struct NamedScene {
+  std::string name;
+  Scene scene;
+};
+
+std::vector<NamedScene> scenes() {
+  std::vector<NamedScene> result;
+  result.push_back({"small", small_scene()});
+  result.push_back({"one weekend", shipped("one-weekend-20.json")});
+  result.push_back({"one weekend, a deep tree", shipped("one-weekend-484.json")});
+  result.push_back({"glass", shipped("glass.json")});
+  result.push_back({"shells", shipped("shells.json")});
+  result.push_back({"lens in glass", lens_in_glass()});
+  result.push_back({"crowded glass", crowded_glass()});
+  result.push_back({"diffuse only", all_of({MaterialType::diffuse, {0.5, 0.9, 0.1}, 0, 1})});
+  result.push_back({"mirrors only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 0, 1})});
+  result.push_back({"fuzz only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 1, 1})});
+  result.push_back({"pinhole", small_scene()});
+  result.back().scene.camera.aperture = 0;
+  result.push_back({"no spheres", small_scene()});
+  result.back().scene.spheres.clear();
+  result.push_back({"nothing at all", {}});
+  result.back().scene.camera.tan_half_vfov = 0.3;
+  result.push_back({"one sphere", small_scene()});
+  result.back().scene.spheres.resize(1);
+  result.push_back({"no number", small_scene()});
+  result.back().scene.camera.focus_distance = 1e-300;  // no reader accepts it
+  return result;
+}
+
+RenderSettings settings_of(Precision precision) {
+  RenderSettings settings;
+  settings.width = 37;  // no multiple of any width of lanes
+  settings.height = 31;
+  settings.samples_per_pixel = 5;
+  settings.max_depth = 12;
+  settings.seed = 0x123456789ABCDEF;
+  settings.precision = precision;
+  return settings;
+}
+
+ReferenceSums sums_of(const Kernel& kernel, const RenderSettings& settings) {
+  ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
+  for (std::uint32_t y = 0; y < settings.height; ++y) {
+    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+                 std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+                 result.counts);
+  }
+  return result;
+}
+
+/// `check` for a scene's kernels of every instruction set and accelerator, made for the scene and
+/// with everything that a scene could contain.
+void for_all_kernels(const Scene& scene, RenderSettings settings,
+                     const std::function<void(const Kernel&)>& check) {
+  for (const Isa isa : instruction_sets()) {
+    for (const AcceleratorKind accelerator :
+         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
+      for (const bool general : {false, true}) {
+        CAPTURE(name_of(isa));
+        CAPTURE(name_of(accelerator));
+        CAPTURE(general);
+        const bool scalar = accelerator == AcceleratorKind::octree;  // whatever is asked for
+        if (scalar && (isa != Isa::scalar || general)) {
+          continue;
+        }
+        settings.isa = isa;
+        settings.accelerator = accelerator;
+        KernelOptions options;
+        options.general = general;
+        const auto kernel = make_kernel(scene, settings, options);
+        CHECK(kernel->isa() == name_of(isa));
+        check(*kernel);
+      }
+    }
+  }
+}
+
+/// Cuts pixels and samples in two at random, again and again, and traces the pieces.
+void trace_in_pieces(const Kernel& kernel, const PixelRun& run, const SampleRange& samples,
+                     std::span<PixelSums> sums, TraceCounts& counts, Dice& dice) {
+  const std::uint32_t columns = run.x_end - run.x_begin;
+  if (dice.one_in(4) || (columns < 2 && samples.count() < 2)) {
+    kernel.trace(run, samples, sums, counts);
+  } else if (samples.count() < 2 || (columns > 1 && dice.one_in(2))) {
+    const std::uint32_t cut = 1 + dice.below32(columns - 1);
+    trace_in_pieces(kernel, {run.y, run.x_begin + cut, run.x_end}, samples, sums.subspan(cut),
+                    counts, dice);
+    trace_in_pieces(kernel, {run.y, run.x_begin, run.x_begin + cut}, samples, sums.first(cut),
+                    counts, dice);
+  } else {
+    const std::uint32_t cut = samples.begin + 1 + dice.below32(samples.count() - 1);
+    trace_in_pieces(kernel, run, {cut, samples.end}, sums, counts, dice);
+    trace_in_pieces(kernel, run, {samples.begin, cut}, sums, counts, dice);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every kernel's sums and counts are those of the scalar reference") {
+  for (const NamedScene& named : scenes()) {
+    CAPTURE(named.name);
+    for (const Precision precision : precisions) {
+      CAPTURE(name_of(precision));
+      const RenderSettings settings = settings_of(precision);
+      const ReferenceSums expected = reference_sums(named.scene, settings);
+      for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
+        const ReferenceSums found = sums_of(kernel, settings);
+        CHECK(found.counts.samples == expected.counts.samples);
+        CHECK(found.counts.rays == expected.counts.rays);
+        CHECK(found.counts.nonfinite == expected.counts.nonfinite);
+        CHECK_UNARY(found.pixels == expected.pixels);
+      });
+    }
+  }
+}
+
+TEST_CASE("the reference's scenes show what their names say") {
+  const RenderSettings settings = settings_of(Precision::f32);
+  for (const NamedScene& named : scenes()) {
+    CAPTURE(named.name);
+    const TraceCounts counts = reference_sums(named.scene, settings).counts;
+    const bool empty = named.scene.spheres.empty();
+    const bool no_number = named.name == "no number";
+    CHECK((counts.rays > counts.samples) == (!empty && !no_number));
+    CHECK((counts.nonfinite > 0) == no_number);
+  }
+}
+
+TEST_CASE("paths as long as a picture allows are cut off where the reference cuts them") {
+  for (const std::uint32_t depth : {1U, 2U, 3U, 200U}) {
+    CAPTURE(depth);
+    RenderSettings settings = settings_of(Precision::f32);
+    settings.max_depth = depth;
+    const ReferenceSums expected = reference_sums(crowded_glass(), settings);
+    for_all_kernels(crowded_glass(), settings, [&](const Kernel& kernel) {
+      CHECK_UNARY(sums_of(kernel, settings) == expected);
+    });
+  }
+}
+
+TEST_CASE("any split of pixels and samples gives the same sums") {
+  Dice dice(5);
+  const Scene scene = lens_in_glass();
+  for (const Precision precision : precisions) {
+    CAPTURE(name_of(precision));
+    RenderSettings settings = settings_of(precision);
+    settings.height = 3;
+    settings.samples_per_pixel = 40;
+    const ReferenceSums expected = reference_sums(scene, settings);
+    for_all_kernels(scene, settings, [&](const Kernel& kernel) {
+      ReferenceSums found{std::vector<PixelSums>(expected.pixels.size()), {}};
+      for (std::uint32_t y = 0; y < settings.height; ++y) {
+        const auto row =
+            std::span(found.pixels).subspan(std::size_t{y} * settings.width, settings.width);
+        trace_in_pieces(kernel, {y, 0, settings.width}, {0, settings.samples_per_pixel}, row,
+                        found.counts, dice);
+      }
+      CHECK_UNARY(found == expected);
+    });
+  }
+}
+
+TEST_CASE("runs of one sample a pixel and of one pixel fill batches alike") {
+  const Scene scene = small_scene();
+  for (const Precision precision : precisions) {
+    CAPTURE(name_of(precision));
+    RenderSettings settings = settings_of(precision);
+    settings.height = 1;
+    using Size = std::pair<std::uint32_t, std::uint32_t>;
+    for (const Size& size :
+         {Size(700, 1), Size(1, 700), Size(3, 300), Size(512, 1), Size(1, 512), Size(1, 513)}) {
+      CAPTURE(size.first);
+      settings.width = size.first;
+      settings.samples_per_pixel = size.second;
+      const ReferenceSums expected = reference_sums(scene, settings);
+      for_all_kernels(scene, settings, [&](const Kernel& kernel) {
+        CHECK_UNARY(sums_of(kernel, settings) == expected);
+      });
+    }
+  }
+}
+
+}  // namespace parray::test

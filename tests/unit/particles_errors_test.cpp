@@ -1,0 +1,409 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tests/support/memory.h"
+#include "tests/support/particle_files.h"
+
+namespace parray {
+namespace {
+
+using test::bytes_of;
+using test::packed;
+using test::ParticleFiles;
+
+struct Damage {
+  std::string name;
+  std::string file;
+  std::string text;
+  std::string message;  ///< exact
+};
+
+void check_all(const std::vector<Damage>& table) {
+  const ParticleFiles files;
+  for (const Damage& damage : table) {
+    CAPTURE(damage.name);
+    CHECK(files.message(damage.file, damage.text) == damage.message);
+  }
+}
+
+constexpr const char* xyz_floats = "property float x\nproperty float y\nproperty float z\n";
+
+std::string ascii_ply(const std::string& count, const std::string& more = "") {
+  return "ply\nformat ascii 1.0\nelement vertex " + count + "\n" + xyz_floats + more +
+         "end_header\n";
+}
+
+std::string binary_ply(const std::string& count, const std::string& more = "") {
+  return "ply\nformat binary_little_endian 1.0\nelement vertex " + count + "\n" + xyz_floats +
+         more + "end_header\n";
+}
+
+std::string floats(float x, float y, float z) { return bytes_of(x) + bytes_of(y) + bytes_of(z); }
+
+std::string dump(const std::string& count, const std::string& rest) {
+  return "ITEM: NUMBER OF ATOMS\n" + count + "\nITEM: ATOMS x y z\n" + rest;
+}
+
+std::string cif(const std::string& values) {
+  return "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n" + values;
+}
+
+std::string pdb(const std::string& x) {
+  return "ATOM      1  CA  ALA A   1    " + x + "   2.000   3.000  1.00  0.00           C\n";
+}
+
+constexpr const char* position_range = " is out of range: use a number from -1e+15 to 1e+15";
+constexpr const char* radius_range = " is out of range: use a number from 1e-15 to 1e+15";
+
+}  // namespace
+
+TEST_CASE("a file that is not there, empty, a directory or of no known name is refused") {
+  const ParticleFiles files;
+  const auto message = [](const std::filesystem::path& path) {
+    return test::message_of<InputError>([&] { read_particles(path); });
+  };
+  const std::filesystem::path folder = files.path() / "folder.xyz";
+  std::filesystem::create_directory(folder);
+  CHECK(message(files.path() / "none.xyz") ==
+        (files.path() / "none.xyz").string() + ": no such file: check the path");
+  CHECK(message(folder) == folder.string() + ": is a directory: name the file of particles in it");
+  for (const char* name : {"a.ply", "a.csv", "a.xyz", "a.dump", "a.pdb", "a.cif", "a.xyz.gz"}) {
+    CHECK(files.message(name, "") == std::string(name) + ": the file is empty: is it complete?");
+  }
+}
+
+TEST_CASE("an error's file name cannot drive the terminal") {
+  CHECK(test::message_of<InputError>([] { read_particles("a\x1b[2J.xyz"); }) ==
+        "a\\x1b[2J.xyz: no such file: check the path");
+}
+
+TEST_CASE("numbers that are none, not finite or out of range are refused with their line") {
+  const auto not_finite = [](const std::string& text) {
+    return " '" + text + "' is not a finite number: write it as 0.5 or 1e3";
+  };
+  check_all({
+      {"NaN", "a.xyz", "1\n\nC 0 nan 0\n", "a.xyz:3: y" + not_finite("nan")},
+      {"infinity", "a.xyz", "1\n\nC 0 0 -inf\n", "a.xyz:3: z" + not_finite("-inf")},
+      {"overflow", "a.xyz", "1\n\nC 1e999 0 0\n", "a.xyz:3: x" + not_finite("1e999")},
+      {"a word", "a.csv", "x,y,z\n1,2,3\n1,two,3\n", "a.csv:3: y" + not_finite("two")},
+      {"a comma in a number", "a.csv", "x;y;z\n1,5;2;3\n", "a.csv:2: x" + not_finite("1,5")},
+      {"nothing", "a.csv", "x,y,z\n1,,3\n", "a.csv:2: y" + not_finite("")},
+      {"hexadecimal", "a.csv", "x,y,z\n1,0x10,3\n", "a.csv:2: y" + not_finite("0x10")},
+      {"two signs", "a.csv", "x,y,z\n1,+-1,3\n", "a.csv:2: y" + not_finite("+-1")},
+      {"NaN in a dump", "a.dump", dump("1", "0 NaN 0\n"), "a.dump:4: y" + not_finite("NaN")},
+      {"a terminal's escape", "a.xyz", "1\n\nC \x1b[2J 0 0\n",
+       "a.xyz:3: x" + not_finite("\\x1b[2J")},
+      {"NaN in PLY", "a.ply", ascii_ply("1") + "0 0 nan\n", "a.ply:8: value" + not_finite("nan")},
+      {"NaN in PDB", "a.pdb", pdb("     nan"), "a.pdb:1: x" + not_finite("nan")},
+      {"blank in PDB", "a.pdb", "REMARK\n" + pdb("        "), "a.pdb:2: x" + not_finite("")},
+      {"NaN in mmCIF", "a.cif", cif("1 2\nnan\n"), "a.cif:7: cartn_z" + not_finite("nan")},
+      {"a quoted word in mmCIF", "a.cif", cif("1 2 'a b'\n"),
+       "a.cif:6: cartn_z" + not_finite("'a b'")},
+      {"too far in mmCIF", "a.cif", cif("1 2 1e16\n"),
+       std::string("a.cif:6: coordinate 1e+16") + position_range},
+      {"too far", "a.xyz", "1\n\nC 0 0 -1e16\n",
+       std::string("a.xyz:3: coordinate -1e+16") + position_range},
+      {"NaN in binary", "a.ply", binary_ply("1") + floats(0, NAN, 0),
+       std::string("a.ply: byte 123: coordinate nan") + position_range},
+      {"infinity in binary", "a.ply", binary_ply("1") + floats(INFINITY, 0, 0),
+       std::string("a.ply: byte 123: coordinate inf") + position_range},
+  });
+}
+
+TEST_CASE("radii that are not positive and colours that are none are refused") {
+  const std::string radius = "property float radius\n";
+  const std::string color = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  check_all({
+      {"negative", "a.csv", "x,y,z,radius\n0,0,0,-1\n",
+       std::string("a.csv:2: radius -1") + radius_range},
+      {"zero", "a.ply", ascii_ply("1", radius) + "0 0 0 0\n",
+       std::string("a.ply:9: radius 0") + radius_range},
+      {"NaN in binary", "a.ply", binary_ply("1", radius) + floats(0, 0, 0) + bytes_of(NAN),
+       std::string("a.ply: byte 149: radius nan") + radius_range},
+      {"huge diameter", "a.dump",
+       "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z diameter\n0 0 0 4e15\n",
+       std::string("a.dump:4: radius 2e+15") + radius_range},
+      {"colour above 255", "a.ply", ascii_ply("1", color) + "0 0 0 0 256 0\n",
+       "a.ply:11: colour component 256 is out of range: use a whole number from 0 to 255"},
+      {"colour with a fraction", "a.ply", ascii_ply("1", color) + "0 0 0 0 0.5 0\n",
+       "a.ply:11: colour component 0.5 is out of range: use a whole number from 0 to 255"},
+      {"linear colour above 1", "a.xyz", "1\nProperties=pos:R:3:color:R:3\n0 0 0 0 0 1.01\n",
+       "a.xyz:3: colour component 1.01 is out of range: use a number from 0 to 1"},
+      {"negative colour", "a.csv", "x,y,z,red,green,blue\n0,0,0,-1,0,0\n",
+       "a.csv:2: colour component -1 is out of range: use a number from 0 to 255"},
+      {"two scales", "a.csv", "x y z red green blue\n0 0 0 0.5 0 0\n0 0 0 1 0 0\n0 0 0 200 0 0\n",
+       "a.csv:4: colours on two scales (fractions on line 2, above 1 on line 4): use 0 to 1 or "
+       "whole numbers 0 to 255 throughout"},
+      {"colours of different types", "a.ply",
+       ascii_ply("1", "property uchar red\nproperty uchar green\nproperty float blue\n") +
+           "0 0 0 0 0 0\n",
+       "a.ply:10: colours must be all uchar or all float: change their type"},
+      {"colours of int", "a.ply",
+       ascii_ply("1", "property int red\nproperty int green\nproperty int blue\n") +
+           "0 0 0 0 0 0\n",
+       "a.ply:10: colours must be all uchar or all float: change their type"},
+      {"no element", "a.csv", "x,y,z,element\n0,0,0,Sj\n",
+       "a.csv:2: 'Sj' is no element: write a symbol, an atomic number or X, or name the column "
+       "'type'"},
+  });
+}
+
+TEST_CASE("PLY: a header that is none is refused") {
+  const std::string start = "ply\nformat ascii 1.0\n";
+  const std::string no_format =
+      "no PLY format: line 2 is 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format "
+      "binary_big_endian 1.0'";
+  check_all({
+      {"text", "a.ply", "solid cube\n", "a.ply:1: not a PLY file: its first line is 'ply'"},
+      {"no format", "a.ply", "ply\nelement vertex 1\n", "a.ply:2: " + no_format},
+      {"a later version", "a.ply", "ply\nformat ascii 2.0\n", "a.ply:2: " + no_format},
+      {"no end", "a.ply", start + "element vertex 1\n",
+       "a.ply:3: the file ends before end_header: is it complete?"},
+      {"a strange line", "a.ply", start + "vertex 1\n",
+       "a.ply:3: 'vertex 1' in a PLY header: use comment, element, property, end_header"},
+      {"a strange type", "a.ply", start + "element vertex 1\nproperty real x\n",
+       "a.ply:4: unknown type 'real': use char, uchar, short, ushort, int, uint, float or double"},
+      {"a property too early", "a.ply", start + "property float x\n",
+       "a.ply:3: a property before the first element: move it"},
+      {"a property twice", "a.ply", start + "element vertex 1\nproperty int x\nproperty int x\n",
+       "a.ply:5: two properties are named 'x': rename one"},
+      {"half a property", "a.ply", start + "element vertex 1\nproperty list int x\n",
+       "a.ply:4: not a property: write 'property TYPE NAME' or 'property list TYPE TYPE NAME'"},
+      {"a list's size that is float", "a.ply",
+       start + "element vertex 1\nproperty list float int x\n",
+       "a.ply:4: the size of a list cannot be a float: use uchar or int"},
+      {"no vertex", "a.ply", start + "element point 1\nproperty float x\nend_header\n0\n",
+       "a.ply:5: no element 'vertex': the particles are its instances"},
+      {"vertex twice", "a.ply", start + "element vertex 0\nelement vertex 0\nend_header\n",
+       "a.ply:5: two elements are named 'vertex': rename one"},
+      {"no z", "a.ply",
+       start + "element vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",
+       "a.ply:6: no column 'z': name the columns x, y and z"},
+      {"z as a list", "a.ply",
+       start + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\n"
+               "end_header\n0 0 1 0\n",
+       "a.ply:7: no column 'z': name the columns x, y and z"},
+      {"no properties", "a.ply", start + "element face 1\nend_header\n",
+       "a.ply:4: element 'face' has no properties: add them"},
+      {"a count that is none", "a.ply", start + "element vertex -1\n",
+       "a.ply:3: '-1' is not a number of particles: write a whole number"},
+      {"an absurd count", "a.ply", start + "element vertex 99999999999\n",
+       "a.ply:3: 99999999999 particles are too many: use at most 100000000"},
+      {"an absurd count of faces", "a.ply", start + "element face 4294967296\n",
+       "a.ply:3: '4294967296' is not a number of elements: use 0 to 4294967295"},
+      {"no particles", "a.ply", ascii_ply("0"), "a.ply:7: no particles: is this the right file?"},
+  });
+}
+
+TEST_CASE("PLY: data that do not fit the header are refused") {
+  const std::string list = "property list char int l\n";
+  const std::string too_short = "is it complete, and is their count right?";
+  check_all({
+      {"short text", "a.ply", ascii_ply("2") + "10.25 0 0.125\n",
+       "a.ply:8: the file ends within its elements 'vertex': " + too_short},
+      {"long text", "a.ply", ascii_ply("1") + "0 0 0\n1 1 1\n",
+       "a.ply:9: text after the last element: are the counts in the header right?"},
+      {"too few values", "a.ply", ascii_ply("1") + "0.125 0.125\n",
+       "a.ply:8: 2 values do not fit the properties of element 'vertex': write one a property"},
+      {"too many values", "a.ply", ascii_ply("1") + "0 0 0 0\n",
+       "a.ply:8: 4 values do not fit the properties of element 'vertex': write one a property"},
+      {"a long list", "a.ply", ascii_ply("1", list) + "0 0 0 3 1 2\n",
+       "a.ply:9: 6 values do not fit the properties of element 'vertex': write one a property"},
+      {"a list of nonsense", "a.ply", ascii_ply("1", list) + "0 0 0 -1\n",
+       "a.ply:9: list 'l' has no valid size: is the header right?"},
+      {"short data", "a.ply", binary_ply("2") + floats(0, 0, 0) + floats(0, 0, 0).substr(1),
+       "a.ply:7: the header announces at least 24 bytes of data, the file has 23: is it complete?"},
+      {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
+       "a.ply.gz: byte 127: the file ends within its elements 'vertex': " + too_short},
+      {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "\n",
+       "a.ply: byte 127: data after the last element: are the counts in the header right?"},
+      {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
+       "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},
+      {"a negative list", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\xff",
+       "a.ply: byte 152: list 'l' has no valid size: is the header right?"},
+  });
+}
+
+TEST_CASE("CSV: tables that are none are refused") {
+  check_all({
+      {"only comments", "a.csv", "# nothing\n\n",
+       "a.csv:2: no header line: name the columns x, y and z"},
+      {"no header", "a.csv", "1,2,3\n", "a.csv:1: no column 'x': name the columns x, y and z"},
+      {"no y", "a.csv", "x,z,r\n", "a.csv:1: no column 'y': name the columns x, y and z"},
+      {"x twice", "a.csv", "x,X,y,z\n", "a.csv:1: two columns are named 'x': rename one"},
+      {"no rows", "a.csv", "x,y,z\n", "a.csv:1: no particles: is this the right file?"},
+      {"a short row", "a.csv", "x,y,z\n1,2,3\n\n1,2\n",
+       "a.csv:4: 2 fields where the header has 3: write as many"},
+      {"a long row", "a.csv", "x y z\n1 2 3 4\n",
+       "a.csv:2: 4 fields where the header has 3: write as many"},
+      {"an open quote", "a.csv", "x,y,z,type\n1,2,3,\"a\n",
+       "a.csv:2: a quote is not closed: close it"},
+      {"text after a quote", "a.csv", "x,y,z,type\n1,2,3,\"a\"b\n",
+       "a.csv:2: text after a closing quote: write a quote in a quoted field twice"},
+  });
+  std::string table = "x,y,z,type\n0,0,0," + std::string(257, 'a') + "\n";
+  check_all({{"a long type", "a.csv", table,
+              "a.csv:2: the type '" + std::string(57, 'a') +
+                  "...' is longer than 256 bytes: shorten it"}});
+  table = "x,y,z,type\n";
+  for (int i = 0; i <= 65536; ++i) table += "0,0,0,t" + std::to_string(i) + "\n";
+  check_all({{"too many types", "a.csv", table,
+              "a.csv:65538: more than 65536 types: is this a column of types, or of names?"}});
+}
+
+TEST_CASE("XYZ: frames that are none are refused") {
+  const auto no_property = [](const std::string& name) {
+    return "a.xyz:2: Properties has no NAME:TYPE:COUNT at '" + name +
+           "': write them as species:S:1:pos:R:3";
+  };
+  check_all({
+      {"no count", "a.xyz", "C 0 0 0\n",
+       "a.xyz:1: 'C 0 0 0' is not a number of particles: write a whole number"},
+      {"an absurd count", "a.xyz", "100000001\n\n",
+       "a.xyz:1: 100000001 particles are too many: use at most 100000000"},
+      {"a count beyond 64 bits", "a.xyz", "99999999999999999999\n\n",
+       "a.xyz:1: '99999999999999999999' is not a number of particles: write a whole number"},
+      {"no comment", "a.xyz", "1",
+       "a.xyz:1: the file ends before its comment line: is it "
+       "complete?"},
+      {"too few atoms", "a.xyz", "3\n\nC 0 0 0\n",
+       "a.xyz:3: the file ends after 1 of 3 particles: is it complete?"},
+      {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
+       "a.xyz:4: text after the last particle: is the count on line 1 right?"},
+      {"too few columns", "a.xyz", "1\n\nC 0 0\n",
+       "a.xyz:3: 3 columns where 4 are needed: write a name and three coordinates"},
+      {"no atoms", "a.xyz", "0\n\n", "a.xyz:2: no particles: is this the right file?"},
+      {"other columns than announced", "a.xyz", "1\nProperties=species:S:1:pos:R:3\nC 0 0 0 0\n",
+       "a.xyz:3: 5 columns where 4 are needed: write as many as Properties announces"},
+      {"no positions", "a.xyz", "1\nProperties=species:S:1\nC\n",
+       "a.xyz:2: Properties has no pos:R:3: add it"},
+      {"half a property", "a.xyz", "1\nProperties=species:S:1:pos:R\n", no_property("pos")},
+      {"an unknown type", "a.xyz", "1\nProperties=pos:Q:3\n", no_property("pos")},
+      {"no columns", "a.xyz", "1\nProperties=pos:R:0\n", no_property("pos")},
+      {"absurd columns", "a.xyz", "1\nProperties=pos:R:18446744073709551615\n", no_property("pos")},
+  });
+}
+
+TEST_CASE("LAMMPS: dumps that are none are refused") {
+  check_all({
+      {"a log", "a.dump", "LAMMPS (29 Sep 2021)\n",
+       "a.dump:1: 'LAMMPS (29 Sep 2021)' where a line 'ITEM: ...' should be: is this a LAMMPS text "
+       "dump?"},
+      {"another kind of dump", "a.dump", "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n1\n",
+       "a.dump:3: unknown item 'NUMBER OF ENTRIES': is this a LAMMPS text dump of atoms?"},
+      {"no count", "a.dump", "ITEM: ATOMS x y z\n",
+       "a.dump:1: no ITEM: NUMBER OF ATOMS before the atoms: add it"},
+      {"an absurd count", "a.dump", dump("4000000000", ""),
+       "a.dump:2: 4000000000 particles are too many: use at most 100000000"},
+      {"no atoms", "a.dump", "ITEM: NUMBER OF ATOMS\n1\n",
+       "a.dump:2: no ITEM: ATOMS: is the file complete?"},
+      {"an end in the header", "a.dump", "ITEM: TIMESTEP\n",
+       "a.dump:1: the file ends within its header: is it complete?"},
+      {"no positions", "a.dump", "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id type x y\n1 1 0 0\n",
+       "a.dump:3: no positions: dump x y z, xu yu zu or xs ys zs"},
+      {"scaled without a box", "a.dump", "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS xs ys zs\n0 0 0\n",
+       "a.dump:3: scaled positions need the box's bounds along x, y and z: dump x y z"},
+      {"a box without tilts", "a.dump", "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1\n",
+       "a.dump:2: 2 numbers where the box needs 3: write low, high and tilt"},
+      {"too few atoms", "a.dump", dump("2", "0 0 0\n"),
+       "a.dump:4: the file ends after 1 of 2 atoms: is it complete?"},
+      {"too many atoms", "a.dump", dump("1", "0 0 0\n0 0 0\n"),
+       "a.dump:5: text after the last atom: is ITEM: NUMBER OF ATOMS right?"},
+      {"too few columns", "a.dump", dump("1", "0 0\n"),
+       "a.dump:4: 2 columns where ITEM: ATOMS names 3: write as many"},
+      {"too many columns", "a.dump", dump("1", "0 0 0 0\n"),
+       "a.dump:4: 4 columns where ITEM: ATOMS names 3: write as many"},
+  });
+}
+
+TEST_CASE("PDB and mmCIF: files that are none are refused") {
+  const std::string no_atoms =
+      "no atoms: mmCIF has them in _atom_site.Cartn_x, Cartn_y, Cartn_z; convert other kinds of "
+      "CIF "
+      "to XYZ";
+  check_all({
+      {"no atoms", "a.pdb", "HEADER\nEND\n", "a.pdb:2: no particles: is this the right file?"},
+      {"a short record", "a.pdb", pdb("   1.000").substr(0, 53),
+       "a.pdb:1: the record ends before its coordinates, columns 31 to 54: is it complete?"},
+      {"a zero byte", "a.pdb", pdb("   1.000").replace(7, 1, 1, '\0'),
+       "a.pdb:1: not a record of an atom: is a column damaged?"},
+      {"shifted columns", "a.pdb",
+       "ATOM      1  CA  ALA A   1  1.000   2.000   3.000   1.00  0.0\n",
+       "a.pdb:1: x '000   2.' is not a finite number: write it as 0.5 or 1e3"},
+      {"no CIF", "a.cif", "HEADER\n",
+       "a.cif:1: not CIF (expected block header (data_)): is this the right file?"},
+      {"an open quote", "a.cif", "data_a\n_a.b 'c\n",
+       "a.cif:2: not CIF (unterminated 'string'): is this the right file?"},
+      {"another kind of CIF", "a.cif", "data_a\nloop_\n_atom_site_fract_x\n0.5\n",
+       "a.cif:4: " + no_atoms},
+      {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
+       "a.cif:5: no _atom_site.cartn_z: add it"},
+      {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
+       "a.cif:7: the last row of _atom_site has 2 of 3 values: is the file complete?"},
+      {"an empty loop", "a.cif", cif(""), "a.cif:5: no particles: is this the right file?"},
+      {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
+       "a.cif:2: not CIF (a text of more than 4194304 bytes): is this the right file?"},
+  });
+}
+
+TEST_CASE("a line of a megabyte and a file of noise are one short message in every format") {
+  const ParticleFiles files;
+  std::string noise;
+  for (std::uint32_t i = 0, state = 1; i < 100'000; ++i) {
+    state = state * 1664525U + 1013904223U;
+    noise += static_cast<char>(state >> 24);
+  }
+  for (const char* name : {"a.ply", "a.csv", "a.xyz", "a.dump", "a.pdb", "a.cif"}) {
+    CAPTURE(name);
+    for (const std::string& text : {std::string(1'000'000, '7'), std::string(1'000'000, '\0'),
+                                    std::string(1'000'000, ' '), noise}) {
+      const std::string message = files.message(name, text);
+      CHECK(message.starts_with(std::string(name) + ":"));
+      CHECK(message.size() < 250);
+      CHECK(message.find_first_of(std::string("\0\n\x1b", 3)) == std::string::npos);
+    }
+  }
+  CHECK(files.message("a.xyz", std::string(1'000'000, '7')) ==
+        "a.xyz:1: a line of more than 65536 bytes: is this a text file?");
+  CHECK(files.message("a.pdb", noise + pdb("   1.000")) != "no error");
+}
+
+TEST_CASE("damaged and cut gzip data are refused, not read as far as they go") {
+  const ParticleFiles files;
+  std::string text = "2000\n\n";
+  for (int i = 0; i < 2000; ++i) text += "C " + std::to_string(i * 0.37) + " 0 0\n";
+  const std::string good = packed(text);
+  REQUIRE(files.message("a.xyz.gz", good) == "no error");
+  std::string cut = good.substr(0, good.size() - 4);  // all data is there, its length is not
+  CHECK(files.message("a.xyz.gz", cut) ==
+        "a.xyz.gz: damaged gzip data (unexpected end of file): copy or pack the file again");
+  cut = good.substr(0, good.size() / 2);
+  CHECK(files.message("a.xyz.gz", cut) ==
+        "a.xyz.gz: damaged gzip data (unexpected end of file): copy or pack the file again");
+  std::string changed = good;
+  changed[changed.size() - 8] = static_cast<char>(changed[changed.size() - 8] ^ 1);
+  CHECK(files.message("a.xyz.gz", changed) ==
+        "a.xyz.gz: damaged gzip data (incorrect data check): copy or pack the file again");
+}
+
+TEST_CASE("a count that the file cannot hold costs no memory") {
+  const ParticleFiles files;
+  const std::uint64_t before = test::peak_address_space();
+  for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{
+           {"a.ply", binary_ply("100000000") + floats(0, 0, 0)},
+           {"b.ply", ascii_ply("100000000") + "0 0 0\n"},
+           {"c.ply.gz", packed(binary_ply("100000000") + floats(0, 0, 0))},
+           {"a.xyz", "100000000\n\nC 0 0 0\n"},
+           {"b.xyz.gz", packed("100000000\n\nC 0 0 0\n")},
+           {"a.dump", dump("100000000", "0 0 0\n")}}) {
+    CHECK(files.message(name, text) != "no error");
+  }
+  CHECK(test::peak_address_space() - before < 64'000'000);
+}
+
+}  // namespace parray
