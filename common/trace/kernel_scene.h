@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "common/trace/material.h"
+#include "common/trace/sphere.h"
 #include "common/trace/view.h"
 
 /// A scene as the kernels of an instruction set read it: plain tables, filled by scene_tables.cpp
@@ -29,6 +30,15 @@ struct ChildRef {
   static constexpr std::uint32_t is_end = 0x40000000;
   static constexpr std::uint32_t number = 0x7FFFFFFF;
 };
+
+/// The sphere in a slot.
+template <typename Real, typename Store, int W>
+PARRAY_INLINE SphereShape<Real> sphere_at(const SphereBlock<Store, W>* blocks, std::uint32_t slot) {
+  const SphereBlock<Store, W>& block = blocks[slot / W];
+  const std::uint32_t lane = slot % W;
+  return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
+          Real(block.radius[lane])};
+}
 
 /// A node with up to W children. Bounds of absent children are empty: no ray meets them, unless it
 /// is not a number; that one ends there.

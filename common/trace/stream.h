@@ -131,10 +131,7 @@ class Stream {
   }
 
   PARRAY_INLINE SphereShape<Real> sphere(std::uint32_t slot) const {
-    const SphereBlock<Store, width>& block = blocks_[slot / width];
-    const std::uint32_t lane = slot % width;
-    return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
-            Real(block.radius[lane])};
+    return sphere_at<Real>(blocks_, slot);
   }
 
   /// Open spheres [first, first + bar_bits), one after the other, for lanes of rays.

@@ -95,21 +95,13 @@ class Wavefront {
     std::uint32_t head = InsideLists::none;
     for (std::uint32_t k = 0; k < scene_.around_lens_count; ++k) {
       const std::uint32_t slot = scene_.around_lens[k];
-      const SphereShape<Real> sphere = shape(slot);
+      const auto sphere = sphere_at<Real>(scene_.blocks, slot);
       const Vec3<Real> from_center = origin - sphere.center;
       if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
         head = space_.inside.push(head, slot);
       }
     }
     return head;
-  }
-
-  PARRAY_INLINE SphereShape<Real> shape(std::uint32_t slot) const {
-    constexpr std::uint32_t width = B::count;
-    const SphereBlock<Store, width>& block = scene_.blocks[slot / width];
-    const std::uint32_t lane = slot % width;
-    return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
-            Real(block.radius[lane])};
   }
 
   /// Moves every path to the hits of its material's type, or of the sky.
