@@ -3,11 +3,10 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <exception>
+#include <mutex>
 #include <utility>
 #include <vector>
 
-#include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/schedule/row_order.h"
 #include "proto/clock.h"
@@ -89,85 +88,12 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
 }
 
 ThreadTeam::ThreadTeam(int threads, std::function<void()> on_finished)
-    : threads_(threads), on_finished_(std::move(on_finished)), thread_([this] { lead(); }) {}
+    : threads_(threads),
+      thread_([this](const Assignment& assignment,
+                     const std::atomic<bool>& stop) { return trace(assignment, stop); },
+              std::move(on_finished)) {}
 
-ThreadTeam::~ThreadTeam() {
-  {
-    const std::scoped_lock lock(mutex_);
-    quit_ = true;
-    stop_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
-}
-
-void ThreadTeam::start(Assignment assignment) {
-  {
-    const std::scoped_lock lock(mutex_);
-    next_ = std::move(assignment);
-    busy_ = true;
-  }
-  changed_.notify_all();
-}
-
-bool ThreadTeam::idle() const {
-  const std::scoped_lock lock(mutex_);
-  return !busy_ && !finished_;
-}
-
-std::optional<Finished> ThreadTeam::take() {
-  const std::scoped_lock lock(mutex_);
-  if (!failure_.empty()) {
-    throw RunError(failure_);
-  }
-  return std::exchange(finished_, std::nullopt);
-}
-
-void ThreadTeam::abandon() {
-  const std::scoped_lock lock(mutex_);
-  next_.reset();
-  finished_.reset();
-  if (busy_) {
-    abandoned_ = true;
-    stop_ = true;
-  }
-}
-
-void ThreadTeam::lead() {
-  const FloatMode ieee;  // building a kernel rounds too
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return quit_ || busy_; });
-    if (quit_) {
-      return;
-    }
-    if (next_) {
-      const Assignment assignment = std::move(*next_);
-      next_.reset();
-      lock.unlock();
-      std::optional<Finished> finished;
-      std::string failure;
-      try {
-        finished = trace(assignment);
-      } catch (const std::exception& error) {  // not enough memory for the scene, most likely
-        failure = "tracing job " + std::to_string(assignment.job) + ": " + error.what();
-      }
-      lock.lock();
-      failure_ = failure;
-      if (!abandoned_ && !quit_) {
-        finished_ = std::move(finished);
-      }
-    }
-    busy_ = false;
-    abandoned_ = false;
-    stop_ = quit_;
-    lock.unlock();
-    on_finished_();
-    lock.lock();
-  }
-}
-
-Finished ThreadTeam::trace(const Assignment& assignment) {
+Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>& stop) {
   const SteadyClock clock;
   if (!kernel_ || kernel_scene_ != assignment.scene_id ||
       !(kernel_settings_ == assignment.settings)) {
@@ -187,7 +113,7 @@ Finished ThreadTeam::trace(const Assignment& assignment) {
   finished.job = assignment.job;
   finished.epoch = assignment.epoch;
   finished.block =
-      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop_);
+      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop);
   finished.seconds = to_seconds(clock.now() - begin);
   finished.build_seconds = build_seconds_;
   finished.accelerator_bytes = kernel_->accelerator_bytes();

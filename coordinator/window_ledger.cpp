@@ -1,0 +1,225 @@
+#include "coordinator/window_ledger.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace parray {
+namespace {
+
+using Word = WindowLayout::Word;
+
+/// Bytes on their way may arrive after the entry that speaks of them; longer than any network
+/// takes.
+constexpr Time arrival_time = seconds(2);
+
+/// Ranks end within a few milliseconds of each other anyway.
+constexpr Time hunger_time = milliseconds(5);
+
+constexpr std::size_t most_block_bytes = std::size_t{1} << 25;
+
+/// A copy is one entry of the log, so it is small; what is left is cut into enough of them.
+constexpr std::uint64_t most_copy_cells = 1024;
+
+}  // namespace
+
+WindowLedger::WindowLedger(const WorkPlan& plan, const WindowLayout& layout, Window& window,
+                           std::span<std::byte> memory, Framebuffer& framebuffer, Time now)
+    : plan_(plan),
+      layout_(layout),
+      window_(window),
+      memory_(memory),
+      view_(memory),
+      framebuffer_(framebuffer),
+      digests_(plan.cells()),
+      cells_left_(plan.passes(), plan.cells_per_row()),
+      row_nanoseconds_(framebuffer.height()),
+      lives_(layout.ranks(), Life{0, now}),
+      last_life_(now) {}
+
+std::span<const std::byte> WindowLedger::record(std::uint64_t cell) const {
+  return memory_.subspan(layout_.record_offset(cell), layout_.record_bytes());
+}
+
+bool WindowLedger::collect(Time now, std::uint64_t most_cells) {
+  const std::uint64_t claimed = std::min(view_.load(Word::log_head), layout_.most_log_entries());
+  for (; next_entry_ < claimed; ++next_entry_) {
+    waiting_.push_back({next_entry_, now});
+  }
+  const std::uint64_t before = tally_.entries;
+  const std::uint64_t enough = done_cells_ + most_cells;
+  std::erase_if(waiting_, [&](const Entry& entry) {
+    return done_cells_ < enough && read_entry(now, entry) != Reading::not_yet;
+  });
+  if (tally_.entries == before) {
+    return false;
+  }
+  last_life_ = now;
+  return true;
+}
+
+WindowLedger::Reading WindowLedger::read_entry(Time now, const Entry& entry) {
+  const std::uint64_t word = view_.load(layout_.log_word(entry.index));
+  if (word == 0) {
+    return Reading::not_yet;
+  }
+  const CellRange range = range_from_word(word);
+  const bool possible = range.begin < range.end && range.end <= plan_.cells();
+  std::vector<std::uint64_t> digests;
+  for (std::uint64_t cell = range.begin; possible && cell < range.end; ++cell) {
+    digests.push_back(cell_digest(record(cell)));
+  }
+  if (!possible || range_digest(digests) != view_.load(layout_.log_word(entry.index) + 1)) {
+    if (now - entry.since < arrival_time) {
+      return Reading::not_yet;
+    }
+    ++tally_.corrupt;  // its cells stay unfinished, so that somebody traces them again
+    return Reading::corrupt;
+  }
+  ++tally_.entries;
+  for (std::uint64_t i = 0; i < digests.size(); ++i) {
+    take_cell(range.begin + i, std::max<std::uint64_t>(digests[i], 1));
+  }
+  return Reading::taken;
+}
+
+void WindowLedger::take_cell(std::uint64_t cell, std::uint64_t digest) {
+  if (digests_[cell] != 0) {
+    ++(digests_[cell] == digest ? tally_.duplicates : tally_.mismatches);
+    return;
+  }
+  digests_[cell] = digest;
+  ++done_cells_;
+  const std::uint64_t pass = plan_.pass_of(cell);
+  if (--cells_left_[pass] == 0) {
+    merge_pass(pass);
+  }
+}
+
+void WindowLedger::merge_pass(std::uint64_t pass) {
+  const WorkPlan::Stride cells = plan_.pass_cells(pass);
+  const std::uint32_t position = plan_.pass_rect(pass).row_begin;
+  for (std::uint64_t i = 0; i < plan_.cells_per_row(); ++i) {
+    CellHeader header;
+    std::memcpy(&header, record(cells.first + i * cells.step).data(), sizeof header);
+    row_nanoseconds_[position] += header.nanoseconds;
+  }
+  framebuffer_.merge(block_of(pass));
+  fresh_passes_.push_back(pass);
+}
+
+RowBlock WindowLedger::block_of(std::uint64_t pass) const {
+  const WorkPlan::Stride cells = plan_.pass_cells(pass);
+  RowBlock block{plan_.pass_rect(pass), framebuffer_.width(), {}, {}};
+  block.pixels.resize(block.width);
+  block.counts.samples = std::uint64_t{block.width} * block.rect.samples();
+  for (std::uint64_t i = 0; i < plan_.cells_per_row(); ++i) {
+    const std::uint64_t index = cells.first + i * cells.step;
+    const Cell cell = plan_.cell(index);
+    const auto bytes = record(index);
+    CellHeader header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    block.counts.rays += header.rays;
+    block.counts.nonfinite += header.nonfinite;
+    std::memcpy(block.pixels.data() + cell.x_begin, bytes.data() + sizeof header,
+                cell.pixels() * sizeof(PixelSums));
+  }
+  return block;
+}
+
+std::vector<RowBlock> WindowLedger::take_finished_rows() {
+  std::sort(fresh_passes_.begin(), fresh_passes_.end());
+  const std::size_t row_bytes = framebuffer_.width() * sizeof(PixelSums);
+  std::vector<RowBlock> blocks;
+  for (const std::uint64_t pass : fresh_passes_) {
+    RowBlock row = block_of(pass);
+    RowBlock* last = blocks.empty() ? nullptr : &blocks.back();
+    const bool joins = last != nullptr && last->rect.row_end == row.rect.row_begin &&
+                       last->rect.sample_begin == row.rect.sample_begin &&
+                       last->rect.sample_end == row.rect.sample_end &&
+                       last->rect.rows() * row_bytes < most_block_bytes;
+    if (!joins) {
+      blocks.push_back(std::move(row));
+      continue;
+    }
+    last->rect.row_end = row.rect.row_end;
+    last->counts += row.counts;
+    last->pixels.insert(last->pixels.end(), row.pixels.begin(), row.pixels.end());
+  }
+  fresh_passes_.clear();
+  return blocks;
+}
+
+double WindowLedger::progress() const {
+  return plan_.cells() == 0 ? 1
+                            : static_cast<double>(done_cells_) / static_cast<double>(plan_.cells());
+}
+
+CellRange WindowLedger::next_unfinished(std::uint64_t from, std::uint64_t most) const {
+  while (from < digests_.size() && digests_[from] != 0) {
+    ++from;
+  }
+  CellRange range{from, from};
+  while (range.end < digests_.size() && digests_[range.end] == 0 && range.count() < most) {
+    ++range.end;
+  }
+  return range;
+}
+
+void WindowLedger::issue_copies(Time now) {
+  const std::uint64_t tickets = std::min(view_.load(Word::tickets), layout_.most_copies());
+  if (tickets <= copies_issued_ || done()) {
+    hungry_since_ = never;
+    return;
+  }
+  hungry_since_ = std::min(hungry_since_, now);
+  if (now - hungry_since_ < hunger_time || now < next_round_) {
+    return;
+  }
+  const std::uint64_t left = plan_.cells() - done_cells_;
+  const std::uint64_t most =
+      std::clamp<std::uint64_t>(left / (2ULL * layout_.ranks()), 1, most_copy_cells);
+  while (copies_issued_ < tickets) {
+    if (copy_cursor_ == 0) {
+      round_began_ = now;
+    }
+    const CellRange range = next_unfinished(copy_cursor_, most);
+    if (range.count() == 0) {  // the round is over
+      copy_cursor_ = 0;
+      next_round_ = now + std::max(2 * (now - round_began_), Time(milliseconds(50)));
+      break;
+    }
+    copy_cursor_ = range.end;
+    window_.store(layout_.copy_word(copies_issued_), to_word(range));
+    ++copies_issued_;
+    ++tally_.copies;
+  }
+  window_.store(Word::copies, copies_issued_);
+}
+
+void WindowLedger::listen(Time now) {
+  for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {
+    const std::uint64_t beat = rank_value(rank, WindowLayout::beat);
+    if (beat != lives_[rank].beat) {
+      lives_[rank] = {beat, now};
+      last_life_ = now;
+    }
+  }
+}
+
+std::vector<std::uint32_t> WindowLedger::silent_ranks(Time now, Time patience) const {
+  std::vector<std::uint32_t> silent;
+  for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {
+    const Life& life = lives_[rank];
+    const bool at_work = (life.beat & (beat_flags::tracing | beat_flags::building)) != 0;
+    if (at_work && now - life.changed >= patience) {
+      silent.push_back(rank);
+    }
+  }
+  return silent;
+}
+
+std::uint64_t WindowLedger::rank_value(std::uint32_t rank, WindowLayout::RankWord word) {
+  return view_.load(layout_.rank_word(rank, word));
+}
+
+}  // namespace parray
