@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/kernel.h"
 
@@ -19,13 +20,27 @@ std::string_view name_of(JobState state) {
 
 void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
   const Scene scene = scene_from_bytes(*scene_bytes);
-  // Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
-  const Epoch first_epoch = (Epoch{record.life} << 32) + 1;
-  auto fresh = std::make_unique<JobWork>(record.settings, first_epoch);
+  auto fresh = std::make_unique<JobWork>(record.settings, first_epoch());
   fresh->requirements = requirements_of(scene);
   fresh->largest_radiance = largest_radiance(scene);
   fresh->scene_bytes = std::move(scene_bytes);
   work = std::move(fresh);
+}
+
+void Job::take_up(Store& store) {
+  auto scene = store.scene(record.scene);
+  if (!scene) {
+    throw RunError("its scene is missing");
+  }
+  ++record.life;
+  record.state = JobState::queued;
+  store.put_job(record);
+  start_work(std::make_shared<const std::string>(std::move(*scene)));
+  store.each_block(record.id, [&](const std::string& bytes) {
+    const RowBlock block = row_block_from_bytes(bytes);
+    work->leases.restore(block.rect);
+    work->framebuffer.merge(block);
+  });
 }
 
 json job_summary(const Job& job, Time now) {

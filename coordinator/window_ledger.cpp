@@ -65,8 +65,10 @@ WindowLedger::Reading WindowLedger::read_entry(Time now, const Entry& entry) {
   const CellRange range = range_from_word(word);
   const bool possible = range.begin < range.end && range.end <= plan_.cells();
   std::vector<std::uint64_t> digests;
-  for (std::uint64_t cell = range.begin; possible && cell < range.end; ++cell) {
-    digests.push_back(cell_digest(record(cell)));
+  if (possible) {
+    digests = cell_digests(memory_.subspan(layout_.record_offset(range.begin),
+                                           range.count() * layout_.record_bytes()),
+                           layout_.record_bytes());
   }
   if (!possible || range_digest(digests) != view_.load(layout_.log_word(entry.index) + 1)) {
     if (now - entry.since < arrival_time) {
@@ -77,7 +79,7 @@ WindowLedger::Reading WindowLedger::read_entry(Time now, const Entry& entry) {
   }
   ++tally_.entries;
   for (std::uint64_t i = 0; i < digests.size(); ++i) {
-    take_cell(range.begin + i, std::max<std::uint64_t>(digests[i], 1));
+    take_cell(range.begin + i, digests[i]);
   }
   return Reading::taken;
 }

@@ -97,6 +97,8 @@ class WindowLayout {
   }
   [[nodiscard]] std::size_t record_bytes() const { return record_bytes_; }
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  /// Bytes at the beginning that have to be 0 at first: all but the records.
+  [[nodiscard]] std::size_t zeroed_bytes() const { return first_record_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
 
  private:
@@ -115,8 +117,9 @@ std::uint64_t to_word(const CellRange& range);
 CellRange range_from_word(std::uint64_t word);
 inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;
 
-/// Digest of a cell's record without the time that it took.
-std::uint64_t cell_digest(std::span<const std::byte> record);
+/// Digests of consecutive records, each without the time that it took; none of them is 0.
+std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
+                                        std::size_t record_bytes);
 /// Digest of a range, from those of its cells.
 std::uint64_t range_digest(std::span<const std::uint64_t> cell_digests);
 

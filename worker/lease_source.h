@@ -24,8 +24,9 @@ class LeaseSource {
     Answer answer = Answer::wait;
     CellRange range;
   };
-  /// `samples_per_second`: of this rank, as measured; 0: not yet.
-  virtual Taken take(double samples_per_second) = 0;
+  /// `samples_per_second`: of this rank, as measured; 0: not yet. `idle`: it has nothing to do, so
+  /// that a copy of what others have not finished is better than nothing.
+  virtual Taken take(double samples_per_second, bool idle) = 0;
 
   /// Hands in the records of a range, of at most most_cells_in_word cells, which lay in one lease.
   virtual void complete(const CellRange& range, std::span<const std::byte> records) = 0;

@@ -68,22 +68,24 @@ void RankWorker::start_next(Time now) {
   take_at_ = now;
   if (slices_.empty()) {
     // Taken too early, a lease would be work that nobody does; too late, the team would wait.
-    const Time lead = tally_.takes > 0 ? 2 * tally_.taking / tally_.takes : Time(0);
-    const double seconds = samples_per_second_ > 0 ? samples_of(slice) / samples_per_second_ : 1e9;
-    const auto length = std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
-    take_at_ = now + length - lead - std::chrono::microseconds(200);
+    const auto takes = static_cast<Time::rep>(std::max<std::uint64_t>(tally_.takes, 1));
+    const Time lead = 2 * tally_.taking / takes + std::chrono::microseconds(200);
+    const std::chrono::duration<double> length(
+        samples_per_second_ > 0 ? samples_of(slice) / samples_per_second_ : 1e9);
+    take_at_ = now + std::chrono::duration_cast<Time>(length) - lead;
   }
 }
 
 void RankWorker::take(Time now) {
-  const auto taken = leases_.take(samples_per_second_);
+  const auto taken = leases_.take(samples_per_second_, !tracing_);
   if (taken.answer == LeaseSource::Answer::over) {
     over_ = true;
     return;
   }
   if (taken.answer == LeaseSource::Answer::wait) {
-    wait_ = std::clamp(2 * wait_, shortest_wait, longest_wait);
-    take_at_ = now + wait_;
+    // While the team is at work there is no hurry: hand_in() asks again.
+    wait_ = tracing_ ? Time(0) : std::clamp(2 * wait_, shortest_wait, longest_wait);
+    take_at_ = tracing_ ? never : now + wait_;
     return;
   }
   wait_ = Time(0);

@@ -19,7 +19,7 @@ WindowLeases::WindowLeases(const WorkPlan& plan, const WindowLayout& layout, Win
   }
 }
 
-LeaseSource::Taken WindowLeases::take(double samples_per_second) {
+LeaseSource::Taken WindowLeases::take(double samples_per_second, bool idle) {
   if (!exhausted_) {
     const auto range = options_.policy == SchedulePolicy::weighted
                            ? take_weighted(samples_per_second)
@@ -29,7 +29,7 @@ LeaseSource::Taken WindowLeases::take(double samples_per_second) {
     }
     exhausted_ = true;
   }
-  return take_copy();
+  return idle ? take_copy() : Taken{Answer::wait, {}};
 }
 
 std::optional<CellRange> WindowLeases::take_step() {
@@ -103,12 +103,7 @@ LeaseSource::Taken WindowLeases::take_copy() {
 
 void WindowLeases::complete(const CellRange& range, std::span<const std::byte> records) {
   window_.put(layout_.record_offset(range.begin), records);
-  std::vector<std::uint64_t> digests;
-  digests.reserve(range.count());
-  for (std::size_t at = 0; at < records.size(); at += layout_.record_bytes()) {
-    digests.push_back(cell_digest(records.subspan(at, layout_.record_bytes())));
-  }
-  log(range, range_digest(digests));
+  log(range, range_digest(cell_digests(records, layout_.record_bytes())));
 }
 
 void WindowLeases::log(const CellRange& range, std::uint64_t digest) {

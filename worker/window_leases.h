@@ -32,7 +32,7 @@ class WindowLeases final : public LeaseSource {
   WindowLeases(const WorkPlan& plan, const WindowLayout& layout, Window& window,
                const WindowLeaseOptions& options);
 
-  Taken take(double samples_per_second) override;
+  Taken take(double samples_per_second, bool idle) override;
   void complete(const CellRange& range, std::span<const std::byte> records) override;
   void tell(WindowLayout::RankWord word, std::uint64_t value) override;
 
