@@ -114,6 +114,4 @@ void Transport::progress() {
   }
 }
 
-void Transport::forsake() { static_cast<void>(mpi_window_.release()); }
-
 }  // namespace parray

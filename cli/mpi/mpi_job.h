@@ -52,6 +52,9 @@ class Transport {
   /// Collective, unless rank 0 is alone. Falls back from a window to messages when the window
   /// cannot be had, or fails its trial.
   Transport(const MpiWorld& world, MpiMode mode, const WindowLayout& layout);
+  ~Transport() { static_cast<void>(mpi_window_.release()); }
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
 
   /// "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
@@ -64,8 +67,9 @@ class Transport {
   [[nodiscard]] std::span<std::byte> memory();
   /// Rank 0: lets operations of others come in.
   void progress();
-  /// Leaves the window open: closing it is collective, and somebody does not answer.
-  void forsake();
+  /// Closes the window. Collective; not called when something has gone wrong and somebody may not
+  /// answer: what is not closed stays open until the process ends.
+  void close() { mpi_window_.reset(); }
 
  private:
   bool by_messages_ = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <thread>
 
 #include "cli/commands/rendering.h"
 #include "cli/front_door.h"
@@ -114,7 +115,11 @@ int work(const MpiOptions& options, const MpiWorld& world) {
   worker.stop();
   worker.report();
   tell_of_accelerator(*leases, team);
-  return world.meet(for_ever, [&dog] { dog.pet(); }) ? 0 : 1;
+  if (!world.meet(for_ever, [&dog] { dog.pet(); })) {
+    return 1;
+  }
+  parts.transport.close();
+  return 0;
 }
 
 MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
@@ -190,9 +195,6 @@ Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, c
   Rendered rendered;
   rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)),
                                                  [&dog] { dog.pet(); });
-  if (!rendered.all_answer) {
-    parts.transport.forsake();
-  }
   Job& done = kept.job();
   WindowLedger& ledger = coordinator.ledger();
   note_ranks(done, parts.facts, parts.layout, ledger);
@@ -203,6 +205,9 @@ Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, c
   report["mpi"] = mpi_report(done, parts.transport, job.mode, parts.facts, parts.layout, ledger,
                              report.at("seconds").at("render"), options.row_seconds);
   rendered.mismatches = ledger.tally().mismatches;
+  if (rendered.all_answer) {
+    parts.transport.close();
+  }
   return rendered;
 }
 
@@ -215,7 +220,9 @@ auto together(Action action) {
     return 0;
   });
   if (status == interrupted_status) {
-    std::_Exit(status);  // mpirun is ending the others
+    // mpirun is ending the others; it drops what a rank that has gone has said just before.
+    std::this_thread::sleep_for(milliseconds(300));
+    std::_Exit(status);
   }
   if (status != 0) {
     end_all(status);
