@@ -63,14 +63,16 @@ MessageServer::MessageServer(MPI_Comm comm, const WindowLayout& layout, std::spa
     : comm_(comm), layout_(layout), memory_(memory), leases_(leases) {}
 
 void MessageServer::poll() {
-  for (;;) {
+  // Records are received with the result that announces them. A first look may only let a message
+  // in that the second finds.
+  for (int misses = 0; misses < 2;) {
     int arrived = 0;
     MPI_Status status;
-    // Records are received with the result that announces them.
     check_mpi(MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, comm_, &arrived, &status),
               "looking for messages");
     if (arrived == 0) {
-      return;
+      ++misses;
+      continue;
     }
     switch (status.MPI_TAG) {
       case take_tag:

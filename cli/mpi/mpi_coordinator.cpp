@@ -1,5 +1,7 @@
 #include "cli/mpi/mpi_coordinator.h"
 
+#include <sys/prctl.h>
+
 #include <algorithm>
 #include <iostream>
 
@@ -39,6 +41,9 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, const WorkP
       poll_(transport.by_messages() || !world.one_machine() ? eager_poll : calm_poll),
       started_(clock_.now()),
       next_checkpoint_(started_ + options.checkpoint) {
+  if (poll_ == eager_poll) {
+    prctl(PR_SET_TIMERSLACK, 1000);  // or 50 us of sleep would be 110
+  }
   if (transport.by_messages()) {
     server_ = std::make_unique<MessageServer>(world.comm(), layout, transport.memory(), leases);
   }

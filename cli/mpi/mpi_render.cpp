@@ -13,6 +13,7 @@
 #include "cli/mpi/mpi_report.h"
 #include "cli/mpi/watchdog.h"
 #include "cli/text.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/scene/scene_bytes.h"
@@ -47,7 +48,8 @@ std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool
   if (options.mode == MpiMode::sequential) {
     return 1;
   }
-  const std::uint32_t share = default_threads(alone ? 1 : world.ranks_here());
+  // Alone on the machine, rank 0 has all of its processors.
+  const auto share = alone ? static_cast<std::uint32_t>(usable_cpus()) : world.threads();
   return options.threads.value_or(share);
 }
 

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
@@ -23,6 +25,23 @@ void set_mpi_parameters() {
   setenv("OMPI_MCA_osc", "^ucx", keep);
 }
 
+/// mpirun puts its options into the environment. "none" is what we do anyway.
+bool binding_was_asked_for() {
+  const char* binding = std::getenv("OMPI_MCA_hwloc_base_binding_policy");
+  const char* mapping = std::getenv("OMPI_MCA_rmaps_base_mapping_policy");
+  return (binding != nullptr && std::string_view(binding) != "none") ||
+         (mapping != nullptr && std::string_view(mapping).find("PE=") != std::string_view::npos);
+}
+
+void allow_all_processors() {
+  cpu_set_t all;
+  CPU_ZERO(&all);
+  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    CPU_SET(cpu, &all);
+  }
+  sched_setaffinity(0, sizeof all, &all);  // the kernel keeps what the machine or container allows
+}
+
 }  // namespace
 
 MpiWorld::MpiWorld() {
@@ -37,15 +56,33 @@ MpiWorld::MpiWorld() {
   int ranks = 1;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  rank_ = static_cast<std::uint32_t>(rank);
+  ranks_ = static_cast<std::uint32_t>(ranks);
+  if (!binding_was_asked_for()) {
+    allow_all_processors();
+  }
+  look_at_machine();
+}
+
+/// Ranks with the same set of processors share it.
+void MpiWorld::look_at_machine() {
   MPI_Comm here = MPI_COMM_NULL;
   check_mpi(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here),
             "finding the ranks of this machine");
   int ranks_here = 1;
   MPI_Comm_size(here, &ranks_here);
+  one_machine_ = static_cast<std::uint32_t>(ranks_here) == ranks_;
+  cpu_set_t own;
+  CPU_ZERO(&own);
+  sched_getaffinity(0, sizeof own, &own);
+  std::vector<cpu_set_t> sets(static_cast<std::size_t>(ranks_here));
+  check_mpi(MPI_Allgather(&own, sizeof own, MPI_BYTE, sets.data(), sizeof own, MPI_BYTE, here),
+            "comparing processors with the ranks of this machine");
   MPI_Comm_free(&here);
-  rank_ = static_cast<std::uint32_t>(rank);
-  ranks_ = static_cast<std::uint32_t>(ranks);
-  ranks_here_ = static_cast<std::uint32_t>(ranks_here);
+  const auto sharing = std::count_if(sets.begin(), sets.end(), [&own](const cpu_set_t& set) {
+    return std::memcmp(&set, &own, sizeof own) == 0;
+  });
+  threads_ = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(usable_cpus() / sharing, 1));
 }
 
 MpiWorld::~MpiWorld() { MPI_Finalize(); }
@@ -94,19 +131,6 @@ std::uint32_t rank_in_environment() {
     std::from_chars(digits.data(), digits.data() + digits.size(), rank);
   }
   return rank;
-}
-
-std::uint32_t default_threads(std::uint32_t ranks_here) {
-  if (std::getenv("OMPI_MCA_hwloc_base_binding_policy") != nullptr) {
-    return static_cast<std::uint32_t>(usable_cpus());
-  }
-  cpu_set_t all;
-  CPU_ZERO(&all);
-  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    CPU_SET(cpu, &all);
-  }
-  sched_setaffinity(0, sizeof all, &all);  // the kernel keeps what the machine or container allows
-  return std::max(static_cast<std::uint32_t>(usable_cpus()) / ranks_here, 1U);
 }
 
 }  // namespace parray

@@ -21,9 +21,11 @@ class MpiWorld {
 
   [[nodiscard]] std::uint32_t rank() const { return rank_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
-  /// Ranks on this machine, this one among them.
-  [[nodiscard]] std::uint32_t ranks_here() const { return ranks_here_; }
-  [[nodiscard]] bool one_machine() const { return ranks_here_ == ranks_; }
+  /// All ranks are on one machine.
+  [[nodiscard]] bool one_machine() const { return one_machine_; }
+  /// Threads for this rank: its share of the processors that it may use. Of mpirun's default, which
+  /// binds a rank to a single core, nothing is left; what the user asked for with --bind-to stays.
+  [[nodiscard]] std::uint32_t threads() const { return threads_; }
   [[nodiscard]] bool first() const { return rank_ == 0; }
   [[nodiscard]] MPI_Comm comm() const { return MPI_COMM_WORLD; }
 
@@ -40,17 +42,16 @@ class MpiWorld {
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 
  private:
+  void look_at_machine();
+
   std::uint32_t rank_ = 0;
   std::uint32_t ranks_ = 1;
-  std::uint32_t ranks_here_ = 1;
+  bool one_machine_ = true;
+  std::uint32_t threads_ = 1;
 };
 
 /// This process's rank as mpirun has put it into the environment, before MPI is started; 0 without
 /// mpirun.
 std::uint32_t rank_in_environment();
-
-/// Threads for a rank that shares its machine's processors with `ranks_here` - 1 others. Undoes
-/// mpirun's default of binding a rank to one core, but not what the user asked for with --bind-to.
-std::uint32_t default_threads(std::uint32_t ranks_here);
 
 }  // namespace parray
