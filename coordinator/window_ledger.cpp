@@ -66,9 +66,9 @@ WindowLedger::Reading WindowLedger::read_entry(Time now, const Entry& entry) {
   const bool possible = range.begin < range.end && range.end <= plan_.cells();
   std::vector<std::uint64_t> digests;
   if (possible) {
-    digests = cell_digests(memory_.subspan(layout_.record_offset(range.begin),
-                                           range.count() * layout_.record_bytes()),
-                           layout_.record_bytes());
+    digests = cell_digests(
+        memory_.subspan(layout_.record_offset(range.begin), range.count() * layout_.record_bytes()),
+        layout_.record_bytes());
   }
   if (!possible || range_digest(digests) != view_.load(layout_.log_word(entry.index) + 1)) {
     if (now - entry.since < arrival_time) {
@@ -106,7 +106,8 @@ void WindowLedger::merge_pass(std::uint64_t pass) {
     row_nanoseconds_[position] += header.nanoseconds;
   }
   framebuffer_.merge(block_of(pass));
-  fresh_passes_.push_back(pass);
+  fresh_passes_.insert(pass);
+  ++merged_passes_;
 }
 
 RowBlock WindowLedger::block_of(std::uint64_t pass) const {
@@ -128,32 +129,40 @@ RowBlock WindowLedger::block_of(std::uint64_t pass) const {
   return block;
 }
 
-std::vector<RowBlock> WindowLedger::take_finished_rows() {
-  std::sort(fresh_passes_.begin(), fresh_passes_.end());
-  const std::size_t row_bytes = framebuffer_.width() * sizeof(PixelSums);
-  std::vector<RowBlock> blocks;
-  for (const std::uint64_t pass : fresh_passes_) {
-    RowBlock row = block_of(pass);
-    RowBlock* last = blocks.empty() ? nullptr : &blocks.back();
-    const bool joins = last != nullptr && last->rect.row_end == row.rect.row_begin &&
-                       last->rect.sample_begin == row.rect.sample_begin &&
-                       last->rect.sample_end == row.rect.sample_end &&
-                       last->rect.rows() * row_bytes < most_block_bytes;
-    if (!joins) {
-      blocks.push_back(std::move(row));
-      continue;
-    }
-    last->rect.row_end = row.rect.row_end;
-    last->counts += row.counts;
-    last->pixels.insert(last->pixels.end(), row.pixels.begin(), row.pixels.end());
+std::optional<RowBlock> WindowLedger::take_finished_rows() {
+  if (fresh_passes_.empty()) {
+    return {};
   }
-  fresh_passes_.clear();
-  return blocks;
+  const auto take_first = [this] {
+    RowBlock row = block_of(*fresh_passes_.begin());
+    fresh_passes_.erase(fresh_passes_.begin());
+    return row;
+  };
+  const std::size_t row_bytes = framebuffer_.width() * sizeof(PixelSums);
+  RowBlock block = take_first();
+  while (!fresh_passes_.empty() && (block.rect.rows() + 1) * row_bytes <= most_block_bytes) {
+    const WorkRect next = plan_.pass_rect(*fresh_passes_.begin());
+    if (next.row_begin != block.rect.row_end || next.sample_begin != block.rect.sample_begin ||
+        next.sample_end != block.rect.sample_end) {
+      break;
+    }
+    const RowBlock row = take_first();
+    block.rect.row_end = next.row_end;
+    block.counts += row.counts;
+    block.pixels.insert(block.pixels.end(), row.pixels.begin(), row.pixels.end());
+  }
+  return block;
 }
 
 double WindowLedger::progress() const {
   return plan_.cells() == 0 ? 1
                             : static_cast<double>(done_cells_) / static_cast<double>(plan_.cells());
+}
+
+double WindowLedger::complete_rows() const {
+  return plan_.passes() == 0
+             ? 1
+             : static_cast<double>(merged_passes_) / static_cast<double>(plan_.passes());
 }
 
 CellRange WindowLedger::next_unfinished(std::uint64_t from, std::uint64_t most) const {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -37,10 +39,12 @@ class WindowLedger {
   /// Share of this life's cells that are in, 0 .. 1.
   [[nodiscard]] double progress() const;
   [[nodiscard]] std::uint64_t done_cells() const { return done_cells_; }
+  /// Likewise, counting complete rows only: what can be kept.
+  [[nodiscard]] double complete_rows() const;
 
-  /// Rows that have become complete since the last call, for the store; neighbours joined to blocks
-  /// of at most 32 MiB.
-  std::vector<RowBlock> take_finished_rows();
+  /// Rows that have become complete and were not taken yet, for the store, as one block of
+  /// neighbours of at most 32 MiB; none when all are taken.
+  std::optional<RowBlock> take_finished_rows();
 
   /// Ranks at work that have not traced anything for `patience`.
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
@@ -84,12 +88,13 @@ class WindowLedger {
   LocalWindow view_;
   Framebuffer& framebuffer_;
   std::uint64_t next_entry_ = 0;
-  std::vector<Entry> waiting_;             ///< claimed, but not valid when last looked at
-  std::vector<std::uint64_t> digests_;     ///< of each cell; 0: not in
-  std::vector<std::uint64_t> cells_left_;  ///< of each pass
-  std::vector<std::uint64_t> fresh_passes_;
+  std::vector<Entry> waiting_;                  ///< claimed, but not valid when last looked at
+  std::vector<std::uint64_t> digests_;          ///< of each cell; 0: not in
+  std::vector<std::uint64_t> cells_left_;       ///< of each pass
+  std::set<std::uint64_t> fresh_passes_;        ///< complete, not taken for the store
   std::vector<std::uint64_t> row_nanoseconds_;  ///< by position
   std::uint64_t done_cells_ = 0;
+  std::uint64_t merged_passes_ = 0;
   std::uint64_t copies_issued_ = 0;
   std::uint64_t copy_cursor_ = 0;
   Time hungry_since_ = never;

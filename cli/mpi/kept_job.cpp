@@ -75,38 +75,37 @@ void KeptJob::open_store() {
   store_->put_job(job_.record);
 }
 
-void KeptJob::keep(const std::vector<RowBlock>& blocks) {
-  if (blocks.empty()) {
-    return;
-  }
+void KeptJob::keep(const RowBlock& block) {
   open_store();
-  for (const RowBlock& block : blocks) {
-    store_->put_block(job_.record.id, next_epoch_++, row_block_to_bytes(block));
-  }
+  store_->put_block(job_.record.id, next_epoch_++, row_block_to_bytes(block));
   store_->commit();
 }
 
-void KeptJob::finish(const Image& image, const nlohmann::json& report) {
-  if (named_) {
-    open_store();
-    job_.record.state = JobState::done;
-    job_.record.report = report.dump();
-    const auto pixels = std::as_bytes(std::span(image.rgb));
-    store_->put_picture(job_.record.id,
-                        std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
-    store_->put_job(job_.record);
-    store_->drop_work(job_.record.id);
-    store_->commit();
+void KeptJob::keep_picture(const Image& image, const nlohmann::json& report) {
+  if (!named_) {
     return;
   }
-  if (store_) {
-    store_.reset();
-    std::error_code ignored;
-    for (const char* suffix : {"", "-wal", "-shm"}) {
-      fs::remove(directory_ / (std::string(database_name) + suffix), ignored);
-    }
-    fs::remove(directory_, ignored);  // unless somebody has put something else there
+  open_store();
+  job_.record.state = JobState::done;
+  job_.record.report = report.dump();
+  const auto pixels = std::as_bytes(std::span(image.rgb));
+  store_->put_picture(job_.record.id,
+                      std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  store_->put_job(job_.record);
+  store_->drop_work(job_.record.id);
+  store_->commit();
+}
+
+void KeptJob::forget() {
+  if (named_ || !store_) {
+    return;
   }
+  store_.reset();
+  std::error_code ignored;
+  for (const char* suffix : {"", "-wal", "-shm"}) {
+    fs::remove(directory_ / (std::string(database_name) + suffix), ignored);
+  }
+  fs::remove(directory_, ignored);  // unless somebody has put something else there
 }
 
 }  // namespace parray

@@ -29,10 +29,14 @@ class KeptJob {
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
 
   /// Keeps finished rows; when it returns they are on the disk. Throws RunError.
-  void keep(const std::vector<RowBlock>& blocks);
+  void keep(const RowBlock& block);
 
-  /// The job is done: its picture and report take the rows' place, or everything goes.
-  void finish(const Image& image, const nlohmann::json& report);
+  /// The job is done. In a directory that the user has named its picture and report take the place
+  /// of its rows.
+  void keep_picture(const Image& image, const nlohmann::json& report);
+
+  /// The picture is written: a directory that the user has not named goes.
+  void forget();
 
  private:
   void open_store();

@@ -56,7 +56,7 @@ void MpiCoordinator::run(const std::function<void()>& pet) {
     try {
       check_interrupted();
     } catch (const Interrupted&) {
-      keep_rows();
+      keep_all_rows();
       throw Interrupted("interrupted, perhaps because another rank ended: " + kept_text());
     }
     pet();
@@ -91,22 +91,37 @@ void MpiCoordinator::look_after_ranks(Time now) {
     give_up(now);
   }
   if (now >= next_checkpoint_) {
-    keep_rows();
-    next_checkpoint_ = clock_.now() + options_.checkpoint;
+    keep_some_rows(now);
   }
 }
 
-void MpiCoordinator::keep_rows() { kept_.keep(ledger_.take_finished_rows()); }
+/// A block a turn, because other ranks may need rank 0 meanwhile. A slow disk is asked less often,
+/// so that it takes a tenth of the time at most.
+void MpiCoordinator::keep_some_rows(Time now) {
+  if (const auto block = ledger_.take_finished_rows()) {
+    kept_.keep(*block);
+    keeping_ += clock_.now() - now;
+    return;
+  }
+  next_checkpoint_ = now + std::max(options_.checkpoint, 10 * keeping_);
+  keeping_ = Time(0);
+}
+
+void MpiCoordinator::keep_all_rows() {
+  while (const auto block = ledger_.take_finished_rows()) {
+    kept_.keep(*block);
+  }
+}
 
 std::string MpiCoordinator::kept_text() const {
   const double before = kept_.taken_up();
-  const double done = before + (1 - before) * ledger_.progress();
+  const double done = before + (1 - before) * ledger_.complete_rows();
   return formatted("%.1f", 100 * done) + " % is kept in " + kept_.directory().string() +
          ": the same command goes on from there, with any number of ranks";
 }
 
 void MpiCoordinator::give_up(Time now) {
-  keep_rows();
+  keep_all_rows();
   std::string silent;
   for (const std::uint32_t rank : ledger_.silent_ranks(now, options_.patience)) {
     silent += (silent.empty() ? "" : ", ") + std::to_string(rank);

@@ -43,7 +43,8 @@ class MpiCoordinator {
 
  private:
   void take_turn(Time now);
-  void keep_rows();
+  void keep_some_rows(Time now);
+  void keep_all_rows();
   void look_after_ranks(Time now);
   [[nodiscard]] JobStatus status(Time now) const;
   [[noreturn]] void give_up(Time now);
@@ -65,6 +66,7 @@ class MpiCoordinator {
   Time finished_{};
   Time next_look_{};
   Time next_checkpoint_;
+  Time keeping_{};  ///< spent in the current checkpoint
 };
 
 }  // namespace parray

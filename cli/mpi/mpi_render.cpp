@@ -233,10 +233,9 @@ auto together(Action action) {
 }
 
 int finish(const MpiOptions& options, KeptJob& kept, Rendered rendered, Time started) {
-  const nlohmann::json report = rendered.picture.report;
-  const Image image = rendered.picture.image;
+  kept.keep_picture(rendered.picture.image, rendered.picture.report);
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
-  kept.finish(image, report);
+  kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +
                    " cells came out with other bits when a second rank traced them: test the "
