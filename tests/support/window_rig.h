@@ -136,7 +136,10 @@ class SimCellTeam final : public CellTeam {
 
   void start(const CellRange& range) override {
     began_ = clock_.now();
-    samples_ = plan_.cell_samples() * static_cast<double>(range.count());
+    samples_ = 0;
+    for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
+      samples_ += static_cast<double>(plan_.cell(cell).samples());
+    }
     range_ = range;
     ++started_;
   }
@@ -148,7 +151,8 @@ class SimCellTeam final : public CellTeam {
     traced_ += static_cast<std::uint64_t>(samples_);
     const CellRange range = *std::exchange(range_, std::nullopt);
     const auto time = static_cast<std::uint64_t>(clock_.now().count());
-    return TracedCells{range, made_records(plan_, range, time), samples_ / speed_};
+    return TracedCells{range, made_records(plan_, range, time),
+                       static_cast<std::uint64_t>(samples_), samples_ / speed_};
   }
   void abandon() override { range_.reset(); }
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
