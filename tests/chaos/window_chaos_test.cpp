@@ -35,8 +35,7 @@ class Job {
         memory_(layout_.bytes()),
         window_(memory_.bytes()),
         framebuffer_(storm.settings),
-        ledger_(plan_, layout_, window_, memory_.bytes(), framebuffer_, Time(0)),
-        stored_(storm.settings) {}
+        ledger_(plan_, layout_, window_, memory_.bytes(), framebuffer_, Time(0)) {}
 
   void run() {
     std::vector<std::function<void(std::size_t)>> tasks = {[this](std::size_t) { lead(); }};
@@ -55,7 +54,6 @@ class Job {
   }
   [[nodiscard]] const WindowLedger::Tally& tally() const { return ledger_.tally(); }
   [[nodiscard]] const FaultyWindow::Tally& faults() const { return faults_; }
-  [[nodiscard]] Time took() const { return finished_; }
 
  private:
   WindowLeaseOptions options(std::size_t rank) const {
@@ -71,7 +69,7 @@ class Job {
     const WindowFaults slow{storm_.faults.longest_operation, 0, 0, {}, 0, 0};
     FaultyWindow window(window_, turns_, mail_, 0, slow, dice_.bits(), faults_);
     WindowLeases leases(plan_, layout_, window, options(0));
-    SimCellTeam team(plan_, turns_, 1e5 * (1 + dice_.unit()));
+    SimCellTeam team(plan_, turns_, 1e4 * (1 + dice_.unit()));
     RankWorker worker(plan_, leases, team, turns_);
     try {
       while (!ledger_.done()) {
@@ -85,9 +83,7 @@ class Job {
         const Time due = std::min(worker.tick(turns_.now()), team.due());
         turns_.sleep(0, std::clamp(due - turns_.now(), Time(1), Time(milliseconds(5))));
       }
-      finished_ = turns_.now();
-    } catch (const Turns::Over&) {
-      finished_ = never;
+    } catch (const Turns::Over&) {  // check() sees that it is not done
     }
     ledger_.finish();
   }
@@ -99,7 +95,7 @@ class Job {
   }
 
   void follow(std::size_t self) {
-    const double speed = 1e5 * dice_.ten_to(-1, 1);
+    const double speed = 1e4 * dice_.ten_to(-1, 1);
     FaultyWindow window(window_, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
     WindowLeases leases(plan_, layout_, window, options(self));
     SimCellTeam team(plan_, turns_, speed);
@@ -122,12 +118,10 @@ class Job {
   LocalWindow window_;
   Framebuffer framebuffer_;
   WindowLedger ledger_;
-  Framebuffer stored_;
   Turns turns_{std::chrono::hours(1)};
   Mail mail_;
   FaultyWindow::Tally faults_;
   std::uint64_t wrong_rows_ = 0;
-  Time finished_{};
 };
 
 Storm storm_of(std::uint64_t seed) {
@@ -179,23 +173,23 @@ Seen run_storms(std::uint64_t first_seed, std::uint64_t count, MakeFaults faults
 
 }  // namespace
 
-TEST_CASE("60 windows with slow operations: every sum is right, whoever overtakes whom") {
+TEST_CASE("100 windows with slow operations: every sum is right, whoever overtakes whom") {
   const Seen seen = run_storms(
-      0, 60, [](Dice& dice) { return WindowFaults{Time(dice.below(4'000'000)), 0, 0, {}, 0, 0}; });
+      0, 100, [](Dice& dice) { return WindowFaults{Time(dice.below(4'000'000)), 0, 0, {}, 0, 0}; });
   CHECK(seen.ledger.corrupt == 0);
   CHECK(seen.ledger.duplicates > 100);  // copies raced with originals
 }
 
-TEST_CASE("60 windows whose ranks die at any operation: every sum is right") {
-  const Seen seen = run_storms(1000, 60, [](Dice& dice) {
+TEST_CASE("100 windows whose ranks die at any operation: every sum is right") {
+  const Seen seen = run_storms(1000, 100, [](Dice& dice) {
     return WindowFaults{Time(dice.below(1'000'000)), 0.1 * dice.unit(), 0, {}, 0, 0};
   });
   CHECK(seen.faults.deaths > 60);
   CHECK(seen.ledger.copies > 60);
 }
 
-TEST_CASE("60 windows where puts arrive after their log entry, in parts or corrupt") {
-  const Seen seen = run_storms(2000, 60, [](Dice& dice) {
+TEST_CASE("100 windows where puts arrive after their log entry, in parts or corrupt") {
+  const Seen seen = run_storms(2000, 100, [](Dice& dice) {
     const Time latest = dice.one_in(2) ? seconds(1) : seconds(10);
     return WindowFaults{
         Time(dice.below(1'000'000)), 0, dice.unit() / 2, latest, 0.5, dice.unit() / 4};
@@ -203,11 +197,11 @@ TEST_CASE("60 windows where puts arrive after their log entry, in parts or corru
   CHECK(seen.faults.late > 100);
   CHECK(seen.faults.torn > 50);
   CHECK(seen.faults.corrupt > 50);
-  CHECK(seen.ledger.corrupt > 50);
+  CHECK(seen.ledger.corrupt > 30);
 }
 
-TEST_CASE("60 windows with all of that at once") {
-  const Seen seen = run_storms(3000, 60, [](Dice& dice) {
+TEST_CASE("100 windows with all of that at once") {
+  const Seen seen = run_storms(3000, 100, [](Dice& dice) {
     return WindowFaults{Time(dice.below(3'000'000)),
                         0.03 * dice.unit(),
                         dice.unit() / 2,
