@@ -25,7 +25,7 @@ def size(width, height, spp):
 
 
 SIZE = size(100, 75, 40)
-LONG = size(200, 150, 1000)  # some seconds of work: long enough to be interrupted
+LONG_CORE_SECONDS = 9  # long enough to be interrupted
 NO_WINDOW = ("--mca", "osc", "^rdma,sm,pt2pt,ucx,monitoring,portals4")
 SAFE = ["--checkpoint", 1, "--threads", 1]
 
@@ -51,8 +51,10 @@ def wait_for_rows(state, run, more_than=200_000):
 class MpiTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.expected = render_report(*SIZE)
-        cls.expected_long = render_report(*LONG)
+        cls.expected = render_report(*SIZE, "--threads", 1)
+        speed = cls.expected["samples_per_second"]
+        cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * speed / (200 * 150))))
+        cls.expected_long = render_report(*cls.long)
 
     def setUp(self):
         directory = tempfile.TemporaryDirectory()
@@ -71,7 +73,7 @@ class MpiTest(unittest.TestCase):
             return report, job.text()
 
     def long_job(self, ranks, *options):
-        return MpiRun(ranks, SCENE, *LONG, *SAFE, "--state", self.state, *options)
+        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options)
 
     def check_goes_on(self, ranks):
         with self.long_job(ranks) as job:
@@ -148,7 +150,7 @@ class MpiTest(unittest.TestCase):
     def test_ranks_go_on_with_what_a_killed_coordinator_has_kept(self):
         with Farm("--state", self.state) as farm:
             farm.start_worker("w1", threads=2)
-            number = farm.submit(SCENE, *LONG)
+            number = farm.submit(SCENE, *self.long)
             wait_for(lambda: farm.job(number)["progress"] > 0.2, "some progress")
             farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()

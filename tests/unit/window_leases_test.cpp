@@ -76,6 +76,30 @@ std::vector<CellRange> take_all(WindowLeases& leases, double speed) {
   return ranges;
 }
 
+/// Looks, whenever a word is stored, whether bytes have been put already.
+class OrderWindow final : public Window {
+ public:
+  explicit OrderWindow(Window& window) : window_(window) {}
+  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override {
+    return window_.fetch_add(word, delta);
+  }
+  std::uint64_t load(std::size_t word) override { return window_.load(word); }
+  void store(std::size_t word, std::uint64_t value) override {
+    CHECK(put_);
+    stored.push_back(word);
+    window_.store(word, value);
+  }
+  void put(std::size_t offset, std::span<const std::byte> bytes) override {
+    put_ = true;
+    window_.put(offset, bytes);
+  }
+  std::vector<std::size_t> stored;
+
+ private:
+  Window& window_;
+  bool put_ = false;
+};
+
 ChunkRequest job_of(const Rig& rig) {
   ChunkRequest job;
   job.total = rig.plan.cells();
@@ -270,6 +294,15 @@ TEST_CASE("a completed range is in its place and in the log, with its digest") {
         range_digest(cell_digests(records, rig.layout.record_bytes())));
   rank.tell(WindowLayout::takes, 17);
   CHECK(rig.window.load(rig.layout.rank_word(1, WindowLayout::takes)) == 17);
+}
+
+TEST_CASE("bytes are put before the entry that speaks of them, and its range makes it valid") {
+  Rig rig(medium(), 2, weighted);
+  OrderWindow window(rig.window);
+  WindowLeases rank(rig.plan, rig.layout, window, rig.options);
+  rank.complete({4, 9}, test::made_records(rig.plan, {4, 9}));
+  const std::size_t entry = rig.layout.log_word(0);
+  CHECK(window.stored == std::vector<std::size_t>{entry + 1, entry});
 }
 
 TEST_CASE("a full log is left alone") {
