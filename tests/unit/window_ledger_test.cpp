@@ -91,6 +91,9 @@ std::vector<CellRange> shuffled_ranges(Dice& dice, std::uint64_t cells) {
 }
 
 RenderSettings random_settings(Dice& dice) {
+  if (dice.one_in(4)) {  // rows that are cut into ranges of samples
+    return test::made_settings(1 + dice.below32(3), 2 + dice.below32(9), 3000 + dice.below32(6000));
+  }
   return test::made_settings(1 + dice.below32(40), 2 + dice.below32(12), 1 + dice.below32(400));
 }
 
@@ -98,7 +101,12 @@ RenderSettings random_settings(Dice& dice) {
 std::vector<WorkRect> two_rects(const RenderSettings& settings) {
   const std::uint32_t spp = settings.samples_per_pixel;
   const std::uint32_t middle = settings.height / 2;
-  return {{middle, settings.height, spp / 3, spp}, {0, middle, 0, spp - spp / 3}};
+  std::vector<WorkRect> rects = {{middle, settings.height, spp / 3, spp},
+                                 {0, middle, 0, spp % 3 == 0 ? spp : spp - spp / 3}};
+  if (spp % 2 == 0) {
+    std::swap(rects[0], rects[1]);
+  }
+  return rects;
 }
 
 RenderSettings fixed_settings() { return test::made_settings(30, 9, 150); }
@@ -287,6 +295,20 @@ TEST_CASE("an entry that was claimed and never written stops nothing") {
   rig.trace_copies(now);
   CHECK(rig.ledger.done());
   CHECK(same_sums(rig.framebuffer, rig.expected));
+}
+
+TEST_CASE("an entry that is written long after it was claimed is taken in") {
+  Rig rig(fixed_settings());
+  const auto records = made_records(rig.plan, {3, 8});
+  rig.window.fetch_add(Word::log_head, 1);
+  CHECK_FALSE(rig.collect(seconds(1)));
+  CHECK_FALSE(rig.collect(seconds(100)));
+  rig.window.put(rig.layout.record_offset(3), records);
+  rig.window.store(rig.layout.log_word(0) + 1,
+                   range_digest(cell_digests(records, rig.layout.record_bytes())));
+  rig.window.store(rig.layout.log_word(0), to_word({3, 8}));
+  CHECK(rig.collect(seconds(101)));
+  CHECK(rig.ledger.done_cells() == 5);
 }
 
 TEST_CASE("a log that claims more entries than there is room for is read to its end only") {
