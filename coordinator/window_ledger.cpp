@@ -36,10 +36,6 @@ WindowLedger::WindowLedger(const WorkPlan& plan, const WindowLayout& layout, Win
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {}
 
-std::span<const std::byte> WindowLedger::record(std::uint64_t cell) const {
-  return memory_.subspan(layout_.record_offset(cell), layout_.record_bytes());
-}
-
 bool WindowLedger::collect(Time now, std::uint64_t most_cells) {
   const std::uint64_t claimed = std::min(view_.load(Word::log_head), layout_.most_log_entries());
   for (; next_entry_ < claimed; ++next_entry_) {
@@ -98,58 +94,74 @@ void WindowLedger::take_cell(std::uint64_t cell, std::uint64_t digest) {
 }
 
 void WindowLedger::merge_pass(std::uint64_t pass) {
-  const WorkPlan::Stride cells = plan_.pass_cells(pass);
-  const std::uint32_t position = plan_.pass_rect(pass).row_begin;
-  for (std::uint64_t i = 0; i < plan_.cells_per_row(); ++i) {
-    CellHeader header;
-    std::memcpy(&header, record(cells.first + i * cells.step).data(), sizeof header);
-    row_nanoseconds_[position] += header.nanoseconds;
+  Row row = row_of(pass);
+  if (!row.spoilt.empty()) {
+    ++tally_.corrupt;
+    done_cells_ -= row.spoilt.size();
+    cells_left_[pass] = row.spoilt.size();
+    for (const std::uint64_t cell : row.spoilt) {
+      digests_[cell] = 0;  // unfinished, so that somebody traces it again
+    }
+    return;
   }
-  framebuffer_.merge(block_of(pass));
+  row_nanoseconds_[row.block.rect.row_begin] += row.nanoseconds;
+  framebuffer_.merge(row.block);
   fresh_passes_.insert(pass);
   ++merged_passes_;
 }
 
-RowBlock WindowLedger::block_of(std::uint64_t pass) const {
+/// Whoever traces a cell once more writes to the same place, perhaps corrupt bytes, at any time: so
+/// what is used is a copy that still has the digest that was taken in.
+WindowLedger::Row WindowLedger::row_of(std::uint64_t pass) const {
   const WorkPlan::Stride cells = plan_.pass_cells(pass);
-  RowBlock block{plan_.pass_rect(pass), framebuffer_.width(), {}, {}};
+  Row row{{plan_.pass_rect(pass), framebuffer_.width(), {}, {}}, 0, {}};
+  RowBlock& block = row.block;
   block.pixels.resize(block.width);
   block.counts.samples = std::uint64_t{block.width} * block.rect.samples();
+  std::vector<std::byte> record(layout_.record_bytes());
   for (std::uint64_t i = 0; i < plan_.cells_per_row(); ++i) {
     const std::uint64_t index = cells.first + i * cells.step;
+    std::memcpy(record.data(), memory_.data() + layout_.record_offset(index), record.size());
+    if (cell_digest(record) != digests_[index]) {
+      row.spoilt.push_back(index);
+      continue;
+    }
     const Cell cell = plan_.cell(index);
-    const auto bytes = record(index);
     CellHeader header;
-    std::memcpy(&header, bytes.data(), sizeof header);
+    std::memcpy(&header, record.data(), sizeof header);
     block.counts.rays += header.rays;
     block.counts.nonfinite += header.nonfinite;
-    std::memcpy(block.pixels.data() + cell.x_begin, bytes.data() + sizeof header,
+    row.nanoseconds += header.nanoseconds;
+    std::memcpy(block.pixels.data() + cell.x_begin, record.data() + sizeof header,
                 cell.pixels() * sizeof(PixelSums));
   }
-  return block;
+  return row;
 }
 
 std::optional<RowBlock> WindowLedger::take_finished_rows() {
-  if (fresh_passes_.empty()) {
-    return {};
-  }
-  const auto take_first = [this] {
-    RowBlock row = block_of(*fresh_passes_.begin());
-    fresh_passes_.erase(fresh_passes_.begin());
-    return row;
-  };
   const std::size_t row_bytes = framebuffer_.width() * sizeof(PixelSums);
-  RowBlock block = take_first();
-  while (!fresh_passes_.empty() && (block.rect.rows() + 1) * row_bytes <= most_block_bytes) {
-    const WorkRect next = plan_.pass_rect(*fresh_passes_.begin());
-    if (next.row_begin != block.rect.row_end || next.sample_begin != block.rect.sample_begin ||
-        next.sample_end != block.rect.sample_end) {
+  std::optional<RowBlock> block;
+  while (!fresh_passes_.empty()) {
+    const std::uint64_t pass = *fresh_passes_.begin();
+    const WorkRect next = plan_.pass_rect(pass);
+    if (block &&
+        (next.row_begin != block->rect.row_end || next.sample_begin != block->rect.sample_begin ||
+         next.sample_end != block->rect.sample_end ||
+         (block->rect.rows() + 1) * row_bytes > most_block_bytes)) {
       break;
     }
-    const RowBlock row = take_first();
-    block.rect.row_end = next.row_end;
-    block.counts += row.counts;
-    block.pixels.insert(block.pixels.end(), row.pixels.begin(), row.pixels.end());
+    fresh_passes_.erase(pass);
+    Row row = row_of(pass);
+    if (!row.spoilt.empty()) {
+      continue;  // it is in the picture; only a later life would have to trace it again
+    }
+    if (!block) {
+      block = std::move(row.block);
+      continue;
+    }
+    block->rect.row_end = next.row_end;
+    block->counts += row.block.counts;
+    block->pixels.insert(block->pixels.end(), row.block.pixels.begin(), row.block.pixels.end());
   }
   return block;
 }

@@ -43,7 +43,8 @@ class WindowLedger {
   [[nodiscard]] double complete_rows() const;
 
   /// Rows that have become complete and were not taken yet, for the store, as one block of
-  /// neighbours of at most 32 MiB; none when all are taken.
+  /// neighbours of at most 32 MiB; none when all are taken. A row that a late result has spoilt since
+  /// is left out.
   std::optional<RowBlock> take_finished_rows();
 
   /// Ranks at work that have not traced anything for `patience`.
@@ -57,7 +58,7 @@ class WindowLedger {
     std::uint64_t entries = 0;     ///< results taken in
     std::uint64_t duplicates = 0;  ///< cells that came again with the same bits
     std::uint64_t mismatches = 0;  ///< cells that came again with other bits
-    std::uint64_t corrupt = 0;     ///< results whose bytes did not match their digest
+    std::uint64_t corrupt = 0;     ///< results, and rows of cells, that did not match their digest
     std::uint64_t copies = 0;      ///< ranges issued once more
   };
   [[nodiscard]] const Tally& tally() const { return tally_; }
@@ -77,8 +78,12 @@ class WindowLedger {
   Reading read_entry(Time now, const Entry& entry);
   void take_cell(std::uint64_t cell, std::uint64_t digest);
   void merge_pass(std::uint64_t pass);
-  [[nodiscard]] RowBlock block_of(std::uint64_t pass) const;
-  [[nodiscard]] std::span<const std::byte> record(std::uint64_t cell) const;
+  struct Row {
+    RowBlock block;
+    std::uint64_t nanoseconds = 0;
+    std::vector<std::uint64_t> spoilt;  ///< cells that are no longer what was taken in
+  };
+  [[nodiscard]] Row row_of(std::uint64_t pass) const;
   CellRange next_unfinished(std::uint64_t from, std::uint64_t most) const;
 
   const WorkPlan& plan_;

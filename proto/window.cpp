@@ -48,16 +48,19 @@ CellRange range_from_word(std::uint64_t word) {
   return {begin, begin + (word & most_cells_in_word)};
 }
 
+std::uint64_t cell_digest(std::span<const std::byte> record) {
+  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
+  const std::uint64_t counts = XXH3_64bits(record.data(), time);
+  const auto sums = record.subspan(sizeof(CellHeader));
+  return std::max<std::uint64_t>(XXH3_64bits_withSeed(sums.data(), sums.size(), counts), 1);
+}
+
 std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
                                         std::size_t record_bytes) {
-  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
   std::vector<std::uint64_t> digests;
   digests.reserve(records.size() / record_bytes);
   for (; !records.empty(); records = records.subspan(record_bytes)) {
-    const std::uint64_t counts = XXH3_64bits(records.data(), time);
-    const std::uint64_t digest = XXH3_64bits_withSeed(records.data() + sizeof(CellHeader),
-                                                      record_bytes - sizeof(CellHeader), counts);
-    digests.push_back(std::max<std::uint64_t>(digest, 1));
+    digests.push_back(cell_digest(records.first(record_bytes)));
   }
   return digests;
 }

@@ -117,7 +117,9 @@ std::uint64_t to_word(const CellRange& range);
 CellRange range_from_word(std::uint64_t word);
 inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;
 
-/// Digests of consecutive records, each without the time that it took; none of them is 0.
+/// Digest of a record, without the time that it took; never 0.
+std::uint64_t cell_digest(std::span<const std::byte> record);
+/// Digests of consecutive records.
 std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
                                         std::size_t record_bytes);
 /// Digest of a range, from those of its cells.
@@ -130,13 +132,13 @@ inline constexpr std::uint64_t building = 1ULL << 62;  ///< makes its accelerato
 }  // namespace beat_flags
 
 /// Speeds of all ranks in one word, so that one atomic operation publishes a rank's own and reads
-/// everybody's: threads whose speed is in (upper 16 bits), thousands of samples a second (lower
-/// 48).
+/// everybody's: threads whose speed is in (upper 24 bits), thousands of samples a second (lower
+/// 40).
 struct SpeedSum {
   std::uint64_t threads = 0;
   std::uint64_t kilosamples = 0;
-  [[nodiscard]] std::uint64_t word() const { return (threads << 48) + kilosamples; }
-  static SpeedSum from_word(std::uint64_t word) { return {word >> 48, word & ((1ULL << 48) - 1)}; }
+  [[nodiscard]] std::uint64_t word() const { return (threads << 40) + kilosamples; }
+  static SpeedSum from_word(std::uint64_t word) { return {word >> 40, word & ((1ULL << 40) - 1)}; }
 };
 
 }  // namespace parray

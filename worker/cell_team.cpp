@@ -36,7 +36,9 @@ TracedCells ThreadCellTeam::trace(const CellRange& range, const std::atomic<bool
   }
   const SteadyClock clock;
   const Time begin = clock.now();
+  const std::uint64_t before = traced_;
   TracedCells traced = trace_cells(range, stop);
+  traced.samples = traced_ - before;
   traced.seconds = to_seconds(clock.now() - begin);
   return traced;
 }
@@ -56,7 +58,7 @@ void ThreadCellTeam::build() {
 TracedCells ThreadCellTeam::trace_cells(const CellRange& range, const std::atomic<bool>& stop) {
   const SteadyClock clock;
   const std::size_t record_bytes = record_bytes_of(plan_);
-  TracedCells result{range, std::vector<std::byte>(range.count() * record_bytes), 0};
+  TracedCells result{range, std::vector<std::byte>(range.count() * record_bytes), 0, 0};
   const auto piece = static_cast<int>(plan_.piece_cells());
 #pragma omp parallel num_threads(threads_)
   {

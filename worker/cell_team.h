@@ -20,6 +20,7 @@ namespace parray {
 struct TracedCells {
   CellRange range;
   std::vector<std::byte> records;
+  std::uint64_t samples = 0;
   double seconds = 0;  ///< spent tracing
 };
 

@@ -43,13 +43,12 @@ void RankWorker::hand_in() {
     return;
   }
   tracing_ = false;
-  const double samples = samples_of(traced->range);
   if (traced->seconds > 0) {
-    const double speed = samples / traced->seconds;
+    const double speed = static_cast<double>(traced->samples) / traced->seconds;
     samples_per_second_ = samples_per_second_ > 0 ? (samples_per_second_ + speed) / 2 : speed;
   }
   tally_.busy += traced->seconds;
-  tally_.samples += static_cast<std::uint64_t>(samples);
+  tally_.samples += traced->samples;
   // The team goes on while the result travels.
   keep_at_work(clock_.now());
   const Time begin = clock_.now();

@@ -1,6 +1,7 @@
 #include "worker/window_leases.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace parray {
 
@@ -78,7 +79,7 @@ std::optional<CellRange> WindowLeases::take_weighted(double samples_per_second) 
 SpeedSum WindowLeases::publish_speed(double samples_per_second) {
   SpeedSum own;
   if (samples_per_second > 0) {
-    own = {options_.threads, static_cast<std::uint64_t>(samples_per_second / 1e3)};
+    own = {options_.threads, static_cast<std::uint64_t>(std::ceil(samples_per_second / 1e3))};
   }
   // Modulo 2^64 the difference of two words is right even when its lower part is negative.
   const std::uint64_t delta = own.word() - published_.word();
