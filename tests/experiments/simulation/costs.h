@@ -28,9 +28,9 @@ const LinkCosts& link_from(std::string_view name);
 /// A rank's processor, apart from tracing. Measured by tests/bench/window-latency.
 struct HostCosts {
   double hand_over = 10e-6;  ///< from one slice of a lease to the next: threads wake, fork
-  double digest_bytes_per_second = 8e9;  ///< before a put
-  double collect_entry = 1e-6;           ///< rank 0: a result
-  double collect_cell = 0.2e-6;          ///< rank 0: a cell, checked and merged
+  double digest_bytes_per_second = 10e9;  ///< before a put
+  double collect_entry = 0.1e-6;           ///< rank 0: a result
+  double collect_cell = 0.12e-6;          ///< rank 0: a cell, checked and merged
 };
 
 /// Before the first cell is traced.
