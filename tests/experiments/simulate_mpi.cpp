@@ -10,6 +10,7 @@
 #include <random>
 
 #include "common/base/error.h"
+#include "tests/experiments/simulation/seed_job.h"
 #include "tests/experiments/simulation/sim_job.h"
 
 namespace {
@@ -107,7 +108,6 @@ JobOptions job_options(const Arguments& a, const Measured& measured, std::uint32
   job.ranks = ranks;
   job.threads = a.threads;
   job.speeds = speeds_of(a, ranks);
-  job.whole_rows = a.seed_scheme;
   job.link = a.link_costs;
   job.host = a.host;
   if (a.start) {
@@ -138,60 +138,76 @@ void print_header() {
 }
 
 /// The parts are shares of all cores' time; with `efficiency` they add up to 1.
-void print_line(const Arguments& a, const SimJob& job, std::uint32_t ranks,
-                std::uint32_t idle_ranks) {
+void print_line(const Arguments& a, const SimJob& job, std::uint32_t ranks) {
   const Spent spent = job.spent_together();
-  const double all_cores = job.cores() + idle_ranks * a.threads;
-  const double all = all_cores * job.seconds();
-  const double wasted = idle_ranks * a.threads * job.seconds() / all;
-  const double sum = spent.sum() / all + wasted;
-  if (std::abs(sum - 1) > 1e-6 || std::abs(spent.useful / job.work_seconds() - 1) > 1e-6) {
-    throw RunError("the account of the cores' time does not add up: " + std::to_string(sum));
+  const double all = job.cores() * job.seconds();
+  if (std::abs(spent.sum() / all - 1) > 1e-6 ||
+      std::abs(spent.useful / job.work_seconds() - 1) > 1e-6) {
+    throw RunError("the account of the cores' time does not add up");
   }
   std::uint64_t leases = 0;
   for (std::uint32_t rank = 0; rank < ranks; ++rank) {
     leases += job.tally(rank).takes;
   }
   const auto& tally = job.ledger().tally();
-  std::printf("%s,%u,%u,%.0f,%s,%s,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,", a.label.c_str(),
-              ranks + idle_ranks, a.threads, all_cores, a.schedule.c_str(), a.row_order.c_str(),
+  std::printf("%s,%u,%u,%u,%s,%s,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,", a.label.c_str(), ranks,
+              a.threads, ranks * a.threads, a.schedule.c_str(), a.row_order.c_str(),
               a.link_costs.name.c_str(), job.seconds(), job.start_seconds(), job.work_seconds(),
-              job.work_seconds() / job.seconds(), job.work_seconds() / all,
-              job.work_seconds() / (all_cores * (job.seconds() - job.start_seconds())));
+              job.work_seconds() / job.seconds(), job.efficiency(), job.running_efficiency());
   std::printf("%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%llu,%llu,%llu\n", spent.start / all,
-              spent.leases / all, spent.coordinator / all + wasted, spent.inner / all,
-              spent.imbalance / all, spent.tail / all, spent.ending / all, spent.faults / all,
+              spent.leases / all, spent.coordinator / all, spent.inner / all, spent.imbalance / all,
+              spent.tail / all, spent.ending / all, spent.faults / all,
               static_cast<unsigned long long>(leases),
               static_cast<unsigned long long>(tally.copies),
               static_cast<unsigned long long>(tally.duplicates));
 }
 
-void write_ranks(const std::string& path, const SimJob& job, std::uint32_t ranks) {
+void write_ranks(const std::string& path, const std::vector<double>& normalized) {
   std::ofstream file(path);
-  file << "rank,normalized_seconds,leases\n";
-  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    file << rank << ',' << job.normalized_seconds(rank) << ',' << job.tally(rank).takes << '\n';
+  file << "rank,normalized_seconds\n";
+  for (std::size_t rank = 0; rank < normalized.size(); ++rank) {
+    file << rank << ',' << normalized[rank] << '\n';
   }
   if (!file.flush()) {
     throw RunError("writing " + path + ": failed");
   }
 }
 
+/// The seed program's MPI (static) or MPI-LB (guided).
+std::vector<double> simulate_seed(const Arguments& a, const JobOptions& job) {
+  const SeedJob seed = seed_job(job, schedule_from(a.schedule));
+  const double seconds = seed.seconds + job.start.mpi;
+  const double efficiency = seed.work / (job.ranks * job.threads * seed.seconds);
+  std::printf("%s,%u,%u,%u,%s,sequential,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,,,,,,,,,%llu,0,0\n",
+              a.label.c_str(), job.ranks, a.threads, job.ranks * a.threads, a.schedule.c_str(),
+              a.link_costs.name.c_str(), seconds, job.start.mpi, seed.work, seed.work / seconds,
+              efficiency * seed.seconds / seconds, efficiency,
+              static_cast<unsigned long long>(seed.leases));
+  return seed.normalized;
+}
+
+std::vector<double> simulate_parray(const Arguments& a, const JobOptions& options) {
+  SimJob job(options);
+  if (!job.run()) {
+    throw RunError("the job of " + std::to_string(options.ranks) + " ranks does not end");
+  }
+  print_line(a, job, options.ranks);
+  std::vector<double> normalized;
+  for (std::uint32_t rank = 0; rank < options.ranks; ++rank) {
+    normalized.push_back(job.normalized_seconds(rank));
+  }
+  return normalized;
+}
+
 void simulate(const Arguments& a) {
   const Measured measured = read_report(a.rows);
   print_header();
   for (const std::uint32_t ranks : a.ranks) {
-    // The seed program spends a rank on handing out rows.
-    const std::uint32_t idle = a.seed_scheme && a.schedule == "guided" ? 1 : 0;
-    const std::uint32_t workers = std::max(ranks - std::min(ranks, idle), 1U);
-    SimJob job(job_options(a, measured, workers));
-    if (!job.run()) {
-      throw RunError("the job of " + std::to_string(ranks) + " ranks does not end");
-    }
-    print_line(a, job, workers, ranks - workers);
+    const JobOptions job = job_options(a, measured, ranks);
+    const auto normalized = a.seed_scheme ? simulate_seed(a, job) : simulate_parray(a, job);
     std::fflush(stdout);
     if (!a.per_rank.empty()) {
-      write_ranks(a.per_rank, job, workers);
+      write_ranks(a.per_rank, normalized);
     }
   }
 }
@@ -239,7 +255,7 @@ int run(int argc, char** argv) {
   app.add_flag(
       "--seed-scheme", a.seed_scheme,
       "As the seed program: a thread takes whole rows, and with guided leases one rank does "
-      "nothing but hand them out");
+      "nothing but hand them out; nobody repeats anything");
   app.add_flag("--hot-band", a.hot_band, "A tenth of the rows is 20 times as dear");
   app.add_flag("!--no-start", a.start, "Leave the start-up out");
   app.add_option("--per-rank", a.per_rank, "Write each rank's normalised time there");

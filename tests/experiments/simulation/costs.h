@@ -29,7 +29,7 @@ const LinkCosts& link_from(std::string_view name);
 struct HostCosts {
   double hand_over = 10e-6;  ///< from one slice of a lease to the next: threads wake, fork
   double digest_bytes_per_second = 10e9;  ///< before a put
-  double collect_entry = 0.1e-6;           ///< rank 0: a result
+  double collect_entry = 0.1e-6;          ///< rank 0: a result
   double collect_cell = 0.12e-6;          ///< rank 0: a cell, checked and merged
 };
 

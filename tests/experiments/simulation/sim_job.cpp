@@ -66,8 +66,7 @@ SimCellTeam::Options team_options(const JobOptions& o, std::uint32_t rank) {
           .speed = o.speeds.empty() ? 1 : o.speeds.at(rank),
           .ready = ready_seconds(o),
           .build = o.start.build,
-          .hand_over = o.host.hand_over,
-          .whole_rows = o.whole_rows};
+          .hand_over = o.host.hand_over};
 }
 
 }  // namespace
@@ -142,6 +141,7 @@ bool SimJob::run() {
       continue;
     }
     memory_.settle(event.at);
+    end_ = event.at;
     turn(*ranks_[event.rank], event.at);
   }
   for (const auto& rank : ranks_) {

@@ -27,7 +27,6 @@ struct JobOptions {
   std::uint32_t threads = 1;   ///< of each rank, each on a core of its own
   std::vector<double> speeds;  ///< of the ranks; empty: 1 each
   std::vector<Stop> stops;     ///< of a rank in order, without overlap
-  bool whole_rows = false;     ///< a thread takes a row at a time, as the seed program's
   LinkCosts link;
   HostCosts host;
   StartCosts start;

@@ -43,8 +43,7 @@ SimCellTeam::SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs,
 
 /// The next piece goes to the thread that is free first.
 SimCellTeam::Dealt SimCellTeam::deal(const CellRange& range) const {
-  const std::uint64_t piece =
-      options_.whole_rows ? plan_.cells_per_row() : std::uint64_t{plan_.piece_cells()};
+  const std::uint64_t piece = plan_.piece_cells();
   std::priority_queue<double, std::vector<double>, std::greater<>> free_at;
   for (std::uint32_t thread = 0; thread < options_.threads; ++thread) {
     free_at.push(0);

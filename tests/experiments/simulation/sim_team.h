@@ -31,10 +31,9 @@ class SimCellTeam final : public CellTeam {
   struct Options {
     std::uint32_t threads = 1;
     double speed = 1;
-    double ready = 0;         ///< seconds before the rank can ask for work
-    double build = 0;         ///< seconds, before the first range
-    double hand_over = 0;     ///< seconds, before every range
-    bool whole_rows = false;  ///< a thread takes a row at a time, as the seed program's
+    double ready = 0;      ///< seconds before the rank can ask for work
+    double build = 0;      ///< seconds, before the first range
+    double hand_over = 0;  ///< seconds, before every range
   };
   /// References outlive the team. `stops` are this rank's, in order.
   SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs, TracedMap& map,
