@@ -14,7 +14,25 @@ const std::vector<LinkCosts>& known_links() {
        .bytes_per_second = 12.5e9,
        .own_atomic = 0.1e-6,
        .own_bytes_per_second = 5e9,
-       .needs_target = false}};
+       .needs_target = false},
+      {.name = "shared-memory",
+       .origin = "measured by tests/bench/window-latency between two ranks of one machine",
+       .atomic = 0.11e-6,
+       .atomic_service = 0.05e-6,  // of it, a guess
+       .put = 0.06e-6,
+       .bytes_per_second = 30e9,
+       .own_atomic = 0.1e-6,
+       .own_bytes_per_second = 5e9,
+       .needs_target = false},
+      {.name = "messages",
+       .origin = "leases by messages, measured likewise: rank 0 looks for them every 50 us",
+       .atomic = 80e-6,  // a take is three operations, 235 us together
+       .atomic_service = 1e-6,
+       .put = 1e-6,
+       .bytes_per_second = 5e9,
+       .own_atomic = 0.1e-6,
+       .own_bytes_per_second = 5e9,
+       .needs_target = true}};
   return links;
 }
 
