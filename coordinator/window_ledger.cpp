@@ -67,9 +67,9 @@ WindowLedger::Reading WindowLedger::read_entry(Time now, const Entry& entry) {
   const bool possible = range.begin < range.end && range.end <= plan_.cells();
   std::vector<std::uint64_t> digests;
   if (possible) {
-    digests = cell_digests(memory_.subspan(layout_.record_offset(range.begin),
-                                           range.count() * layout_.record_bytes()),
-                           layout_.record_bytes());
+    digests = cell_digests(
+        memory_.subspan(layout_.record_offset(range.begin), range.count() * layout_.record_bytes()),
+        layout_.record_bytes());
   }
   if (!possible || range_digest(digests) != view_.load(layout_.log_word(entry.index) + 1)) {
     if (now - entry.since < arrival_time) {

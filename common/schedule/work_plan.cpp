@@ -12,8 +12,8 @@ std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % 
 constexpr std::uint64_t least_cell_samples = 2048;
 /// More cells would only cost memory.
 constexpr std::uint64_t most_cells = 1U << 22;
-/// Interleaved rows that are cut across together: a lease of this many cells samples as many rows of
-/// the whole image, so that what it costs says how fast a rank is, and not where it was at work.
+/// Interleaved rows that are cut across together: a lease of this many cells samples as many rows
+/// of the whole image, so that what it costs says how fast a rank is, and not where it was at work.
 /// More would keep rows from being finished, and kept, for longer.
 constexpr std::uint32_t interleaved_band = 16;
 
