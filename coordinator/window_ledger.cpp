@@ -46,6 +46,7 @@ bool WindowLedger::collect(Time now, std::uint64_t most_cells) {
   std::erase_if(waiting_, [&](const Entry& entry) {
     return done_cells_ < enough && read_entry(now, entry) != Reading::not_yet;
   });
+  behind_ = done_cells_ >= enough;
   if (tally_.entries == before) {
     return false;
   }
@@ -190,7 +191,8 @@ CellRange WindowLedger::next_unfinished(std::uint64_t from, std::uint64_t most) 
 
 void WindowLedger::issue_copies(Time now) {
   const std::uint64_t tickets = std::min(view_.load(Word::tickets), layout_.most_copies());
-  if (tickets <= copies_issued_ || done()) {
+  // What this ledger has not read yet may be finished.
+  if (tickets <= copies_issued_ || behind_ || done()) {
     hungry_since_ = never;
     return;
   }

@@ -100,6 +100,7 @@ class WindowLedger {
   std::vector<std::uint64_t> row_nanoseconds_;  ///< by position
   std::uint64_t done_cells_ = 0;
   std::uint64_t merged_passes_ = 0;
+  bool behind_ = false;  ///< collect() has left results for the next time
   std::uint64_t copies_issued_ = 0;
   std::uint64_t copy_cursor_ = 0;
   Time hungry_since_ = never;

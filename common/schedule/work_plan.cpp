@@ -12,12 +12,21 @@ std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % 
 constexpr std::uint64_t least_cell_samples = 2048;
 /// More cells would only cost memory.
 constexpr std::uint64_t most_cells = 1U << 22;
+/// Interleaved rows that are cut across together: a lease of this many cells samples as many rows
+/// of the whole image, so that what it costs says how fast a rank is, and not where it was at work.
+/// More would keep rows from being finished, and kept, for longer.
+constexpr std::uint32_t interleaved_band = 16;
 
 }  // namespace
 
 WorkPlan::WorkPlan(const RenderSettings& settings, std::vector<WorkRect> pending,
                    std::uint32_t tile)
-    : width_(settings.width), tile_(std::max(tile, 1U)), rects_(std::move(pending)) {
+    : width_(settings.width), tile_(std::max(tile, 1U)), band_(tile_), rects_(std::move(pending)) {
+  // The other policies deal out whole rows.
+  if (tile_ == 1 && settings.schedule == SchedulePolicy::weighted &&
+      settings.row_order != RowOrder::sequential) {
+    band_ = interleaved_band;
+  }
   const std::uint64_t spp = settings.samples_per_pixel;
   const std::uint64_t total = spp * settings.width * settings.height;
   const std::uint64_t grain = std::max(least_cell_samples, divide_up(total, most_cells));
@@ -51,18 +60,18 @@ std::size_t WorkPlan::rect_of(const std::vector<std::uint64_t>& first, std::uint
          1;
 }
 
-/// Order within a rectangle: range of samples, band of rows, column, row of the band. A band is one
-/// row high unless there are tiles.
+/// Order within a rectangle: range of samples, band of rows, column, row of the band. A band has
+/// one row where policies deal out whole rows.
 WorkPlan::Place WorkPlan::place_of(std::uint64_t cell) const {
   const std::size_t rect = rect_of(first_cell_, cell);
   std::uint64_t index = cell - first_cell_[rect];
   const std::uint64_t rows = rects_[rect].rows();
   const auto layer = static_cast<std::uint32_t>(index / (rows * columns_));
   index %= rows * columns_;
-  const std::uint64_t band = index / (tile_ * columns_);
-  const std::uint64_t band_rows = std::min<std::uint64_t>(tile_, rows - band * tile_);
-  index -= band * tile_ * columns_;
-  return {rect, layer, static_cast<std::uint32_t>(band * tile_ + index % band_rows),
+  const std::uint64_t band = index / (band_ * columns_);
+  const std::uint64_t band_rows = std::min<std::uint64_t>(band_, rows - band * band_);
+  index -= band * band_ * columns_;
+  return {rect, layer, static_cast<std::uint32_t>(band * band_ + index % band_rows),
           index / band_rows};
 }
 
@@ -100,9 +109,9 @@ WorkPlan::Stride WorkPlan::pass_cells(std::uint64_t pass) const {
   const std::uint64_t within = pass - first_pass_[index];
   const std::uint64_t layer_first = first_cell_[index] + within / rows * rows * columns_;
   const std::uint64_t row = within % rows;
-  const std::uint64_t band = row / tile_;
-  const std::uint64_t band_rows = std::min<std::uint64_t>(tile_, rows - band * tile_);
-  return {layer_first + band * tile_ * columns_ + row % tile_, band_rows};
+  const std::uint64_t band = row / band_;
+  const std::uint64_t band_rows = std::min<std::uint64_t>(band_, rows - band * band_);
+  return {layer_first + band * band_ * columns_ + row % band_, band_rows};
 }
 
 }  // namespace parray

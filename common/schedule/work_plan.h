@@ -86,6 +86,7 @@ class WorkPlan {
 
   std::uint32_t width_;
   std::uint32_t tile_;
+  std::uint32_t band_;  ///< rows that are cut across together
   std::uint32_t cell_pixels_;
   std::uint32_t layer_samples_;
   std::uint64_t columns_;
