@@ -222,6 +222,7 @@ void WindowLedger::issue_copies(Time now) {
 }
 
 void WindowLedger::listen(Time now) {
+  window_.fetch_add(Word::pulse, 1);
   for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {
     const std::uint64_t beat = rank_value(rank, WindowLayout::beat);
     if (beat != lives_[rank].beat) {

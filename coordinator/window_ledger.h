@@ -51,7 +51,7 @@ class WindowLedger {
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
   /// When a result came in, or any rank was seen to get on, last.
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
-  /// Looks at every rank's beat.
+  /// Looks at every rank's beat, and shows that rank 0 is alive.
   void listen(Time now);
 
   struct Tally {

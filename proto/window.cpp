@@ -33,6 +33,7 @@ void LocalWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
 
 WindowLayout::WindowLayout(const WorkPlan& plan, std::uint32_t ranks)
     : ranks_(ranks),
+      cells_(plan.cells()),
       record_bytes_(record_bytes_of(plan)),
       most_copies_(copy_slots),
       most_log_entries_(plan.cells() + 4 * copy_slots),

@@ -66,6 +66,7 @@ class WindowLayout {
     copies = 4,    ///< copies of unfinished cells that have been issued
     log_head = 5,  ///< entries of the log that have been claimed
     finished = 6,  ///< not 0: every cell is in, or the job is given up
+    pulse = 7,     ///< grows as long as rank 0 is alive
     shared_words = 8
   };
   /// Words of a rank's own.
@@ -100,9 +101,11 @@ class WindowLayout {
   /// Bytes at the beginning that have to be 0 at first: all but the records.
   [[nodiscard]] std::size_t zeroed_bytes() const { return first_record_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
+  [[nodiscard]] std::uint64_t cells() const { return cells_; }
 
  private:
   std::uint32_t ranks_;
+  std::uint64_t cells_;
   std::size_t record_bytes_;
   std::uint64_t most_copies_;
   std::uint64_t most_log_entries_;

@@ -1,7 +1,5 @@
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <iostream>
-#include <thread>
 
 #include "cli/front_door.h"
 #include "cli/interrupt.h"
@@ -19,13 +17,8 @@ constexpr const char* footer =
     "\nAs root mpirun wants --allow-run-as-root, and for more ranks than cores --oversubscribe.\n"
     "Exit status: 0 done; 1 failed; 2 bad usage or bad input; 130 interrupted.";
 
-/// All ranks read the same command line; one speaks. The others wait until mpirun ends them,
-/// because it ends everybody, the speaker too, as soon as the first has gone.
-int leave_quietly(int status) {
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  return status;
-}
-
+/// All ranks read the same command line; one speaks, and says the exit status: mpirun ends
+/// everybody, the speaker too, as soon as any rank has failed.
 int front_door(int argc, char** argv) {
   const bool speaks = parray::rank_in_environment() == 0;
   if (speaks) {
@@ -41,7 +34,7 @@ int front_door(int argc, char** argv) {
   } catch (const CLI::Success& asked) {  // --help, --version
     return speaks ? parray::checked_output(program, app.exit(asked, std::cout, std::cerr)) : 0;
   } catch (const CLI::ParseError& error) {
-    return speaks ? parray::fail(program, 2, parray::usage_message(app, error)) : leave_quietly(2);
+    return speaks ? parray::fail(program, 2, parray::usage_message(app, error)) : 0;
   }
   return parray::run_action(program, [&] { return parray::mpi_render(options); });
 }

@@ -100,6 +100,9 @@ void MessageServer::answer_take(int rank) {
 
 void MessageServer::receive_result(int rank) {
   const auto [begin, end, digest] = receive<ResultMessage>(rank, result_tag, comm_);
+  if (begin >= end || end > layout_.cells()) {
+    throw RunError("impossible result from rank " + std::to_string(rank));
+  }
   std::byte* const target = memory_.data() + layout_.record_offset(begin);
   const std::size_t bytes = (end - begin) * layout_.record_bytes();
   for (std::size_t done = 0; done < bytes; done += most_bytes) {

@@ -141,8 +141,7 @@ JobStatus MpiCoordinator::status(Time now) const {
   status.progress = before + (1 - before) * done;
   const double elapsed = to_seconds(now - started_);
   if (done > 0 && elapsed > 0) {
-    status.samples_per_second =
-        static_cast<double>(ledger_.done_cells()) * plan_.cell_samples() / elapsed;
+    status.samples_per_second = done * static_cast<double>(plan_.samples()) / elapsed;
     status.seconds_left = elapsed * (1 - done) / done;
   }
   return status;

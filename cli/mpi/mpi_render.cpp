@@ -31,14 +31,14 @@ constexpr const char* program = "parray-mpi";
   std::_Exit(status);
 }
 
-/// A rank that hangs inside MPI says so and takes the others with it.
+/// A rank that waits for another in vain says so and takes the others with it.
 Watchdog guard(const MpiWorld& world, const MpiOptions& options) {
   const std::uint32_t rank = world.rank();
   return Watchdog(seconds(options.patience), [rank] {
     fail(program, 1,
          "rank " + std::to_string(rank) +
-             " hangs inside MPI: another rank does not answer, or one-sided communication does not "
-             "work here: try --mode messages");
+             " waits for another that does not answer. If all are there, one-sided communication "
+             "does not work here: try --mode messages");
     std::_Exit(1);  // mpirun ends the rest
   });
 }
@@ -83,6 +83,31 @@ void tell_of_accelerator(LeaseSource& leases, const ThreadCellTeam& team) {
 }
 
 constexpr Time for_ever = std::chrono::hours(24 * 365);
+/// How long rank 0 waits, when all is done, for ranks that may have been stopped.
+constexpr Time last_meeting = seconds(10);
+
+/// Whether rank 0 has been seen alive, asked now and then.
+class Pulse {
+ public:
+  /// Without a window (null) rank 0 answers, or the rank hangs: there is nothing to ask.
+  explicit Pulse(Window* window) : window_(window) {}
+
+  bool felt(Time now) {
+    if (window_ == nullptr) {
+      return true;
+    }
+    if (now < next_look_) {
+      return false;
+    }
+    next_look_ = now + milliseconds(250);
+    return std::exchange(last_, window_->load(WindowLayout::pulse)) != last_;
+  }
+
+ private:
+  Window* window_;
+  std::uint64_t last_ = 0;
+  Time next_look_{};
+};
 
 /// Ranks other than 0.
 int work(const MpiOptions& options, const MpiWorld& world) {
@@ -91,7 +116,9 @@ int work(const MpiOptions& options, const MpiWorld& world) {
     return 0;  // rank 0 says why
   }
   if (job->alone()) {
-    return world.meet(for_ever) ? 0 : 1;
+    world.meet(for_ever);  // until the work is done, and then until the picture is written
+    world.meet(for_ever);
+    return 0;
   }
   Watchdog dog = guard(world, options);
   if (!world.all_of(trace_fingerprint() == job->fingerprint)) {
@@ -109,17 +136,19 @@ int work(const MpiOptions& options, const MpiWorld& world) {
                       static_cast<int>(parts.options.threads));
   const SteadyClock clock;
   RankWorker worker(parts.plan, *leases, team, clock);
+  Pulse pulse(parts.transport.window());
   while (!worker.over()) {
-    dog.pet();
+    if (team.busy() || pulse.felt(clock.now())) {
+      dog.pet();
+    }
     const Time due = worker.tick(clock.now());
     team.wait(std::max(due - clock.now(), Time(0)));
   }
   worker.stop();
   worker.report();
   tell_of_accelerator(*leases, team);
-  if (!world.meet(for_ever, [&dog] { dog.pet(); })) {
-    return 1;
-  }
+  world.meet(for_ever);                         // the dog's patience is shorter
+  world.meet(for_ever, [&dog] { dog.pet(); });  // while rank 0 writes the picture
   parts.transport.close();
   return 0;
 }
@@ -169,10 +198,12 @@ struct Rendered {
   Picture picture;
   bool all_answer = true;
   std::uint64_t mismatches = 0;
+  std::unique_ptr<Parts> parts;
 };
 
 /// Rank 0, once it has a job.
-Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, const MpiJob& job) {
+Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& kept,
+                    const MpiJob& job) {
   Watchdog dog = guard(world, options);
   broadcast_job(world, &job);
   if (!job.alone() && !world.all_of(trace_fingerprint() == job.fingerprint)) {
@@ -180,7 +211,9 @@ Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, c
         "not all ranks trace the same bits (the built-in test picture differs): run the same build "
         "on all machines, or test their memory");
   }
-  Parts parts(world, options, job);
+  Rendered rendered;
+  rendered.parts = std::make_unique<Parts>(world, options, job);
+  Parts& parts = *rendered.parts;
   if (!parts.transport.fallback_reason().empty()) {
     std::cerr << program << ": no MPI window here (" << parts.transport.fallback_reason()
               << "): ranks send messages instead\n";
@@ -194,7 +227,6 @@ Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, c
                               .quiet = options.quiet});
   coordinator.run([&dog] { dog.pet(); });
   tell_of_accelerator(*leases[0], team);
-  Rendered rendered;
   rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)),
                                                  [&dog] { dog.pet(); });
   Job& done = kept.job();
@@ -207,9 +239,6 @@ Rendered lead(const MpiOptions& options, const MpiWorld& world, KeptJob& kept, c
   report["mpi"] = mpi_report(done, parts.transport, job.mode, parts.facts, parts.layout, ledger,
                              report.at("seconds").at("render"), options.row_seconds);
   rendered.mismatches = ledger.tally().mismatches;
-  if (rendered.all_answer) {
-    parts.transport.close();
-  }
   return rendered;
 }
 
@@ -232,7 +261,7 @@ auto together(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, KeptJob& kept, Rendered rendered, Time started) {
+int finish(const MpiOptions& options, KeptJob& kept, Rendered& rendered, Time started) {
   kept.keep_picture(rendered.picture.image, rendered.picture.report);
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
   kept.forget();
@@ -244,15 +273,8 @@ int finish(const MpiOptions& options, KeptJob& kept, Rendered rendered, Time sta
   return status;
 }
 
-}  // namespace
-
-int mpi_render(const MpiOptions& options) {
-  const SteadyClock clock;
-  const Time started = clock.now();
-  const MpiWorld world;
-  if (!world.first()) {
-    return together([&] { return work(options, world); });
-  }
+/// Rank 0.
+int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   std::unique_ptr<KeptJob> kept;
   MpiJob job;
   try {
@@ -262,14 +284,28 @@ int mpi_render(const MpiOptions& options) {
     throw;
   }
   const DeferredInterrupts deferred;
-  Rendered rendered = together([&] { return lead(options, world, *kept, job); });
-  const bool all_answer = rendered.all_answer;
-  const int status =
-      run_action(program, [&] { return finish(options, *kept, std::move(rendered), started); });
-  if (!all_answer) {
-    fail(program, status, "the picture is done, but not all ranks answer: ending them");
+  Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
+  const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
+  if (!rendered.all_answer || !world.meet(last_meeting)) {
+    fail(program, status, "not all ranks answer: ending them");
     end_all(status);
   }
+  rendered.parts->transport.close();
+  return status;
+}
+
+}  // namespace
+
+int mpi_render(const MpiOptions& options) {
+  const SteadyClock clock;
+  const Time started = clock.now();
+  auto world = std::make_unique<MpiWorld>();
+  const int status = world->first() ? lead(options, *world, started)
+                                    : together([&] { return work(options, *world); });
+  const Watchdog dog(seconds(options.patience), [status] {
+    std::_Exit(status);  // a rank does not come to the end: all the others have done their work
+  });
+  world.reset();
   return status;
 }
 

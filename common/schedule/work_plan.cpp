@@ -12,6 +12,8 @@ std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % 
 constexpr std::uint64_t least_cell_samples = 2048;
 /// More cells would only cost memory.
 constexpr std::uint64_t most_cells = 1U << 22;
+/// Of a cell where there are tiles: about a tenth of a second.
+constexpr std::uint64_t most_tile_samples = 1U << 20;
 /// Interleaved rows that are cut across together: a lease of this many cells samples as many rows
 /// of the whole image, so that what it costs says how fast a rank is, and not where it was at work.
 /// More would keep rows from being finished, and kept, for longer.
@@ -34,7 +36,9 @@ WorkPlan::WorkPlan(const RenderSettings& settings, std::vector<WorkRect> pending
   layer_samples_ = static_cast<std::uint32_t>(std::min(grain, spp));
   if (tile_ > 1) {
     cell_pixels_ = std::min(tile_, width_);
-    layer_samples_ = static_cast<std::uint32_t>(spp);
+    // A tile's cells are longer, but not so long that a rank could not be told to stop.
+    layer_samples_ = static_cast<std::uint32_t>(
+        std::min(spp, divide_up(std::max(most_tile_samples, grain), cell_pixels_)));
   }
   columns_ = divide_up(width_, cell_pixels_);
   first_cell_.push_back(0);
@@ -44,6 +48,14 @@ WorkPlan::WorkPlan(const RenderSettings& settings, std::vector<WorkRect> pending
     first_pass_.push_back(first_pass_.back() + rows);
     first_cell_.push_back(first_cell_.back() + rows * columns_);
   }
+}
+
+std::uint64_t WorkPlan::samples() const {
+  std::uint64_t units = 0;
+  for (const WorkRect& rect : rects_) {
+    units += rect.units();
+  }
+  return units * width_;
 }
 
 double WorkPlan::cell_samples() const {

@@ -39,18 +39,22 @@ struct CellRange {
 /// of a cell writes the very bytes that are there. Immutable.
 class WorkPlan {
  public:
-  /// `settings` are resolved. `pending` are disjoint rectangles of the job's work. `tile` > 1:
-  /// bands of that many rows are cut into square tiles (the seed report, section 4.6), and a thread
-  /// takes a tile at a time; 0 or 1: runs of pixels, a row after the other.
+  /// `settings` are resolved. `pending` are disjoint rectangles of the job's work, cut into bands
+  /// of rows, column by column: bands of one row where the policy deals out whole rows, of 16 where
+  /// leases are parts of interleaved rows. `tile` > 1: bands of that many rows, cut into square
+  /// tiles (the seed report, section 4.6), of which a thread takes one at a time.
   WorkPlan(const RenderSettings& settings, std::vector<WorkRect> pending, std::uint32_t tile = 0);
 
   [[nodiscard]] std::uint64_t cells() const { return first_cell_.back(); }
+  [[nodiscard]] std::uint64_t samples() const;  ///< of all cells
   [[nodiscard]] Cell cell(std::uint64_t index) const;
 
   /// Cells of a whole row of the image (of one range of samples, if those are cut).
   [[nodiscard]] std::uint64_t cells_per_row() const { return columns_; }
   /// The most pixels that a cell has.
   [[nodiscard]] std::uint32_t cell_pixels() const { return cell_pixels_; }
+  /// Rows of a band.
+  [[nodiscard]] std::uint32_t band_rows() const { return band_; }
   /// Samples of a full cell.
   [[nodiscard]] double cell_samples() const;
   /// Cells that a thread takes at a time.

@@ -103,7 +103,7 @@ class Samples {
 };
 
 /// What cells are sorted by.
-auto order_of(const WorkPlan& plan, std::uint64_t index, std::uint32_t tile) {
+auto order_of(const WorkPlan& plan, std::uint64_t index) {
   const Cell cell = plan.cell(index);
   const auto& rects = plan.rects();
   const auto rect = static_cast<std::size_t>(
@@ -113,8 +113,7 @@ auto order_of(const WorkPlan& plan, std::uint64_t index, std::uint32_t tile) {
                             r.sample_begin <= cell.sample_begin && cell.sample_begin < r.sample_end;
                    }) -
       rects.begin());
-  const std::uint32_t band =
-      (cell.position - rects.at(rect).row_begin) / std::max(tile, std::uint32_t{1});
+  const std::uint32_t band = (cell.position - rects.at(rect).row_begin) / plan.band_rows();
   return std::tuple(rect, cell.sample_begin, band, cell.x_begin, cell.position);
 }
 
@@ -169,7 +168,7 @@ TEST_CASE("cells come in the order of rectangles, samples, bands, columns and ro
     const WorkPlan plan = trial.plan();
     bool sorted = true;
     for (std::uint64_t cell = 1; cell < plan.cells(); ++cell) {
-      sorted = sorted && order_of(plan, cell - 1, trial.tile) < order_of(plan, cell, trial.tile);
+      sorted = sorted && order_of(plan, cell - 1) < order_of(plan, cell);
     }
     CHECK(sorted);
   }
