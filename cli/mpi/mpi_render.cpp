@@ -287,7 +287,7 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
   const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
   if (!rendered.all_answer || !world.meet(last_meeting)) {
-    fail(program, status, "not all ranks answer: ending them");
+    fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);
   }
   rendered.parts->transport.close();

@@ -132,6 +132,7 @@ class MpiTest(unittest.TestCase):
             os.kill(job.rank_pid(1), signal.SIGKILL)
             self.assertNotEqual(job.wait(), 0)
             self.assertRegex(job.text(), "rank 1 .*Killed")
+            self.assertRegex(job.text(), "parray-mpi: interrupted.* % is kept in ")
             self.assertFalse(job.picture.exists())
         self.check_goes_on(2)
 
@@ -168,7 +169,7 @@ class MpiTest(unittest.TestCase):
             os.kill(job.rank_pid(1), signal.SIGSTOP)
             report = job.finish()
             self.check(report, self.expected_long)
-            self.assertIn("parray-mpi: the picture is done, but not all ranks answer", job.text())
+            self.assertIn("parray-mpi: the work is done, but not all ranks answer", job.text())
 
     def test_a_rank_that_is_stopped_for_a_while_changes_nothing(self):
         with self.long_job(3) as job:
@@ -180,12 +181,14 @@ class MpiTest(unittest.TestCase):
             self.check(job.finish(), self.expected_long)
 
     def test_ranks_whose_coordinator_is_silent_end_the_job(self):
-        with self.long_job(2, "--patience", 3, "--mode", "messages") as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(0), signal.SIGSTOP)
-            self.assertNotEqual(job.wait(), 0)
-            self.assertRegex(job.text(), "parray-mpi: rank 1 hangs inside MPI: ")
-        self.check_goes_on(1)
+        for mode in ("messages", "window"):
+            with self.subTest(mode=mode):
+                with self.long_job(2, "--patience", 3, "--mode", mode) as job:
+                    wait_for_rows(self.state, job)
+                    os.kill(job.rank_pid(0), signal.SIGSTOP)
+                    self.assertNotEqual(job.wait(), 0)
+                    self.assertRegex(job.text(), "parray-mpi: rank 1 waits for another that does not")
+                self.check_goes_on(1)
 
     def test_an_interrupted_mpirun_leaves_no_rank_and_what_is_finished(self):
         with self.long_job(2) as job:
