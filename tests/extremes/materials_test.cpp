@@ -314,6 +314,7 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
   double worst = 0;
   double unit = 0;
   double moved = 0;
+  double outside = 0;
   for (const double vfov : {1e-6, 1e-4, 1.0, 90.0, 179.0, 179.99}) {
     for (int i = 0; i < 40; ++i) {
       Camera camera;
@@ -333,6 +334,10 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
       unit = std::max(unit, unit_error(ray.direction));
       moved += camera.aperture == 0 && !(ray.origin == vec_cast<Real>(camera.look_from)) ? 1 : 0;
       if (camera.aperture > 0) {
+        const QuadVec off = exact(ray.origin) - exact(vec_cast<Real>(camera.look_from));
+        const double room =
+            camera.aperture / 2 * (1 + 8 * ulp<Real>)+length(camera.look_from) * ulp<Real>;
+        outside += static_cast<double>(quad_length(off)) <= room ? 0 : 1;
         continue;
       }
       // The oracle builds its own basis on 113 bits.
@@ -362,6 +367,7 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
   }
   within(38, named<Real>("ray direction / ulp of the film's extent"), worst, 8);
   within(38, named<Real>("its length / ulp"), unit, 4);
+  within(38, named<Real>("rays that begin outside the lens"), outside, 0);
   within(38, named<Real>("pinhole rays from elsewhere"), moved, 0);
 }
 

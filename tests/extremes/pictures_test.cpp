@@ -122,15 +122,79 @@ TEST_CASE("rows 1, 44: the picture of 113 bits is that of f64, but for one path 
   const Scene scene = shipped("one-weekend-20.json");
   RenderSettings settings = sized(32, 32, trials(1), 10);
   settings.precision = Precision::f64;
-  const std::vector<double> exactly =
-      means_of(reference_sums_in<Quad, double>(scene, settings), scene, settings);
+  const TraceScene<Quad> traced = exact_scene(scene, settings);
+  const Linear<Quad> linear(traced.spheres);
   const std::vector<double> f64 = means_of(reference_sums(scene, settings), scene, settings);
+  std::vector<double> exactly;
+  for (std::uint32_t pixel = 0; pixel < 32 * 32; ++pixel) {
+    QuadVec sum{0, 0, 0};
+    for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
+      Sides<Quad> sides;
+      std::uint64_t rays = 0;
+      sum = sum + trace_sample(traced, linear, pixel % 32, pixel / 32,
+                               SampleRandom(settings.seed, pixel, s), sides, rays);
+    }
+    for (const Quad& value : {sum.x, sum.y, sum.z}) {
+      exactly.push_back(static_cast<double>(value / Quad(settings.samples_per_pixel)));
+    }
+  }
   double other = 0;
   for (std::size_t i = 0; i < f64.size(); ++i) {
     other += std::abs(f64[i] - exactly[i]) <= 0x1p-30 ? 0 : 1;
   }
   within(44, "share of f64's values more than 2^-30 from those of 113 bits",
          other / static_cast<double>(f64.size()), 1e-4);
+}
+
+TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise falls as it must") {
+  // A grey ball fills the picture: a sample's value is one number that its first bounce draws.
+  Scene scene;
+  scene.sky = {{0, 0, 0}, {1, 1, 1}};
+  scene.camera.look_from = {0, 0, 1000};
+  scene.camera.tan_half_vfov = 0.0005;
+  scene.camera.aperture = 0;
+  scene.materials = {{MaterialType::diffuse, {1, 1, 1}, 0, 1}};
+  scene.spheres = {{{0, 0, 0}, 1, 0}};
+  RenderSettings settings = sized(32, 32, 1, 2);
+  settings.precision = Precision::f64;
+  const auto deviation = [&](const std::vector<double>& means) {
+    double square = 0;
+    for (std::uint32_t pixel = 0; pixel < 1024; ++pixel) {
+      const double n_y = (15.5 - pixel / 32) / 32.0;
+      const double off = means[3UL * pixel] - (0.5 + n_y / 3);
+      square += off * off / 1024;
+    }
+    return square;
+  };
+  std::array<double, 5> variance{};
+  for (const Tracer& tracer : tracers()) {
+    for (std::size_t k = 0; k < variance.size(); ++k) {
+      settings.samples_per_pixel = 1U << (2 * k);
+      variance[k] = deviation(means_of(tracer.sums(scene, settings), scene, settings));
+    }
+    const double slope = std::log(variance[4] / variance[0]) / std::log(256.0);
+    within(42, "|1 + slope of variance over samples|", std::abs(1 + slope), 0.03);
+    // The mean over pixels, too: alike pixels would deviate together.
+    const auto means = means_of(tracer.sums(scene, settings), scene, settings);
+    const double mean = std::accumulate(means.begin(), means.end(), 0.0) / 3072;
+    within(42, "mean of all pixels: |z|", std::abs(mean - 0.5) / std::sqrt(variance[4] / 1024),
+           4.5);
+  }
+}
+
+TEST_CASE("row 45: samples that are not finite are counted and add nothing") {
+  Scene scene = small_scene();
+  scene.camera.aperture = 1;
+  scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
+  RenderSettings settings = sized(16, 12, 4, 8);
+  settings.precision = Precision::f32;
+  for (const Tracer& tracer : tracers()) {
+    const ReferenceSums sums = tracer.sums(scene, settings);
+    within(45, "samples that are not finite, less those counted",
+           static_cast<double>(sums.counts.samples - sums.counts.nonfinite), 0);
+    CHECK(std::all_of(sums.pixels.begin(), sums.pixels.end(),
+                      [](const PixelSums& pixel) { return pixel == PixelSums{}; }));
+  }
 }
 
 TEST_CASE("row 47: scaling a scene by 2^k, k = -40 .. 40, keeps every bit") {

@@ -76,7 +76,10 @@ template <typename Real>
 double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
                             std::uint64_t paths) {
   const TraceScene<Real> traced = reference_scene<Real, Real>(scene, settings);
-  const TraceScene<Quad> exactly = reference_scene<Quad, Real>(scene, settings);
+  TraceScene<Quad> exactly = exact_scene(scene, settings);
+  for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
+    exactly.spheres[i] = {exact(traced.spheres[i].center), Quad(traced.spheres[i].radius)};
+  }
   const Linear<Real> linear(traced.spheres);
   const Linear<Quad> exact_linear(exactly.spheres);
   const std::uint32_t pixels = settings.width * settings.height;
@@ -95,7 +98,70 @@ double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
   return other / static_cast<double>(paths);
 }
 
+/// Linear search that notes how far from the surface that they stand on its rays begin.
+template <typename Real>
+class HeightSpy {
+ public:
+  explicit HeightSpy(const std::vector<SphereShape<Real>>& spheres)
+      : spheres_(spheres), linear_(spheres) {}
+
+  void enter(const Ray<Real>& ray, const Sides<Real>& sides, Hit<Real>& best) const {
+    for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
+      if (sides.stands_on(i)) {
+        const Quad r = spheres_[i].radius;
+        const QuadVec from_center = exact(ray.origin) - exact(spheres_[i].center);
+        const Quad size = quad_length(exact(spheres_[i].center)) + r;
+        const Quad ulp = 2 * static_cast<Quad>(RealTraits<Real>::unit_roundoff) * size;
+        worst_ =
+            std::max(worst_, static_cast<double>(quad_abs(quad_length(from_center) - r) / ulp));
+        ++starts_;
+      }
+    }
+    linear_.enter(ray, sides, best);
+  }
+  [[nodiscard]] std::size_t bytes() const { return 0; }
+  [[nodiscard]] double worst() const { return worst_; }
+  [[nodiscard]] int starts() const { return starts_; }
+
+ private:
+  std::vector<SphereShape<Real>> spheres_;
+  Linear<Real> linear_;
+  mutable double worst_ = 0;
+  mutable int starts_ = 0;
+};
+
 }  // namespace
+
+TEST_CASE_TEMPLATE("rows 7, 12: from far away, too, a path goes on from the surface itself", Real,
+                   float, double) {
+  Dice dice(seeded(12));
+  double worst = 0;
+  int starts = 0;
+  for (int k = 0; k < 40; ++k) {
+    const double r = dice.ten_to(-3, 3);
+    Scene scene = under_white_sky();
+    const double away = r * dice.ten_to(0.5, 6);
+    scene.camera.look_from = away * dice.direction();
+    scene.camera.tan_half_vfov = 2 * r / away;
+    scene.materials = {diffuse(0.5), glass(1.5), {MaterialType::metal, {1, 1, 1}, 0.2, 1}};
+    scene.spheres = {{{0, 0, 0}, r, 0},
+                     {1.5 * r * dice.direction(), r, 1},
+                     {1.2 * r * dice.direction(), 0.3 * r, 2}};
+    const RenderSettings settings = sized(8, 8, 1, 30);
+    const TraceScene<Real> traced = reference_scene<Real, Real>(scene, settings);
+    const HeightSpy<Real> spy(traced.spheres);
+    Sides<Real> sides;
+    std::uint64_t rays = 0;
+    for (std::uint32_t i = 0; i < trials(64); ++i) {
+      trace_sample(traced, spy, i % 8, i / 8 % 8, SampleRandom(seeded(12), i % 64, i / 64), sides,
+                   rays);
+    }
+    worst = std::max(worst, spy.worst());
+    starts += spy.starts();
+  }
+  CHECK(starts > 1000);
+  within(7, named<Real>("where paths go on: off the surface / ulp(|c| + r)"), worst, 4);
+}
 
 TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it again", Real, float,
                    double) {

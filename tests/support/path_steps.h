@@ -5,9 +5,23 @@
 
 #include "common/trace/linear.h"
 #include "common/trace/path.h"
+#include "tests/support/quad.h"
+#include "tests/support/reference_tracer.h"
 
 /// One path, step by step, through the tracer's own templates.
 namespace parray::test {
+
+/// The scene on 113 bits: its own spheres, which nothing has rounded but the subtraction of the
+/// origin, in double precision as every kernel has it.
+inline TraceScene<Quad> exact_scene(const Scene& scene, const RenderSettings& settings) {
+  TraceScene<Quad> result = reference_scene<Quad, double>(scene, settings);
+  const Vec3d origin = scene_origin(scene);
+  for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
+    const Sphere& sphere = scene.spheres[i];
+    result.spheres[i] = {exact(sphere.center - origin), Quad(sphere.radius)};
+  }
+  return result;
+}
 
 /// What a path did at one surface.
 struct Step {
