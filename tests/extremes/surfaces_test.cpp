@@ -71,6 +71,15 @@ Scene nested_shells(int count, double gap) {
   return scene;
 }
 
+/// The very limb of three glass balls in one another: no ray passes further than 1e-7 from it.
+Scene limb() {
+  Scene scene = nested_shells(3, 0x1p-23);
+  scene.camera.look_from = {1, 0, 5};
+  scene.camera.look_at = {1, 0, 0};
+  scene.camera.tan_half_vfov = 2e-8;
+  return scene;
+}
+
 /// Share of paths whose surfaces are not those of the same path on 113 bits, on the same spheres.
 template <typename Real>
 double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
@@ -163,6 +172,25 @@ TEST_CASE_TEMPLATE("rows 7, 12: from far away, too, a path goes on from the surf
   within(7, named<Real>("where paths go on: off the surface / ulp(|c| + r)"), worst, 4);
 }
 
+TEST_CASE_TEMPLATE("row 12: a chord from the surface ends on the other side to 8 ulp", Real, float,
+                   double) {
+  Dice dice(seeded(13));
+  double worst = 0;
+  for (std::uint64_t i = 0; i < trials(50'000); ++i) {
+    const SphereShape<Real> sphere = any_sphere<Real>(dice, 12);
+    const Vec3<Real> n = normalize(vec_cast<Real>(dice.direction()));
+    const Ray<Real> ray(sphere.center + sphere.radius * n,
+                        vec_cast<Real>(dice.ten_to(-6, 6) * dice.direction()));
+    const Quad slope = dot(exact(n), exact(ray.direction));
+    const Quad square = dot(exact(ray.direction), exact(ray.direction));
+    const Quad chord = slope < 0 ? -2 * Quad(sphere.radius) * slope / square : Quad(0);
+    const Quad off = quad_abs(Quad(chord_from_surface(ray, sphere, n)) - chord);
+    const Quad ulp = 2 * static_cast<Quad>(RealTraits<Real>::unit_roundoff);
+    worst = std::max(worst, static_cast<double>(off * quad_sqrt(square) / sphere.radius / ulp));
+  }
+  within(12, named<Real>("length of a chord from the surface / ulp"), worst, 8);
+}
+
 TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it again", Real, float,
                    double) {
   Dice dice(seeded(23));
@@ -231,6 +259,7 @@ TEST_CASE("row 24: every sample of a lone grey sphere is exactly 1/2 where the s
 TEST_CASE("row 25: nothing gets out of a closed sphere, or in") {
   double leaks = 0;
   double bounces = 0;
+  double other_length = 0;
   for (const int k : {-20, 0, 10, 30}) {
     for (const double off_centre : {0.0, 0.999}) {
       Scene scene = under_white_sky();
@@ -246,25 +275,29 @@ TEST_CASE("row 25: nothing gets out of a closed sphere, or in") {
           const ReferenceSums sums = tracer.sums(scene, settings);
           leaks += pixels_other_than(sums, 0, settings.samples_per_pixel);
           bounces += static_cast<double>(sums.counts.rays);
+          other_length += sums.counts.rays == sums.counts.samples * settings.max_depth ? 0 : 1;
         }
       }
     }
   }
   within(25, "leaks in " + std::to_string(static_cast<std::uint64_t>(bounces)) + " bounces", leaks,
          0);
+  within(25, "pictures with longer or shorter paths than allowed", other_length, 0);
 }
 
 TEST_CASE("row 26: paths inside glass in glass lose no light and go in and out by turns") {
   double dark = 0;
   double crossings = 0;
-  const Scene scene = nested_shells(6, 0x1p-10);
-  for (const Precision precision : precisions) {
-    RenderSettings settings = sized(16, 16, trials(16), 100'000);
-    settings.precision = precision;
-    for (const Tracer& tracer : tracers()) {
-      const ReferenceSums sums = tracer.sums(scene, settings);
-      dark += pixels_other_than(sums, std::uint64_t{1} << 32, settings.samples_per_pixel);
-      crossings += static_cast<double>(sums.counts.rays);
+  for (const Scene& scene : {nested_shells(6, 0x1p-10), limb()}) {
+    for (const Precision precision : precisions) {
+      RenderSettings settings = sized(16, 16, trials(64), 100'000);
+      settings.precision = precision;
+      for (const Tracer& tracer : tracers()) {
+        const ReferenceSums sums = tracer.sums(scene, settings);
+        dark += pixels_other_than(sums, std::uint64_t{1} << 32, settings.samples_per_pixel);
+        crossings += static_cast<double>(sums.counts.rays);
+        CHECK(sums.counts.rays > sums.counts.samples * 3 / 2);
+      }
     }
   }
   within(26, "lost light in " + std::to_string(static_cast<std::uint64_t>(crossings)) + " segments",

@@ -57,7 +57,8 @@ struct WorstEntry {
   double forward = 0;
   double normal = 0;
   double unit = 0;
-  double band = 0;  ///< tangency of a line that was judged wrongly
+  double band = 0;   ///< tangency of a line that was judged wrongly
+  double speck = 0;  ///< the same where the sphere's radius is less than 4 ulp(S)
   int hits = 0;
   int misses = 0;
 
@@ -71,7 +72,8 @@ struct WorstEntry {
     const bool hit = enters(c.ray, c.sphere, t);
     ++(hit ? hits : misses);
     if (hit != truth.enters()) {
-      band = std::max(band, truth.tangency());
+      double& worst = truth.ulp <= Quad(0.25) ? band : speck;
+      worst = std::max(worst, truth.tangency());
     }
     if (hit) {
       backward = std::max(backward, truth.backward_error(t));
