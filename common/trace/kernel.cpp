@@ -178,7 +178,8 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
     const Sphere& sphere = scene.spheres[i];
     const double distance = length(scene.camera.look_from - sphere.center);
     // Above the single-precision rounding of what is compared later: a candidate costs little.
-    const double slack = 16.0 * RealTraits<float>::unit_roundoff * (length(scene.camera.look_from) + length(sphere.center));
+    const double slack = 16.0 * RealTraits<float>::unit_roundoff *
+                         (length(scene.camera.look_from) + length(sphere.center));
     if (distance - lens - slack < sphere.radius) {
       around.push_back(i);
     }
