@@ -12,6 +12,9 @@ namespace parray {
 
 using nlohmann::json;
 
+/// Pixels with samples that were not finite, in the report: enough to find the cause.
+static constexpr std::size_t most_located = 20;
+
 std::string_view name_of(JobState state) {
   constexpr std::array<std::string_view, 6> names = {"queued", "running", "paused",
                                                      "done",   "failed",  "cancelled"};
@@ -75,6 +78,16 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
   const RenderSettings& s = job.record.settings;
   const JobWork& work = *job.work;
   const TraceCounts& counts = work.framebuffer.counts();
+  json located = json::array();
+  for (const auto& [pixel, excluded] : work.framebuffer.excluded()) {
+    if (located.size() == most_located) {
+      break;
+    }
+    located.push_back({{"x", pixel % s.width},
+                       {"y", pixel / s.width},
+                       {"samples", excluded.count},
+                       {"first_sample", excluded.first}});
+  }
   const double render = to_seconds(finished - work.started);
   const double rate = render > 0 ? 1 / render : 0;
   return {{"image_sha256", image_sha256},
@@ -102,6 +115,8 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
           {"samples_per_second", static_cast<double>(counts.samples) * rate},
           {"rays_per_second", static_cast<double>(counts.rays) * rate},
           {"nonfinite_samples", counts.nonfinite},
+          {"nonfinite_pixels", work.framebuffer.excluded().size()},
+          {"nonfinite", std::move(located)},
           {"seconds",
            {{"load", job.record.load_seconds}, {"build", work.build_seconds}, {"render", render}}},
           {"version", PARRAY_VERSION}};

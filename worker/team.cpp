@@ -9,6 +9,7 @@
 
 #include "common/math/float_mode.h"
 #include "common/schedule/row_order.h"
+#include "common/trace/nonfinite.h"
 #include "proto/clock.h"
 
 namespace parray {
@@ -66,6 +67,7 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
                          std::min(begin + pieces.pixels_each, width)};
       const std::uint32_t first = rect.sample_begin + part * pieces.samples_each;
       const SampleRange samples{first, std::min(first + pieces.samples_each, rect.sample_end)};
+      const std::uint64_t nonfinite_before = counts.nonfinite;
       const std::span<PixelSums> target(block.pixels.data() + std::size_t{row} * width + begin,
                                         run.x_end - begin);
       if (pieces.sample_parts == 1) {
@@ -78,12 +80,19 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
           target[x] += sums[x];
         }
       }
+      if (counts.nonfinite != nonfinite_before) {
+        const auto found = locate_nonfinite(kernel, run, samples, rect.row_begin + row);
+        const std::scoped_lock lock(merging);
+        block.excluded.insert(block.excluded.end(), found.begin(), found.end());
+      }
       traced.fetch_add(std::uint64_t{samples.count()} * (run.x_end - begin),
                        std::memory_order_relaxed);
     }
     const std::scoped_lock lock(merging);
     block.counts += counts;
   }
+  // Threads find them in any order; equal leases have equal bytes.
+  std::sort(block.excluded.begin(), block.excluded.end());
   return block;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "common/image/row_block.h"
@@ -23,6 +24,12 @@ class Framebuffer {
   [[nodiscard]] std::uint32_t height() const { return height_; }
   [[nodiscard]] const std::vector<PixelSums>& pixels() const { return pixels_; }  ///< by image row
   [[nodiscard]] std::uint32_t samples_in_row(std::uint32_t row) const { return row_samples_[row]; }
+  /// By index of the pixel, row by row: samples that its sums do not hold. Empty as a rule.
+  struct Excluded {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  [[nodiscard]] const std::map<std::size_t, Excluded>& excluded() const { return excluded_; }
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
 
  private:
@@ -31,6 +38,7 @@ class Framebuffer {
   std::vector<std::uint32_t> row_at_;
   std::vector<PixelSums> pixels_;
   std::vector<std::uint32_t> row_samples_;
+  std::map<std::size_t, Excluded> excluded_;
   TraceCounts counts_;
 };
 
