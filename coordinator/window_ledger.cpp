@@ -23,13 +23,15 @@ constexpr std::uint64_t most_copy_cells = 1024;
 }  // namespace
 
 WindowLedger::WindowLedger(const WorkPlan& plan, const WindowLayout& layout, Window& window,
-                           std::span<std::byte> memory, Framebuffer& framebuffer, Time now)
+                           std::span<std::byte> memory, Framebuffer& framebuffer, Time now,
+                           Locate locate)
     : plan_(plan),
       layout_(layout),
       window_(window),
       memory_(memory),
       view_(memory),
       framebuffer_(framebuffer),
+      locate_(std::move(locate)),
       digests_(plan.cells()),
       cells_left_(plan.passes(), plan.cells_per_row()),
       row_nanoseconds_(framebuffer.height()),
@@ -132,6 +134,10 @@ WindowLedger::Row WindowLedger::row_of(std::uint64_t pass) const {
     std::memcpy(&header, record.data(), sizeof header);
     block.counts.rays += header.rays;
     block.counts.nonfinite += header.nonfinite;
+    if (header.nonfinite > 0) {
+      const auto found = locate_(cell);
+      block.excluded.insert(block.excluded.end(), found.begin(), found.end());
+    }
     row.nanoseconds += header.nanoseconds;
     std::memcpy(block.pixels.data() + cell.x_begin, record.data() + sizeof header,
                 cell.pixels() * sizeof(PixelSums));
@@ -162,6 +168,8 @@ std::optional<RowBlock> WindowLedger::take_finished_rows() {
     }
     block->rect.row_end = next.row_end;
     block->counts += row.block.counts;
+    block->excluded.insert(block->excluded.end(), row.block.excluded.begin(),
+                           row.block.excluded.end());
     block->pixels.insert(block->pixels.end(), row.block.pixels.begin(), row.block.pixels.end());
   }
   return block;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <set>
 #include <span>
@@ -20,10 +21,14 @@ namespace parray {
 /// Plain state: `now` is an argument. One thread. Never waits for anybody.
 class WindowLedger {
  public:
+  /// Which samples of a cell are not finite; asked for cells whose records say that there are some.
+  using Locate = std::function<std::vector<ExcludedSamples>(const Cell&)>;
+
   /// `window` is for writing, `memory` for reading the same window in place; all references outlive
   /// the ledger. `framebuffer` holds what an earlier life of the job has finished.
   WindowLedger(const WorkPlan& plan, const WindowLayout& layout, Window& window,
-               std::span<std::byte> memory, Framebuffer& framebuffer, Time now);
+               std::span<std::byte> memory, Framebuffer& framebuffer, Time now,
+               Locate locate = no_location);
 
   /// Takes in logged results, about `most_cells` at a time. True if it found any.
   bool collect(Time now, std::uint64_t most_cells);
@@ -43,8 +48,8 @@ class WindowLedger {
   [[nodiscard]] double complete_rows() const;
 
   /// Rows that have become complete and were not taken yet, for the store, as one block of
-  /// neighbours of at most 32 MiB; none when all are taken. A row that a late result has spoilt since
-  /// is left out.
+  /// neighbours of at most 32 MiB; none when all are taken. A row that a late result has spoilt
+  /// since is left out.
   std::optional<RowBlock> take_finished_rows();
 
   /// Ranks at work that have not traced anything for `patience`.
@@ -70,6 +75,8 @@ class WindowLedger {
   }
 
  private:
+  static std::vector<ExcludedSamples> no_location(const Cell& /*cell*/) { return {}; }
+
   struct Entry {
     std::uint64_t index;
     Time since;  ///< when it was claimed, as far as we know
@@ -92,6 +99,7 @@ class WindowLedger {
   std::span<std::byte> memory_;
   LocalWindow view_;
   Framebuffer& framebuffer_;
+  Locate locate_;
   std::uint64_t next_entry_ = 0;
   std::vector<Entry> waiting_;                  ///< claimed, but not valid when last looked at
   std::vector<std::uint64_t> digests_;          ///< of each cell; 0: not in

@@ -297,7 +297,7 @@ std::vector<ExcludedSamples> excluded_from_bytes(ByteReader& in, const RowBlock&
     some.count = in.get<std::uint32_t>();
     const WorkRect& rect = block.rect;
     if (some.position < rect.row_begin || some.position >= rect.row_end || some.x >= block.width ||
-        some.first < rect.sample_begin || some.first >= rect.sample_end ||
+        some.first < rect.sample_begin || some.first >= rect.sample_end || some.count == 0 ||
         some.count > rect.sample_end - some.first) {
       throw DecodeError("row block lacks samples that it never had");
     }

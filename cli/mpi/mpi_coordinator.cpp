@@ -27,7 +27,8 @@ constexpr std::uint64_t most_cells_a_turn = 4096;
 MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, const WorkPlan& plan,
                                const WindowLayout& layout, Transport& transport,
                                std::vector<std::unique_ptr<WindowLeases>>& leases,
-                               ThreadCellTeam& team, const Options& options)
+                               ThreadCellTeam& team, WindowLedger::Locate locate,
+                               const Options& options)
     : world_(world),
       kept_(kept),
       plan_(plan),
@@ -35,7 +36,7 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, const WorkP
       team_(team),
       options_(options),
       ledger_(plan, layout, *transport.window(), transport.memory(), kept.job().work->framebuffer,
-              clock_.now()),
+              clock_.now(), std::move(locate)),
       worker_(plan, *leases.at(0), team, clock_),
       progress_(progress_style(options.quiet), std::cerr, terminal_columns()),
       poll_(transport.by_messages() || !world.one_machine() ? eager_poll : calm_poll),

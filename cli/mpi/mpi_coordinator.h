@@ -28,7 +28,7 @@ class MpiCoordinator {
   MpiCoordinator(const MpiWorld& world, KeptJob& kept, const WorkPlan& plan,
                  const WindowLayout& layout, Transport& transport,
                  std::vector<std::unique_ptr<WindowLeases>>& leases, ThreadCellTeam& team,
-                 const Options& options);
+                 WindowLedger::Locate locate, const Options& options);
 
   /// Returns when every cell is in and all ranks know. `pet` is called all the time. Throws
   /// RunError when no rank gets on, Interrupted after a signal; what is finished has been kept by

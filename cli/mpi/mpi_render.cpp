@@ -17,7 +17,9 @@
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/scene/scene_bytes.h"
+#include "common/schedule/row_order.h"
 #include "common/trace/fingerprint.h"
+#include "common/trace/nonfinite.h"
 
 namespace parray {
 namespace {
@@ -194,6 +196,26 @@ std::vector<std::unique_ptr<WindowLeases>> make_leases(Parts& parts) {
   return leases;
 }
 
+/// Traces a cell again to find what is not finite; the kernel is made when the first is asked for.
+class Locator {
+ public:
+  explicit Locator(const MpiJob& job)
+      : job_(job), row_at_(make_row_order(job.settings.row_order, job.settings.height)) {}
+
+  std::vector<ExcludedSamples> operator()(const Cell& cell) {
+    if (!kernel_) {
+      kernel_ = make_kernel(scene_from_bytes(job_.scene_bytes), job_.settings);
+    }
+    return locate_nonfinite(*kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
+                            {cell.sample_begin, cell.sample_end}, cell.position);
+  }
+
+ private:
+  const MpiJob& job_;
+  std::vector<std::uint32_t> row_at_;
+  std::shared_ptr<const Kernel> kernel_;  // shared, because a std::function is copied
+};
+
 struct Rendered {
   Picture picture;
   bool all_answer = true;
@@ -222,6 +244,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
   ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, parts.plan,
                       static_cast<int>(parts.options.threads));
   MpiCoordinator coordinator(world, kept, parts.plan, parts.layout, parts.transport, leases, team,
+                             Locator(job),
                              {.patience = seconds(options.patience),
                               .checkpoint = seconds(options.checkpoint),
                               .quiet = options.quiet});
