@@ -120,6 +120,7 @@ std::optional<TracedCells> SimCellTeam::take() {
   double again = 0;
   for (std::uint64_t i = range_->begin; i < range_->end; ++i) {
     std::memcpy(traced.records.data() + (i - range_->begin) * record_bytes, &header, sizeof header);
+    traced.samples += plan_.cell(i).samples();
     again += map_.cells[i] ? costs_[i] / options_.speed : 0;
     if (!map_.cells[i]) {
       map_.cells[i] = true;
