@@ -229,6 +229,11 @@ void WindowLedger::issue_copies(Time now) {
   window_.store(Word::copies, copies_issued_);
 }
 
+std::uint64_t WindowLedger::activity() {
+  return view_.load(Word::step) + view_.load(Word::position) + view_.load(Word::tickets) +
+         view_.load(Word::log_head);
+}
+
 void WindowLedger::listen(Time now) {
   window_.fetch_add(Word::pulse, 1);
   for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {

@@ -33,6 +33,9 @@ class WindowLedger {
   /// Takes in logged results, about `most_cells` at a time. True if it found any.
   bool collect(Time now, std::uint64_t most_cells);
 
+  /// Changes whenever a rank takes or hands in something.
+  [[nodiscard]] std::uint64_t activity();
+
   /// Issues copies of unfinished cells to ranks that wait for them. Each round over the unfinished
   /// cells starts at least twice the time later that the one before took: a copy costs, too.
   void issue_copies(Time now);

@@ -12,10 +12,12 @@
 namespace parray {
 namespace {
 
-/// Where results come in by themselves, rank 0 looks for them only so often; where MPI needs the
-/// target's help, or ranks wait for answers, often enough that they do not wait long.
+/// How often rank 0 looks. Where MPI needs the target's help, or ranks wait for answers, one
+/// request follows another, so after each it looks often for a while; looking costs its own team
+/// time.
 constexpr Time calm_poll = milliseconds(1);
 constexpr Time eager_poll = std::chrono::microseconds(50);
+constexpr Time eager_time = milliseconds(2);
 
 constexpr Time look_interval = milliseconds(50);
 
@@ -39,10 +41,10 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, const WorkP
               clock_.now(), std::move(locate)),
       worker_(plan, *leases.at(0), team, clock_),
       progress_(progress_style(options.quiet), std::cerr, terminal_columns()),
-      poll_(transport.by_messages() || !world.one_machine() ? eager_poll : calm_poll),
+      asked_for_help_(transport.by_messages() || !world.one_machine()),
       started_(clock_.now()),
       next_checkpoint_(started_ + options.checkpoint) {
-  if (poll_ == eager_poll) {
+  if (asked_for_help_) {
     prctl(PR_SET_TIMERSLACK, 1000);  // or 50 us of sleep would be 110
   }
   if (transport.by_messages()) {
@@ -63,7 +65,8 @@ void MpiCoordinator::run(const std::function<void()>& pet) {
     pet();
     take_turn(now);
     const Time due = worker_.tick(clock_.now());
-    team_.wait(std::clamp(due - clock_.now(), Time(0), poll_));
+    const Time poll = clock_.now() < eager_until_ ? eager_poll : calm_poll;
+    team_.wait(std::clamp(due - clock_.now(), Time(0), poll));
   }
   finished_ = clock_.now();
   progress_.show(finished_, status(finished_));
@@ -76,6 +79,11 @@ void MpiCoordinator::take_turn(Time now) {
   transport_.progress();
   if (server_) {
     server_->poll();
+  }
+  if (const std::uint64_t activity = ledger_.activity();
+      asked_for_help_ && activity != last_activity_) {
+    last_activity_ = activity;
+    eager_until_ = now + eager_time;
   }
   ledger_.collect(now, most_cells_a_turn);
   ledger_.issue_copies(now);

@@ -61,7 +61,9 @@ class MpiCoordinator {
   std::unique_ptr<MessageServer> server_;
   RankWorker worker_;
   Progress progress_;
-  Time poll_;
+  bool asked_for_help_;  ///< others get on only while rank 0 looks
+  std::uint64_t last_activity_ = 0;
+  Time eager_until_{};
   Time started_;
   Time finished_{};
   Time next_look_{};
