@@ -83,8 +83,8 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
     if (located.size() == most_located) {
       break;
     }
-    located.push_back({{"x", pixel % s.width},
-                       {"y", pixel / s.width},
+    located.push_back({{"x", pixel.second},
+                       {"y", pixel.first},
                        {"samples", excluded.count},
                        {"first_sample", excluded.first}});
   }

@@ -258,7 +258,7 @@ std::vector<std::uint32_t> WindowLedger::silent_ranks(Time now, Time patience) c
 }
 
 std::uint64_t WindowLedger::rank_value(std::uint32_t rank, WindowLayout::RankWord word) {
-  return view_.load(layout_.rank_word(rank, word));
+  return view_.load(WindowLayout::rank_word(rank, word));
 }
 
 }  // namespace parray

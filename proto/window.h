@@ -84,7 +84,7 @@ class WindowLayout {
 
   WindowLayout(const WorkPlan& plan, std::uint32_t ranks);
 
-  [[nodiscard]] std::size_t rank_word(std::uint32_t rank, RankWord word) const {
+  static std::size_t rank_word(std::uint32_t rank, RankWord word) {
     return shared_words + std::size_t{rank} * rank_words + word;
   }
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }

@@ -18,6 +18,7 @@ ThreadCellTeam::ThreadCellTeam(Scene scene, const RenderSettings& settings, cons
       settings_(settings),
       plan_(plan),
       threads_(threads),
+      piece_(static_cast<int>(plan.piece_cells())),
       row_at_(make_row_order(settings.row_order, settings.height)),
       thread_([this](const CellRange& range,
                      const std::atomic<bool>& stop) { return trace(range, stop); },
@@ -59,13 +60,12 @@ TracedCells ThreadCellTeam::trace_cells(const CellRange& range, const std::atomi
   const SteadyClock clock;
   const std::size_t record_bytes = record_bytes_of(plan_);
   TracedCells result{range, std::vector<std::byte>(range.count() * record_bytes), 0, 0};
-  const auto piece = static_cast<int>(plan_.piece_cells());
 #pragma omp parallel num_threads(threads_)
   {
     const FloatMode ieee;
     std::vector<PixelSums> sums;
     Time before = clock.now();
-#pragma omp for schedule(dynamic, piece) nowait
+#pragma omp for schedule(dynamic, piece_) nowait
     for (std::uint64_t index = range.begin; index < range.end; ++index) {
       if (stop.load(std::memory_order_relaxed)) {
         continue;

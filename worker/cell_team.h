@@ -76,6 +76,7 @@ class ThreadCellTeam final : public CellTeam {
   const RenderSettings settings_;
   const WorkPlan& plan_;
   const int threads_;
+  const int piece_;  ///< cells that a thread takes at a time
   std::vector<std::uint32_t> row_at_;
   std::atomic<std::uint64_t> traced_ = 0;
   std::atomic<bool> building_ = false;

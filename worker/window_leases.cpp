@@ -117,7 +117,7 @@ void WindowLeases::log(const CellRange& range, std::uint64_t digest) {
 }
 
 void WindowLeases::tell(WindowLayout::RankWord word, std::uint64_t value) {
-  window_.store(layout_.rank_word(options_.rank, word), value);
+  window_.store(WindowLayout::rank_word(options_.rank, word), value);
 }
 
 }  // namespace parray

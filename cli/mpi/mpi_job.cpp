@@ -65,6 +65,7 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_thr
         "asking all ranks for their threads");
   }
   std::vector<RankFacts> facts;
+  facts.reserve(all.size());
   for (const Packed& rank : all) {
     facts.push_back({rank.host.data(), rank.threads});
   }

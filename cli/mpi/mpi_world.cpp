@@ -22,13 +22,16 @@ void set_mpi_parameters() {
   constexpr int keep = 0;
   // Debian's configuration switches osc/pt2pt off, the only component that serves windows across
   // machines without special networks.
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
   setenv("OMPI_MCA_osc", "^ucx", keep);
 }
 
 /// mpirun puts its options into the environment. "none" is what we do anyway.
 bool binding_was_asked_for() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): nothing changes the environment meanwhile
   const char* binding = std::getenv("OMPI_MCA_hwloc_base_binding_policy");
   const char* mapping = std::getenv("OMPI_MCA_rmaps_base_mapping_policy");
+  // NOLINTEND(concurrency-mt-unsafe)
   return (binding != nullptr && std::string_view(binding) != "none") ||
          (mapping != nullptr && std::string_view(mapping).find("PE=") != std::string_view::npos);
 }
@@ -79,9 +82,10 @@ void MpiWorld::look_at_machine() {
   check_mpi(MPI_Allgather(&own, sizeof own, MPI_BYTE, sets.data(), sizeof own, MPI_BYTE, here),
             "comparing processors with the ranks of this machine");
   MPI_Comm_free(&here);
-  const auto sharing = std::count_if(sets.begin(), sets.end(), [&own](const cpu_set_t& set) {
+  const auto alike = std::count_if(sets.begin(), sets.end(), [&own](const cpu_set_t& set) {
     return std::memcmp(&set, &own, sizeof own) == 0;
   });
+  const auto sharing = std::max<std::ptrdiff_t>(alike, 1);
   threads_ = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(usable_cpus() / sharing, 1));
 }
 
@@ -126,6 +130,7 @@ bool MpiWorld::meet(Time patience, const std::function<void()>& meanwhile) const
 
 std::uint32_t rank_in_environment() {
   std::uint32_t rank = 0;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
   if (const char* text = std::getenv("OMPI_COMM_WORLD_RANK")) {
     const std::string_view digits(text);
     std::from_chars(digits.data(), digits.data() + digits.size(), rank);

@@ -27,7 +27,7 @@ class MpiWorld {
   /// binds a rank to a single core, nothing is left; what the user asked for with --bind-to stays.
   [[nodiscard]] std::uint32_t threads() const { return threads_; }
   [[nodiscard]] bool first() const { return rank_ == 0; }
-  [[nodiscard]] MPI_Comm comm() const { return MPI_COMM_WORLD; }
+  [[nodiscard]] MPI_Comm comm() const { return comm_; }
 
   /// Rank 0's text, everywhere. Collective. Any length.
   std::string broadcast(std::string text) const;
@@ -44,6 +44,7 @@ class MpiWorld {
  private:
   void look_at_machine();
 
+  MPI_Comm comm_ = MPI_COMM_WORLD;
   std::uint32_t rank_ = 0;
   std::uint32_t ranks_ = 1;
   bool one_machine_ = true;

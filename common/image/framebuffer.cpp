@@ -30,7 +30,7 @@ void Framebuffer::merge(const RowBlock& block) {
     row_samples_[row] += rect.samples();
   }
   for (const ExcludedSamples& some : block.excluded) {
-    const std::size_t pixel = std::size_t{row_at_.at(some.position)} * width_ + some.x;
+    const PixelAddress pixel{row_at_.at(some.position), some.x};
     const auto [at, fresh] = excluded_.try_emplace(pixel, Excluded{some.first, 0});
     at->second.first = std::min(at->second.first, some.first);
     at->second.count += some.count;

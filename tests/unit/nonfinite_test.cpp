@@ -95,7 +95,7 @@ TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") 
       }
       CHECK(framebuffer.counts().nonfinite == holes());
       CHECK(framebuffer.excluded().size() == 3);
-      const auto& nan_pixel = framebuffer.excluded().at(1 * width + 3);
+      const auto& nan_pixel = framebuffer.excluded().at({1, 3});
       CHECK(nan_pixel.first == 5);
       CHECK(nan_pixel.count == 6);
       const Image image = resolve_image(framebuffer, 1);

@@ -293,7 +293,7 @@ TEST_CASE("a completed range is in its place and in the log, with its digest") {
   CHECK(rig.window.load(rig.layout.log_word(1) + 1) ==
         range_digest(cell_digests(records, rig.layout.record_bytes())));
   rank.tell(WindowLayout::takes, 17);
-  CHECK(rig.window.load(rig.layout.rank_word(1, WindowLayout::takes)) == 17);
+  CHECK(rig.window.load(WindowLayout::rank_word(1, WindowLayout::takes)) == 17);
 }
 
 TEST_CASE("bytes are put before the entry that speaks of them, and its range makes it valid") {

@@ -399,7 +399,7 @@ TEST_CASE("the time that a row took is the sum of its cells' times") {
 TEST_CASE("a rank is silent when it is at work and its beat stands still") {
   Rig rig(fixed_settings());
   const auto beat = [&](std::uint32_t rank, std::uint64_t value) {
-    rig.window.store(rig.layout.rank_word(rank, WindowLayout::beat), value);
+    rig.window.store(WindowLayout::rank_word(rank, WindowLayout::beat), value);
   };
   beat(0, 100);  // idle
   beat(1, 100 | beat_flags::tracing);

@@ -34,7 +34,7 @@ std::vector<Region> regions_of(const WorkPlan& plan, const WindowLayout& layout)
   for (std::uint32_t rank = 0; rank < layout.ranks(); ++rank) {
     for (std::size_t word = 0; word < WindowLayout::rank_words; ++word) {
       regions.push_back(
-          words(layout.rank_word(rank, static_cast<WindowLayout::RankWord>(word)), 1));
+          words(WindowLayout::rank_word(rank, static_cast<WindowLayout::RankWord>(word)), 1));
     }
   }
   for (std::uint64_t copy = 0; copy < layout.most_copies(); ++copy) {
