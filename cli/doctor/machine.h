@@ -27,7 +27,8 @@ Finding check_temporary_directory(Scratch& scratch);
 /// Whether pictures could be written to `directory`.
 Finding check_current_directory(const std::filesystem::path& directory);
 
-/// Bytes of the window in which the ranks of one machine put a picture of 1200 x 800 pixels.
+/// Shared memory that a rank for every processor takes for a picture of 1200 x 800 pixels: the
+/// window, and Open MPI's own buffers.
 std::uint64_t window_bytes();
 /// Whether that fits into shared memory with `available` free bytes.
 Finding check_shared_memory(std::uint64_t available, std::uint64_t needed);

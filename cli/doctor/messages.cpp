@@ -30,12 +30,17 @@ std::optional<Delivery> next_message(Link& link, const Clock& clock, Time end) {
   }
 }
 
+/// Fresh; as 40 characters each (Z85).
 struct KeyPair {
-  KeyPair() : KeyPair(zmq::curve_keypair()) {}
-  explicit KeyPair(std::pair<std::string, std::string> keys)
-      : open(std::move(keys.first)), secret(std::move(keys.second)) {}
-  std::string open;    ///< 40 characters (Z85)
-  std::string secret;  ///< likewise
+  KeyPair() {
+    std::array<char, 41> open_text{};
+    std::array<char, 41> secret_text{};
+    if (zmq_curve_keypair(open_text.data(), secret_text.data()) != 0) throw zmq::error_t();
+    open = open_text.data();
+    secret = secret_text.data();
+  }
+  std::string open;
+  std::string secret;
 };
 
 /// A server with keys, its authenticator (ZAP, https://rfc.zeromq.org/spec/27) and two clients, of

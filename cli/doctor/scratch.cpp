@@ -17,9 +17,12 @@ Scratch::~Scratch() {
 }
 
 void Scratch::make() {
-  std::error_code problem;
-  const fs::path place = fs::temp_directory_path(problem);
-  if (problem) throw RunError(place.string() + ": " + problem.message());
+  fs::path place;
+  try {
+    place = fs::temp_directory_path();
+  } catch (const fs::filesystem_error& error) {
+    throw RunError(error.path1().string() + ": " + error.code().message());
+  }
   std::string name = (place / "parray-doctor-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) {
     throw RunError(place.string() + ": " + std::generic_category().message(errno));

@@ -2,6 +2,7 @@
 
 #include <random>
 #include <string>
+#include <vector>
 
 #include "cli/text.h"
 #include "common/math/float_mode.h"
@@ -32,8 +33,8 @@ class Random {
 };
 
 /// A ray from outside that is aimed at a point of the sphere's disc, off the middle or at the rim.
-template <typename Real>
-Ray<Real> aimed(Random& random, const SphereShape<Real>& sphere) {
+template <typename Real, typename Store>
+Ray<Real> aimed(Random& random, const SphereShape<Store>& sphere) {
   const auto radius = static_cast<double>(sphere.radius);
   const Vec3d center = vec_cast<double>(sphere.center);
   const double farthest = std::max(1e15 / radius, 2.0);  // as far as single precision reaches
@@ -48,21 +49,40 @@ Ray<Real> aimed(Random& random, const SphereShape<Real>& sphere) {
   return {origin, vec_cast<Real>(aim)};
 }
 
-template <typename Wide, typename Store, typename Real>
-double worst_of(std::uint64_t rays, std::uint64_t& hits) {
+template <typename Store, typename Real>
+struct Trial {
+  SphereShape<Store> sphere;
+  Ray<Real> ray;
+};
+
+/// All of them before the first is judged: where GCC 12 (-O2) sees doubles that become floats and
+/// doubles again, it may leave the rounding out, and the judge would have other numbers than the
+/// judged.
+template <typename Store, typename Real>
+std::vector<Trial<Store, Real>> make_trials(std::uint64_t count) {
   Random random;
-  double worst = 0;
-  for (std::uint64_t i = 0; i < rays; ++i) {
+  std::vector<Trial<Store, Real>> trials;
+  trials.reserve(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
     const double radius = random.ten_to(-12, 12);
     const double offset = std::min(random.ten_to(-3, 6) * radius, 1e15);
-    const Vec3<Store> center = vec_cast<Store>(offset * random.direction());
-    const SphereShape<Real> sphere{vec_cast<Real>(center),
-                                   static_cast<Real>(static_cast<Store>(radius))};
-    const Ray<Real> ray = aimed(random, sphere);
+    const SphereShape<Store> sphere{vec_cast<Store>(offset * random.direction()),
+                                    static_cast<Store>(radius)};
+    trials.push_back({sphere, aimed<Real>(random, sphere)});
+  }
+  return trials;
+}
+
+template <typename Wide, typename Store, typename Real>
+double worst_of(std::uint64_t rays, std::uint64_t& hits) {
+  double worst = 0;
+  for (const auto& [stored, ray] : make_trials<Store, Real>(rays)) {
+    const SphereShape<Real> sphere{vec_cast<Real>(stored.center), static_cast<Real>(stored.radius)};
     Real t = 0;
-    if (enters(ray, sphere, t)) {
+    // Rounding may put the origin of a ray that starts near the surface inside.
+    if (distance_in_radii<Wide>(ray, sphere) > 1 && enters(ray, sphere, t)) {
       const double error = backward_error<Wide, Store>(ray, sphere, t);
-      worst = error <= worst ? worst : error;  // NaN counts, too
+      if (!(error <= worst)) worst = std::isnan(error) ? RealTraits<double>::infinity : error;
       ++hits;
     }
   }
@@ -81,9 +101,9 @@ HitErrors worst_hit_errors(std::uint64_t rays) {
 }
 
 Finding check_hit_errors(const HitErrors& worst) {
-  const std::string text = "f32 " + formatted("%.2f", worst.f32) + ", mixed " +
-                           formatted("%.2f", worst.mixed) + ", f64 " +
-                           formatted("%.2f", worst.f64) + " ulp(S) off the surface at most, in " +
+  const std::string text = "f32 " + formatted("%.2g", worst.f32) + ", mixed " +
+                           formatted("%.2g", worst.mixed) + ", f64 " +
+                           formatted("%.2g", worst.f64) + " ulp(S) off the surface at most, in " +
                            counted(worst.hits, "hit") + " over 24 decades of radii";
   constexpr double most = 8;
   constexpr double most_mixed = 2;

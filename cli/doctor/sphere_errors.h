@@ -10,6 +10,17 @@
 /// How far from the surface the hits lie that sphere.h finds.
 namespace parray {
 
+/// Distance of the ray's origin from the centre, in radii.
+template <typename Wide, typename Real>
+Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  const Vec3<Real>& o = ray.origin;
+  const Vec3<Real>& c = sphere.center;
+  const Wide x = static_cast<Wide>(o.x) - c.x;
+  const Wide y = static_cast<Wide>(o.y) - c.y;
+  const Wide z = static_cast<Wide>(o.z) - c.z;
+  return std::sqrt(x * x + y * y + z * z) / sphere.radius;
+}
+
 /// Distance from the surface of the point at `t`, in units of ulp(S) radii of `Store`, with S the
 /// larger of 1 and the ray's distance from the centre in radii. `Wide` has several bits more than
 /// the type that `t` was computed in.
@@ -19,16 +30,16 @@ double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Rea
     return static_cast<Wide>(from) - static_cast<Wide>(center) +
            static_cast<Wide>(t) * static_cast<Wide>(direction);
   };
-  const auto length = [](Wide x, Wide y, Wide z) { return std::sqrt(x * x + y * y + z * z); };
   const Vec3<Real>& o = ray.origin;
   const Vec3<Real>& d = ray.direction;
   const Vec3<Real>& c = sphere.center;
+  const Wide x = along(o.x, d.x, c.x);
+  const Wide y = along(o.y, d.y, c.y);
+  const Wide z = along(o.z, d.z, c.z);
   const Wide radius = sphere.radius;
-  const Wide reached = length(along(o.x, d.x, c.x), along(o.y, d.y, c.y), along(o.z, d.z, c.z));
-  const Wide distance = length(static_cast<Wide>(o.x) - c.x, static_cast<Wide>(o.y) - c.y,
-                               static_cast<Wide>(o.z) - c.z);
+  const Wide reached = std::sqrt(x * x + y * y + z * z);
   const Wide ulp = 2 * static_cast<Wide>(RealTraits<Store>::unit_roundoff) *
-                   std::max(Wide(1), distance / radius);
+                   std::max(Wide(1), distance_in_radii<Wide>(ray, sphere));
   return static_cast<double>(std::abs(reached - radius) / radius / ulp);
 }
 
