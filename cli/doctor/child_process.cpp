@@ -20,6 +20,7 @@ namespace {
 /// As posix_spawn wants it; `texts` must stay where they are.
 std::vector<char*> pointers_to(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
+  pointers.reserve(texts.size() + 1);
   for (std::string& text : texts) {
     pointers.push_back(text.data());
   }

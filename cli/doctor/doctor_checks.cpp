@@ -21,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr Time patience = seconds(3);  ///< for messages over loopback
+
 void add_tracing(std::vector<Check>& checks) {
   for (const Isa isa : instruction_sets()) {
     const std::string name(name_of(isa));
@@ -64,7 +66,6 @@ Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
 
 std::vector<Check> doctor_checks() {
   const auto scratch = std::make_shared<Scratch>();
-  constexpr Time patience = seconds(3);
   std::vector<Check> checks = {
       {"processor", check_processor},
       {"memory", check_memory},

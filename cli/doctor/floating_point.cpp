@@ -103,10 +103,9 @@ Finding check_float_mode() {
 
 Finding check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
                        std::span<const RoundingCase<std::uint64_t>> doubles) {
-  const int threads = usable_cpus();
   std::size_t wrong_singles = 0;
   std::size_t wrong_doubles = 0;
-#pragma omp parallel num_threads(threads) reduction(+ : wrong_singles, wrong_doubles)
+#pragma omp parallel num_threads(usable_cpus()) reduction(+ : wrong_singles, wrong_doubles)
   {
     const FloatMode ieee;
     wrong_singles += wrong_of<float>(singles);

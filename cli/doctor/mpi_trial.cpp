@@ -28,8 +28,9 @@ std::string words_of(const fs::path& log) {
   std::ifstream file(log);
   std::string text;
   for (std::string line; std::getline(file, line) && text.size() < 300;) {
-    if (line.find_first_not_of("- \t") != std::string::npos)
+    if (line.find_first_not_of("- \t") != std::string::npos) {
       text += (text.empty() ? "" : " ") + line;
+    }
   }
   return text.empty() ? "it said nothing" : printable(text, 300);
 }
