@@ -13,9 +13,9 @@ namespace {
 
 /// Shifts of surfaces that stay unseen, as a share of the smallest radius (particles smaller than
 /// a pixel keep their cross-section) and of the picture's height at the nearest surface [measured
-/// by tests/extremes/precision_test.cpp: 2^-5 and 2^-10.3 are the least that show].
+/// by tests/extremes/precision_test.cpp: 2^-5 and 2^-12.5 are the least that showed].
 constexpr double share_of_radius = 0x1p-8;
-constexpr double share_of_view = 0x1p-12;
+constexpr double share_of_view = 0x1p-13;
 
 /// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
 /// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].

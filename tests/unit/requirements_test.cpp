@@ -145,12 +145,12 @@ TEST_CASE(
   CHECK(resolved(border).precision == Precision::mixed);
 }
 
-TEST_CASE("automatic precision: f32 while computing moves them by 2^-12 of the nearest view") {
+TEST_CASE("automatic precision: f32 while computing moves them by 2^-13 of the nearest view") {
   Scene scene = with_spheres({diffuse()}, {{{0, 0, -2}, 1, 0}});  // extent 2, nearest 1
-  scene.camera.tan_half_vfov = 0x1p-12;
-  CHECK(requirements_of(scene).computed_shift() == 0x1p-12 * requirements_of(scene).view_height);
+  scene.camera.tan_half_vfov = 0x1p-11;
+  CHECK(requirements_of(scene).computed_shift() == 0x1p-13 * requirements_of(scene).view_height);
   CHECK(resolved(scene).precision == Precision::f32);
-  scene.camera.tan_half_vfov = std::nextafter(0x1p-12, 0);
+  scene.camera.tan_half_vfov = std::nextafter(0x1p-11, 0);
   CHECK(resolved(scene).precision == Precision::mixed);
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("the reasons name the numbers in plain words") {
   narrow.camera.tan_half_vfov = 1e-9;
   CHECK(reasons(narrow).precision_reason ==
         "storing in single precision would move surfaces by up to 2.38e-08, 13.2 times the "
-        "picture's height at the nearest surface (unseen: up to 1/4096)");
+        "picture's height at the nearest surface (unseen: up to 1/8192)");
   CHECK(reasons(empty_scene()).precision_reason == "no spheres");
   CHECK(reasons(of_spread(0x1p17)).accelerator_reason.find("2 spheres") != std::string::npos);
 }
