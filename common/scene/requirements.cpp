@@ -62,11 +62,9 @@ std::vector<std::string> Requirements::features() const {
 
 namespace {
 
-/// Veltkamp's splitting gives x rounded to 24 bits. Conversion to float and back would, too, but
-/// GCC 12 drops that from pairs of numbers.
+/// How far storing it in single precision moves a number.
 double single_precision_shift(double x) {
-  const double scaled = x * (0x1p29 + 1);
-  return std::abs((scaled - (scaled - x)) - x);
+  return std::abs(static_cast<double>(static_cast<float>(x)) - x);
 }
 
 /// Of `center`, which is relative to the scene's origin, and `radius`.
