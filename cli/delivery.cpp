@@ -90,9 +90,15 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> sta
   if (!outputs.none()) say_what_was_written(report, outputs, total);
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
   if (nonfinite == 0) return 0;
-  std::cerr
-      << "parray: warning: " << nonfinite << " of " << report.at("samples")
-      << " samples were not finite and were left out of the picture: please report the scene\n";
+  const json located = report.value("nonfinite", json::array());
+  std::cerr << "parray: warning: " << nonfinite << " of " << report.at("samples")
+            << " samples were not finite and were left out of the picture";
+  if (!located.empty()) {
+    const json& first = located.front();
+    std::cerr << ", the first in pixel (" << first.at("x") << ", " << first.at("y") << "), sample "
+              << first.at("first_sample");
+  }
+  std::cerr << ": please report the scene\n";
   return 1;
 }
 

@@ -1,15 +1,10 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <exception>
 #include <iostream>
-#include <new>
-#include <nlohmann/json.hpp>
-#include <string>
 
 #include "cli/commands/commands.h"
+#include "cli/front_door.h"
 #include "cli/interrupt.h"
 #include "cli/usage_error.h"
-#include "common/base/error.h"
 
 namespace {
 
@@ -18,35 +13,7 @@ constexpr const char* footer =
     "\nparray COMMAND --help lists a command's options.\n"
     "Exit status: 0 done; 1 failed; 2 bad usage or bad input; 130 interrupted.";
 
-int fail(int status, std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  std::cerr << "parray: " << message << std::endl;
-  return status;
-}
-
-/// What was printed must have arrived: a full disk behind stdout is a failure, too.
-int checked(int status) {
-  std::cout.flush();
-  return std::cout || status != 0 ? status : fail(1, "writing to standard output failed");
-}
-
-int run(const parray::Action& action) {
-  try {
-    return checked(action());
-  } catch (const parray::InputError& error) {
-    return fail(2, error.what());
-  } catch (const parray::RunError& error) {
-    return fail(1, error.what());
-  } catch (const parray::Interrupted& interrupted) {
-    return fail(parray::interrupted_status, interrupted.what());
-  } catch (const std::bad_alloc&) {
-    return fail(1, "out of memory");
-  } catch (const nlohmann::json::exception& error) {
-    return fail(1, std::string("reading the coordinator's answer: ") + error.what());
-  } catch (const std::exception& error) {
-    return fail(1, std::string("internal error: ") + error.what());
-  }
-}
+constexpr const char* program = "parray";
 
 int front_door(int argc, char** argv) {
   parray::install_signal_handlers();
@@ -62,11 +29,11 @@ int front_door(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
-    return checked(app.exit(asked, std::cout, std::cerr));
+    return parray::checked_output(program, app.exit(asked, std::cout, std::cerr));
   } catch (const CLI::ParseError& error) {
-    return fail(2, parray::usage_message(app, error));
+    return parray::fail(program, 2, parray::usage_message(app, error));
   }
-  return run(action);
+  return parray::run_action(program, action);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     message = about_mismatch(message);
   }
   const std::string help =
-      chosen.empty() ? "parray --help" : "parray " + command.get_name() + " --help";
+      app.get_name() + (chosen.empty() ? "" : " " + command.get_name()) + " --help";
   return message + (message.ends_with("?") ? " See `" : "; see `") + help + "`";
 }
 

@@ -118,7 +118,6 @@ class Coordinator final : public Actor {
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
   void restore_jobs();
-  void restore_work(Job& job);
   void finish_job(Time now, Job& job);
   void close_job(Job& job, JobState state, const std::string& reason);
   void make_room_for_job();

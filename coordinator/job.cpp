@@ -4,12 +4,16 @@
 #include <array>
 #include <utility>
 
+#include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/kernel.h"
 
 namespace parray {
 
 using nlohmann::json;
+
+/// Pixels with samples that were not finite, in the report: enough to find the cause.
+static constexpr std::size_t most_located = 20;
 
 std::string_view name_of(JobState state) {
   constexpr std::array<std::string_view, 6> names = {"queued", "running", "paused",
@@ -19,13 +23,27 @@ std::string_view name_of(JobState state) {
 
 void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
   const Scene scene = scene_from_bytes(*scene_bytes);
-  // Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
-  const Epoch first_epoch = (Epoch{record.life} << 32) + 1;
-  auto fresh = std::make_unique<JobWork>(record.settings, first_epoch);
+  auto fresh = std::make_unique<JobWork>(record.settings, first_epoch());
   fresh->requirements = requirements_of(scene);
   fresh->largest_radiance = largest_radiance(scene);
   fresh->scene_bytes = std::move(scene_bytes);
   work = std::move(fresh);
+}
+
+void Job::take_up(Store& store) {
+  auto scene = store.scene(record.scene);
+  if (!scene) {
+    throw RunError("its scene is missing");
+  }
+  ++record.life;
+  record.state = JobState::queued;
+  store.put_job(record);
+  start_work(std::make_shared<const std::string>(std::move(*scene)));
+  store.each_block(record.id, [&](const std::string& bytes) {
+    const RowBlock block = row_block_from_bytes(bytes);
+    work->leases.restore(block.rect);
+    work->framebuffer.merge(block);
+  });
 }
 
 json job_summary(const Job& job, Time now) {
@@ -60,6 +78,16 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
   const RenderSettings& s = job.record.settings;
   const JobWork& work = *job.work;
   const TraceCounts& counts = work.framebuffer.counts();
+  json located = json::array();
+  for (const auto& [pixel, excluded] : work.framebuffer.excluded()) {
+    if (located.size() == most_located) {
+      break;
+    }
+    located.push_back({{"x", pixel.second},
+                       {"y", pixel.first},
+                       {"samples", excluded.count},
+                       {"first_sample", excluded.first}});
+  }
   const double render = to_seconds(finished - work.started);
   const double rate = render > 0 ? 1 / render : 0;
   return {{"image_sha256", image_sha256},
@@ -87,6 +115,8 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
           {"samples_per_second", static_cast<double>(counts.samples) * rate},
           {"rays_per_second", static_cast<double>(counts.rays) * rate},
           {"nonfinite_samples", counts.nonfinite},
+          {"nonfinite_pixels", work.framebuffer.excluded().size()},
+          {"nonfinite", std::move(located)},
           {"seconds",
            {{"load", job.record.load_seconds}, {"build", work.build_seconds}, {"render", render}}},
           {"version", PARRAY_VERSION}};

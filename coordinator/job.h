@@ -38,6 +38,11 @@ struct Job {
   [[nodiscard]] bool open() const { return work != nullptr; }
   /// All of the job's samples are pending. Throws DecodeError when the bytes are no scene.
   void start_work(std::shared_ptr<const std::string> scene_bytes);
+  /// Begins another life of a job that `store` has kept: merges what earlier ones have finished;
+  /// the rest is pending. Throws when what is kept is damaged.
+  void take_up(Store& store);
+  /// Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
+  [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life} << 32) + 1; }
 };
 
 /// The job map of PROTOCOL.md.

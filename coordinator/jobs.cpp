@@ -35,7 +35,9 @@ void Coordinator::restore_jobs() {
     next_job_ = std::max(next_job_, id + 1);
     if (job.record.state == JobState::queued || job.record.state == JobState::running) {
       try {
-        restore_work(job);
+        job.take_up(store_);
+        log_->info("job {} '{}' taken up at {:.1f} %", id, job.record.name,
+                   100 * job.work->leases.progress());
       } catch (const std::exception& error) {
         throw RunError("the state of job " + std::to_string(id) + " is damaged: " + error.what());
       }
@@ -44,25 +46,6 @@ void Coordinator::restore_jobs() {
   }
   sort_open_jobs();
   store_.commit();
-}
-
-/// Merges the rows that an earlier life has accepted; the rest is pending again.
-void Coordinator::restore_work(Job& job) {
-  auto scene = store_.scene(job.record.scene);
-  if (!scene) {
-    throw RunError("its scene is missing");
-  }
-  ++job.record.life;
-  job.record.state = JobState::queued;
-  store_.put_job(job.record);
-  job.start_work(std::make_shared<const std::string>(std::move(*scene)));
-  store_.each_block(job.record.id, [&](const std::string& bytes) {
-    const RowBlock block = row_block_from_bytes(bytes);
-    job.work->leases.restore(block.rect);
-    job.work->framebuffer.merge(block);
-  });
-  log_->info("job {} '{}' taken up at {:.1f} %", job.record.id, job.record.name,
-             100 * job.work->leases.progress());
 }
 
 void Coordinator::finish_job(Time now, Job& job) {

@@ -78,6 +78,8 @@ class LeaseTable {
   /// The next time at which expire() has something to do; `never` if nothing is leased.
   [[nodiscard]] Time next_deadline() const;
 
+  /// What nobody holds and is not done, in the order in which it would be handed out.
+  [[nodiscard]] const std::deque<WorkRect>& pending() const { return pending_; }
   [[nodiscard]] bool has_pending() const { return !pending_.empty(); }
   [[nodiscard]] bool done() const { return done_units_ == total_units_; }
   [[nodiscard]] double progress() const;

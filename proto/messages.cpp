@@ -274,8 +274,43 @@ std::string row_block_to_bytes(const RowBlock& block) {
   out.put(block.counts.nonfinite);
   out.put_bytes(
       {reinterpret_cast<const char*>(block.pixels.data()), block.pixels.size() * pixel_bytes});
+  for (const ExcludedSamples& some : block.excluded) {
+    out.put(some.position);
+    out.put(some.x);
+    out.put(some.first);
+    out.put(some.count);
+  }
   return out.take();
 }
+
+namespace {
+
+/// What is left of a row block's bytes. They account for every sample that is missing.
+std::vector<ExcludedSamples> excluded_from_bytes(ByteReader& in, const RowBlock& block) {
+  std::vector<ExcludedSamples> excluded;
+  std::uint64_t missing = 0;
+  while (in.left() > 0) {
+    ExcludedSamples some;
+    some.position = in.get<std::uint32_t>();
+    some.x = in.get<std::uint32_t>();
+    some.first = in.get<std::uint32_t>();
+    some.count = in.get<std::uint32_t>();
+    const WorkRect& rect = block.rect;
+    if (some.position < rect.row_begin || some.position >= rect.row_end || some.x >= block.width ||
+        some.first < rect.sample_begin || some.first >= rect.sample_end || some.count == 0 ||
+        some.count > rect.sample_end - some.first) {
+      throw DecodeError("row block lacks samples that it never had");
+    }
+    missing += some.count;
+    excluded.push_back(some);
+  }
+  if (missing != block.counts.nonfinite) {
+    throw DecodeError("row block does not say which samples were not finite");
+  }
+  return excluded;
+}
+
+}  // namespace
 
 RowBlock row_block_from_bytes(std::string_view bytes) {
   ByteReader in(bytes);
@@ -293,7 +328,7 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
     throw DecodeError("row block has a negative size");
   }
   const std::uint64_t pixels = std::uint64_t{block.rect.rows()} * block.width;
-  if (pixels != in.left() / pixel_bytes || in.left() % pixel_bytes != 0) {
+  if (pixels > in.left() / pixel_bytes) {
     throw DecodeError("row block does not hold its pixels");
   }
   if (block.counts.samples != pixels * block.rect.samples() ||
@@ -302,8 +337,10 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
   }
   block.pixels.resize(pixels);
   if (pixels > 0) {  // memcpy may not be given null, not even for nothing
-    std::memcpy(block.pixels.data(), in.get_bytes(in.left()).data(), pixels * pixel_bytes);
+    const std::size_t size = pixels * pixel_bytes;
+    std::memcpy(block.pixels.data(), in.get_bytes(size).data(), size);
   }
+  block.excluded = excluded_from_bytes(in, block);
   return block;
 }
 

@@ -3,13 +3,13 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <exception>
+#include <mutex>
 #include <utility>
 #include <vector>
 
-#include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/schedule/row_order.h"
+#include "common/trace/nonfinite.h"
 #include "proto/clock.h"
 
 namespace parray {
@@ -67,6 +67,7 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
                          std::min(begin + pieces.pixels_each, width)};
       const std::uint32_t first = rect.sample_begin + part * pieces.samples_each;
       const SampleRange samples{first, std::min(first + pieces.samples_each, rect.sample_end)};
+      const std::uint64_t nonfinite_before = counts.nonfinite;
       const std::span<PixelSums> target(block.pixels.data() + std::size_t{row} * width + begin,
                                         run.x_end - begin);
       if (pieces.sample_parts == 1) {
@@ -79,95 +80,29 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
           target[x] += sums[x];
         }
       }
+      if (counts.nonfinite != nonfinite_before) {
+        const auto found = locate_nonfinite(kernel, run, samples, rect.row_begin + row);
+        const std::scoped_lock lock(merging);
+        block.excluded.insert(block.excluded.end(), found.begin(), found.end());
+      }
       traced.fetch_add(std::uint64_t{samples.count()} * (run.x_end - begin),
                        std::memory_order_relaxed);
     }
     const std::scoped_lock lock(merging);
     block.counts += counts;
   }
+  // Threads find them in any order; equal leases have equal bytes.
+  std::sort(block.excluded.begin(), block.excluded.end());
   return block;
 }
 
 ThreadTeam::ThreadTeam(int threads, std::function<void()> on_finished)
-    : threads_(threads), on_finished_(std::move(on_finished)), thread_([this] { lead(); }) {}
+    : threads_(threads),
+      thread_([this](const Assignment& assignment,
+                     const std::atomic<bool>& stop) { return trace(assignment, stop); },
+              std::move(on_finished)) {}
 
-ThreadTeam::~ThreadTeam() {
-  {
-    const std::scoped_lock lock(mutex_);
-    quit_ = true;
-    stop_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
-}
-
-void ThreadTeam::start(Assignment assignment) {
-  {
-    const std::scoped_lock lock(mutex_);
-    next_ = std::move(assignment);
-    busy_ = true;
-  }
-  changed_.notify_all();
-}
-
-bool ThreadTeam::idle() const {
-  const std::scoped_lock lock(mutex_);
-  return !busy_ && !finished_;
-}
-
-std::optional<Finished> ThreadTeam::take() {
-  const std::scoped_lock lock(mutex_);
-  if (!failure_.empty()) {
-    throw RunError(failure_);
-  }
-  return std::exchange(finished_, std::nullopt);
-}
-
-void ThreadTeam::abandon() {
-  const std::scoped_lock lock(mutex_);
-  next_.reset();
-  finished_.reset();
-  if (busy_) {
-    abandoned_ = true;
-    stop_ = true;
-  }
-}
-
-void ThreadTeam::lead() {
-  const FloatMode ieee;  // building a kernel rounds too
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return quit_ || busy_; });
-    if (quit_) {
-      return;
-    }
-    if (next_) {
-      const Assignment assignment = std::move(*next_);
-      next_.reset();
-      lock.unlock();
-      std::optional<Finished> finished;
-      std::string failure;
-      try {
-        finished = trace(assignment);
-      } catch (const std::exception& error) {  // not enough memory for the scene, most likely
-        failure = "tracing job " + std::to_string(assignment.job) + ": " + error.what();
-      }
-      lock.lock();
-      failure_ = failure;
-      if (!abandoned_ && !quit_) {
-        finished_ = std::move(finished);
-      }
-    }
-    busy_ = false;
-    abandoned_ = false;
-    stop_ = quit_;
-    lock.unlock();
-    on_finished_();
-    lock.lock();
-  }
-}
-
-Finished ThreadTeam::trace(const Assignment& assignment) {
+Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>& stop) {
   const SteadyClock clock;
   if (!kernel_ || kernel_scene_ != assignment.scene_id ||
       !(kernel_settings_ == assignment.settings)) {
@@ -187,7 +122,7 @@ Finished ThreadTeam::trace(const Assignment& assignment) {
   finished.job = assignment.job;
   finished.epoch = assignment.epoch;
   finished.block =
-      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop_);
+      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop);
   finished.seconds = to_seconds(clock.now() - begin);
   finished.build_seconds = build_seconds_;
   finished.accelerator_bytes = kernel_->accelerator_bytes();

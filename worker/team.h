@@ -1,19 +1,18 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include "common/image/row_block.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 #include "common/trace/kernel.h"
+#include "worker/task_thread.h"
 
 namespace parray {
 
@@ -68,35 +67,20 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
 class ThreadTeam final : public Team {
  public:
   ThreadTeam(int threads, std::function<void()> on_finished);
-  ~ThreadTeam() override;
-  ThreadTeam(const ThreadTeam&) = delete;
-  ThreadTeam& operator=(const ThreadTeam&) = delete;
 
-  void start(Assignment assignment) override;
-  [[nodiscard]] bool idle() const override;
-  std::optional<Finished> take() override;
-  void abandon() override;
+  void start(Assignment assignment) override { thread_.start(std::move(assignment)); }
+  [[nodiscard]] bool idle() const override { return thread_.idle(); }
+  std::optional<Finished> take() override { return thread_.take(); }
+  void abandon() override { thread_.abandon(); }
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return preparing_; }
 
  private:
-  void lead();
-  Finished trace(const Assignment& assignment);
+  Finished trace(const Assignment& assignment, const std::atomic<bool>& stop);
 
   const int threads_;
-  const std::function<void()> on_finished_;
   std::atomic<std::uint64_t> traced_ = 0;
-  std::atomic<bool> stop_ = false;
   std::atomic<bool> preparing_ = false;
-
-  mutable std::mutex mutex_;  // guards the members down to quit_
-  std::condition_variable changed_;
-  std::optional<Assignment> next_;
-  bool busy_ = false;
-  bool abandoned_ = false;
-  std::optional<Finished> finished_;
-  std::string failure_;
-  bool quit_ = false;
 
   // Of the team's thread alone: the kernel of the job that was traced last.
   std::string kernel_scene_;
@@ -104,7 +88,7 @@ class ThreadTeam final : public Team {
   std::unique_ptr<Kernel> kernel_;
   double build_seconds_ = 0;
 
-  std::thread thread_;
+  TaskThread<Assignment, Finished> thread_;
 };
 
 }  // namespace parray

@@ -9,8 +9,6 @@
 #include "cli/embedded.h"
 #include "cli/interrupt.h"
 #include "common/base/cpu_count.h"
-#include "common/base/error.h"
-#include "common/trace/isa.h"
 
 namespace parray {
 namespace {
@@ -38,11 +36,7 @@ int render(const RenderCommand& command) {
   const Time started = clock.now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, 50);
-  if (!runs_on_this_machine(submission.settings.isa)) {
-    throw InputError("--isa " + std::string(name_of(submission.settings.isa)) +
-                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
-                     ", its best, or auto");
-  }
+  check_isa(submission.settings.isa);
   const DeferredInterrupts deferred;
   EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));
   const auto link = farm.connect();

@@ -11,6 +11,7 @@
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "common/trace/isa.h"
 
 namespace parray {
 namespace {
@@ -38,6 +39,14 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
   return submission;
+}
+
+void check_isa(Isa isa) {
+  if (!runs_on_this_machine(isa)) {
+    throw InputError("--isa " + std::string(name_of(isa)) +
+                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
+                     ", its best, or auto");
+  }
 }
 
 void wait_until_done(Client& client, JobId job, bool quiet) {

@@ -15,6 +15,9 @@ namespace parray {
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority);
 
+/// Throws InputError unless this machine has the instruction set.
+void check_isa(Isa isa);
+
 /// Shows a job's progress on stderr until it is done. Throws RunError when it fails or is
 /// cancelled.
 void wait_until_done(Client& client, JobId job, bool quiet);

@@ -54,8 +54,13 @@ json facts_of(const ValidateCommand& command) {
           {"features", needs.features()},
           {"smallest_radius", needs.smallest_radius},
           {"largest_radius", needs.largest_radius},
+          {"origin", {needs.origin.x, needs.origin.y, needs.origin.z}},
           {"extent", needs.extent},
           {"spread", needs.spread()},
+          {"nearest", needs.nearest},
+          {"view_height", needs.view_height},
+          {"computed_shift", needs.computed_shift()},
+          {"stored_shift", needs.stored_shift},
           {"precision", name_of(settings.precision)},
           {"precision_reason", resolved.precision_reason},
           {"accelerator", name_of(settings.accelerator)},
@@ -73,6 +78,12 @@ std::string joined(const json& names) {
 }
 
 std::string number(const json& value) { return number_cell(value.get<double>()); }
+
+std::string origin_text(const json& origin) {
+  if (origin == json{0.0, 0.0, 0.0}) return "0, 0, 0";
+  return number(origin[0]) + ", " + number(origin[1]) + ", " + number(origin[2]) +
+         " (re-based: positions are rounded relative to the scene's middle)";
+}
 
 std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
 
@@ -93,8 +104,15 @@ void print_facts(const json& f) {
                     {"radii",
                      any ? number(f["smallest_radius"]) + " to " + number(f["largest_radius"])
                          : "none"},
-                    {"extent", number(f["extent"]) + " (largest coordinate that tracing meets)"},
-                    {"spread", number(f["spread"]) + " (extent / smallest radius)"},
+                    {"origin", origin_text(f["origin"])},
+                    {"extent", number(f["extent"]) + " (largest coordinate or radius), " +
+                                   number(f["spread"]) + " of the smallest radii"},
+                    {"nearest", any ? number(f["nearest"]) + " from the eye; the picture is " +
+                                          number(f["view_height"]) + " high there"
+                                    : "none"},
+                    {"rounding", "single precision moves surfaces by " +
+                                     number(f["computed_shift"]) + " where computed, " +
+                                     number(f["stored_shift"]) + " where only stored"},
                     {"precision", f["precision"].get<std::string>() + ": " +
                                       f["precision_reason"].get<std::string>()},
                     {"accelerator", f["accelerator"].get<std::string>() + ": " +

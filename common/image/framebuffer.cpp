@@ -1,5 +1,6 @@
 #include "common/image/framebuffer.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "common/schedule/row_order.h"
@@ -27,6 +28,12 @@ void Framebuffer::merge(const RowBlock& block) {
       to[x] += from[x];
     }
     row_samples_[row] += rect.samples();
+  }
+  for (const ExcludedSamples& some : block.excluded) {
+    const PixelAddress pixel{row_at_.at(some.position), some.x};
+    const auto [at, fresh] = excluded_.try_emplace(pixel, Excluded{some.first, 0});
+    at->second.first = std::min(at->second.first, some.first);
+    at->second.count += some.count;
   }
   counts_ += block.counts;
 }

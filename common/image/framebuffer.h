@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "common/image/row_block.h"
@@ -23,6 +25,13 @@ class Framebuffer {
   [[nodiscard]] std::uint32_t height() const { return height_; }
   [[nodiscard]] const std::vector<PixelSums>& pixels() const { return pixels_; }  ///< by image row
   [[nodiscard]] std::uint32_t samples_in_row(std::uint32_t row) const { return row_samples_[row]; }
+  /// By image row and column: samples that the pixel's sums do not hold. Empty as a rule.
+  struct Excluded {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  using PixelAddress = std::pair<std::uint32_t, std::uint32_t>;
+  [[nodiscard]] const std::map<PixelAddress, Excluded>& excluded() const { return excluded_; }
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
 
  private:
@@ -31,6 +40,7 @@ class Framebuffer {
   std::vector<std::uint32_t> row_at_;
   std::vector<PixelSums> pixels_;
   std::vector<std::uint32_t> row_samples_;
+  std::map<PixelAddress, Excluded> excluded_;
   TraceCounts counts_;
 };
 

@@ -19,6 +19,16 @@ Image resolve_image(const Framebuffer& framebuffer, double largest_radiance) {
       }
     }
   }
+  for (const auto& [address, excluded] : framebuffer.excluded()) {
+    const auto [row, x] = address;
+    const std::uint32_t count = framebuffer.samples_in_row(row) - excluded.count;
+    const std::size_t pixel = std::size_t{row} * image.width + x;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const std::uint64_t sum = framebuffer.pixels()[pixel].sum[channel];
+      image.rgb[pixel * 3 + channel] =
+          count == 0 ? 0.0F : static_cast<float>(scale.mean(sum, count));
+    }
+  }
   return image;
 }
 

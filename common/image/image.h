@@ -15,7 +15,7 @@ struct Image {
   std::vector<float> rgb;
 };
 
-/// Mean radiance of every pixel over the samples that its row holds; 0 where there are none.
+/// Mean radiance of every pixel over the finite samples that it holds; 0 where there are none.
 Image resolve_image(const Framebuffer& framebuffer, double largest_radiance);
 
 /// SHA-256 of the values as little-endian float32: the proof that two pictures are the same.

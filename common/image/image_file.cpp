@@ -190,6 +190,12 @@ void write_image(const fs::path& path, const Image& image, const ImageMetadata& 
   file.commit();
 }
 
+std::string image_library_version() {
+  const unsigned version = OIIO::openimageio_version();
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
+}
+
 ImageFile read_image(const fs::path& path) {
   keep_library_single_threaded();
   const auto in = OIIO::ImageInput::open(path.string());

@@ -37,4 +37,7 @@ struct ImageFile {
 };
 ImageFile read_image(const std::filesystem::path& path);
 
+/// Version of OpenImageIO that runs: "2.4.7".
+std::string image_library_version();
+
 }  // namespace parray

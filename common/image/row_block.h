@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <vector>
 
@@ -22,12 +23,24 @@ struct WorkRect {
   friend bool operator==(const WorkRect&, const WorkRect&) = default;
 };
 
+/// Samples of one pixel that are not in its sums, because they were NaN or infinite.
+struct ExcludedSamples {
+  std::uint32_t position = 0;  ///< of the row in the job's row order
+  std::uint32_t x = 0;
+  std::uint32_t first = 0;  ///< the first such sample
+  std::uint32_t count = 0;  ///< > 0
+
+  friend auto operator<=>(const ExcludedSamples&, const ExcludedSamples&) = default;
+};
+
 /// The finished sums of one rectangle of work.
 struct RowBlock {
   WorkRect rect;
   std::uint32_t width = 0;
   TraceCounts counts;
   std::vector<PixelSums> pixels;  ///< rect.rows() * width, in position order
+  /// Where counts.nonfinite comes from: at most one entry a pixel and piece of work.
+  std::vector<ExcludedSamples> excluded{};
 
   friend bool operator==(const RowBlock&, const RowBlock&) = default;
 };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "common/math/inline.h"
 
 namespace parray {
@@ -12,6 +14,7 @@ struct RealTraits;
 template <>
 struct RealTraits<float> {
   static constexpr float unit_roundoff = 0x1p-24F;
+  static constexpr float infinity = std::numeric_limits<float>::infinity();
   static constexpr int sine_terms = 5;  ///< Taylor terms that leave less than half an ulp
   // One correctly rounded instruction.
   static PARRAY_INLINE float sqrt(float x) { return __builtin_sqrtf(x); }
@@ -20,6 +23,7 @@ struct RealTraits<float> {
 template <>
 struct RealTraits<double> {
   static constexpr double unit_roundoff = 0x1p-53;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
   static constexpr int sine_terms = 9;
   static PARRAY_INLINE double sqrt(double x) { return __builtin_sqrt(x); }
 };

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace parray {
 namespace {
-
-/// A sample of the spheres' centres says enough about where most of them lie.
-constexpr std::size_t sample_size = 1023;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -21,13 +19,23 @@ double largest_component(const Vec3d& v) {
 }
 
 /// How far from `origin` the camera and half of the spheres lie.
-double reach(const std::vector<Vec3d>& centers, const Vec3d& camera, const Vec3d& origin) {
+double reach(const Scene& scene, const Vec3d& origin) {
   std::vector<double> distances;
-  distances.reserve(centers.size());
-  for (const Vec3d& center : centers) {
-    distances.push_back(largest_component(center - origin));
+  distances.reserve(scene.spheres.size());
+  for (const Sphere& sphere : scene.spheres) {
+    distances.push_back(largest_component(sphere.center - origin));
   }
-  return std::max(median(distances), largest_component(camera - origin));
+  return std::max(median(std::move(distances)), largest_component(scene.camera.look_from - origin));
+}
+
+/// Of all centres, not of some: which ones would depend on the order of the spheres.
+double middle_of(const Scene& scene, double Vec3d::*axis) {
+  std::vector<double> values;
+  values.reserve(scene.spheres.size());
+  for (const Sphere& sphere : scene.spheres) {
+    values.push_back(sphere.center.*axis);
+  }
+  return median(std::move(values));
 }
 
 }  // namespace
@@ -36,22 +44,13 @@ Vec3d scene_origin(const Scene& scene) {
   if (scene.spheres.empty()) {
     return {};
   }
-  std::vector<Vec3d> centers;
-  const std::size_t step = scene.spheres.size() / sample_size + 1;
-  for (std::size_t i = 0; i < scene.spheres.size(); i += step) {
-    centers.push_back(scene.spheres[i].center);
+  const Vec3d middle{middle_of(scene, &Vec3d::x), middle_of(scene, &Vec3d::y),
+                     middle_of(scene, &Vec3d::z)};
+  // By the triangle inequality no scene is four times nearer then, and most end here.
+  if (3 * largest_component(scene.camera.look_from - middle) > largest_component(middle)) {
+    return {};
   }
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> z;
-  for (const Vec3d& center : centers) {
-    x.push_back(center.x);
-    y.push_back(center.y);
-    z.push_back(center.z);
-  }
-  const Vec3d middle{median(std::move(x)), median(std::move(y)), median(std::move(z))};
-  const Vec3d& camera = scene.camera.look_from;
-  return 4 * reach(centers, camera, middle) <= reach(centers, camera, {}) ? middle : Vec3d{};
+  return 4 * reach(scene, middle) <= reach(scene, {}) ? middle : Vec3d{};
 }
 
 }  // namespace parray

@@ -11,10 +11,11 @@
 namespace parray {
 namespace {
 
-/// Largest spread that single precision carries: rounding of a coordinate then stays below
-/// 2^16 * 2^-24 = 1/256 of the smallest radius. Where only what is computed exceeds it (a small
-/// sphere on a huge one), storing in single precision still does: mixed.
-constexpr double largest_f32_spread = 0x1p16;
+/// Shifts of surfaces that stay unseen, as a share of the smallest radius (particles smaller than
+/// a pixel keep their cross-section) and of the picture's height at the nearest surface [measured
+/// by tests/extremes/precision_test.cpp: 2^-5 and 2^-12.5 are the least that showed].
+constexpr double share_of_radius = 0x1p-8;
+constexpr double share_of_view = 0x1p-13;
 
 /// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
 /// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
@@ -30,7 +31,16 @@ std::string number(double value) {
   return {text.data(), static_cast<std::size_t>(length)};
 }
 
+/// "1/4096" of something, "less than a millionth", "3.5 times" it.
+std::string share(double value) {
+  if (value >= 1) return number(value) + " times";
+  if (value < 1e-6) return "less than a millionth of";
+  return "1/" + std::to_string(std::lround(1 / value)) + " of";
+}
+
 }  // namespace
+
+double Requirements::computed_shift() const { return 0x1p-24 * extent; }
 
 double Requirements::spread() const { return spheres == 0 ? 0 : extent / smallest_radius; }
 
@@ -50,44 +60,96 @@ std::vector<std::string> Requirements::features() const {
   return names;
 }
 
+namespace {
+
+/// How far storing it in single precision moves a number.
+double single_precision_shift(double x) {
+  return std::abs(static_cast<double>(static_cast<float>(x)) - x);
+}
+
+/// Of `center`, which is relative to the scene's origin, and `radius`.
+void add_conditioning(const Vec3d& center, double radius, const Vec3d& eye, Requirements& result) {
+  result.extent = std::max({result.extent, largest_component(center), radius});
+  result.stored_shift = std::max(
+      {result.stored_shift, single_precision_shift(center.x), single_precision_shift(center.y),
+       single_precision_shift(center.z), single_precision_shift(radius)});
+  result.nearest = std::min(result.nearest, std::abs(length(center - eye) - radius));
+}
+
+}  // namespace
+
 Requirements requirements_of(const Scene& scene) {
   Requirements result;
   result.spheres = scene.spheres.size();
   result.lens = scene.camera.aperture > 0;
-  const Vec3d origin = scene_origin(scene);
-  result.extent = largest_component(scene.camera.look_from - origin) + scene.camera.aperture / 2;
-  double smallest = std::numeric_limits<double>::infinity();
+  result.origin = scene_origin(scene);
+  const Vec3d eye = scene.camera.look_from - result.origin;
+  result.extent = largest_component(eye) + scene.camera.aperture / 2;
+  result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
   for (const Sphere& sphere : scene.spheres) {
     const Material& material = scene.materials[sphere.material];
     result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
     result.metal += material.type == MaterialType::metal ? 1U : 0U;
     result.dielectric += material.type == MaterialType::dielectric ? 1U : 0U;
     result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
-    smallest = std::min(smallest, sphere.radius);
+    result.smallest_radius = std::min(result.smallest_radius, sphere.radius);
     result.largest_radius = std::max(result.largest_radius, sphere.radius);
-    result.own_spread =
-        std::max(result.own_spread, largest_component(sphere.center - origin) / sphere.radius);
-    result.extent =
-        std::max(result.extent, largest_component(sphere.center - origin) + sphere.radius);
+    add_conditioning(sphere.center - result.origin, sphere.radius, eye, result);
   }
-  result.smallest_radius = scene.spheres.empty() ? 0 : smallest;
-  result.one_radius = !scene.spheres.empty() && smallest == result.largest_radius;
+  if (scene.spheres.empty()) {
+    result.smallest_radius = result.nearest = 0;
+  }
+  result.view_height = 2 * scene.camera.tan_half_vfov * result.nearest;
+  result.one_radius = !scene.spheres.empty() && result.smallest_radius == result.largest_radius;
   return result;
 }
 
 namespace {
 
-void decide_precision(const Requirements& requirements, ResolvedSettings& result) {
-  const double spread = requirements.spread();
-  const bool single = spread <= largest_f32_spread;
-  result.precision_reason = "extent / smallest radius = " + number(spread) +
-                            (single ? ", at most " : ", more than ") + number(largest_f32_spread);
+/// A shift of surfaces against what limits it most.
+struct Sight {
+  double shift;
+  double part;   ///< of `whole`
+  double limit;  ///< the largest part that is unseen
+  const char* whole;
+
+  [[nodiscard]] bool unseen() const { return part <= limit; }
+  /// "6e-05, 1/3355 of the smallest radius (unseen: 1/256)"
+  [[nodiscard]] std::string text() const {
+    return number(shift) + ", " + share(part) + " " + whole + " (unseen: up to 1/" +
+           std::to_string(std::lround(1 / limit)) + ")";
+  }
+};
+
+Sight sight_of(double shift, const Requirements& r) {
+  // An eye on a surface sees every shift but none.
+  const auto part = [shift](double whole) { return shift > 0 ? shift / whole : 0; };
+  const Sight radius{shift, part(r.smallest_radius), share_of_radius, "the smallest radius"};
+  const Sight view{shift, part(r.view_height), share_of_view,
+                   "the picture's height at the nearest surface"};
+  return view.part / view.limit > radius.part / radius.limit ? view : radius;
+}
+
+void decide_precision(const Requirements& r, ResolvedSettings& result) {
   result.settings.precision = Precision::f32;
-  if (!single) {
-    const bool stored = requirements.own_spread <= largest_f32_spread;
-    result.precision_reason += "; coordinate / own radius = " + number(requirements.own_spread) +
-                               (stored ? ", at most that" : ", more than that");
-    result.settings.precision = stored ? Precision::mixed : Precision::f64;
+  if (r.spheres == 0) {
+    result.precision_reason = "no spheres";
+    return;
+  }
+  const Sight computed = sight_of(r.computed_shift(), r);
+  const Sight stored = sight_of(r.stored_shift, r);
+  if (computed.unseen()) {
+    result.precision_reason =
+        "computing in single precision moves surfaces by up to " + computed.text();
+  } else if (stored.unseen()) {
+    result.settings.precision = Precision::mixed;
+    result.precision_reason = "computing in single precision would move surfaces by up to " +
+                              computed.text() + "; storing in it moves them by " +
+                              number(stored.shift);
+  } else {
+    result.settings.precision = Precision::f64;
+    result.precision_reason =
+        "storing in single precision would move surfaces by up to " + stored.text();
   }
 }
 

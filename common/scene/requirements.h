@@ -19,17 +19,20 @@ struct Requirements {
   bool one_radius = false;     ///< all spheres share one radius
   double smallest_radius = 0;  ///< 0 without spheres
   double largest_radius = 0;
-  /// Largest coordinate that tracing meets, relative to scene_origin(): of a sphere's surface or of
-  /// the camera.
-  double extent = 0;
 
-  /// Largest coordinate of a centre in units of its own radius: what storing it in single precision
-  /// costs that sphere.
-  double own_spread = 0;
+  // How well single precision resolves what is seen. Lengths are in the scene's unit.
+  Vec3d origin;       ///< scene_origin(): what positions are measured from
+  double extent = 0;  ///< largest coordinate of a centre or of the lens from there, or radius
+  /// Farthest that storing the spheres in single precision moves a coordinate or a radius.
+  double stored_shift = 0;
+  double nearest = 0;      ///< from the eye to the nearest surface; 0 without spheres
+  double view_height = 0;  ///< of what the picture shows at that distance
 
-  /// extent / smallest_radius: how many smallest radii fit the numbers that are added. Rounding
-  /// errors relative to the smallest sphere grow with it.
+  /// How far computing in single precision moves surfaces: half an ulp of the largest number.
+  [[nodiscard]] double computed_shift() const;
+  /// extent / smallest_radius: the largest distance in radii; 0 without spheres.
   [[nodiscard]] double spread() const;
+
   /// Names for the report: "diffuse", "metal", "fuzz", "dielectric", "lens", ...
   [[nodiscard]] std::vector<std::string> features() const;
 };
@@ -44,6 +47,11 @@ struct ResolvedSettings {
 };
 
 /// Decides what was left automatic, from the scene alone, so that everybody decides alike.
+///
+/// Precision: single precision moves surfaces, by computing (computed_shift()) or only by storing
+/// the spheres (stored_shift). What moves by little enough of the smallest radius, and of the
+/// picture's height where surfaces are nearest, is unseen. f32 if computing goes unseen, mixed if
+/// storing does, else f64.
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked);
 
 }  // namespace parray

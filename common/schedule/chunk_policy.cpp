@@ -50,4 +50,14 @@ std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request) {
   return std::clamp<std::uint64_t>(units, 1, request.remaining);
 }
 
+std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job) {
+  std::vector<std::uint64_t> starts = {0};
+  for (job.remaining = job.total, job.step = 0; job.remaining > 0; ++job.step) {
+    const std::uint64_t units = chunk_units(policy, job);
+    job.remaining -= units;
+    starts.push_back(starts.back() + units);
+  }
+  return starts;
+}
+
 }  // namespace parray

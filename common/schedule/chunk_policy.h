@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "common/scene/settings.h"
 
@@ -31,5 +32,10 @@ struct ChunkRequest {
 /// - weighted: half of the asking worker's share of what is left, by measured speed, parts of rows
 ///   included, between `least` and `most` (Hummel et al., 1996, weighted factoring).
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
+
+/// Where every chunk of a job begins, and the total at the end, when all askers are alike: chunk
+/// `step` is [result[step], result[step + 1]). What lets a worker compute its chunk from nothing
+/// but a step number. Not for `weighted`, whose chunks depend on who asks.
+std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job);
 
 }  // namespace parray

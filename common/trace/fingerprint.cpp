@@ -5,7 +5,6 @@
 
 #include "common/base/sha256.h"
 #include "common/math/float_mode.h"
-#include "common/trace/kernel.h"
 
 namespace parray {
 namespace {
@@ -30,6 +29,12 @@ Scene built_in_scene() {
 }  // namespace
 
 std::string trace_fingerprint() {
+  return trace_fingerprint([](const Scene& scene, const RenderSettings& settings) {
+    return make_kernel(scene, settings);
+  });
+}
+
+std::string trace_fingerprint(const KernelMaker& make) {
   const FloatMode ieee;
   const Scene scene = built_in_scene();
   RenderSettings settings;
@@ -40,7 +45,7 @@ std::string trace_fingerprint() {
   std::size_t next = 0;
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     settings.precision = precision;
-    const auto kernel = make_kernel(scene, settings);
+    const auto kernel = make(scene, settings);
     for (std::uint32_t y = 0; y < settings.height; ++y) {
       TraceCounts counts;
       kernel->trace({y, 0, settings.width}, {0, 4}, std::span(sums).subspan(next, settings.width),

@@ -1,11 +1,26 @@
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <string>
+#include <string_view>
+
+#include "common/trace/kernel.h"
 
 namespace parray {
 
 /// SHA-256 of a small built-in picture, with every material, a lens and nested glass, traced in
 /// every precision: two builds that agree on it trace the same bits. Takes a few milliseconds.
 std::string trace_fingerprint();
+
+/// What it is for this trace_version (proto/messages.h), whatever the compiler and the machine.
+inline constexpr std::string_view pinned_fingerprint =
+    "8a96c4160de56afb48d20bce91849a95a438eece173e7b0bcf45624cc50a12df";
+
+/// Makes the kernel that traces a scene: make_kernel(), or one that insists on a choice.
+using KernelMaker = std::function<std::unique_ptr<Kernel>(const Scene&, const RenderSettings&)>;
+
+/// The same picture by kernels of `make`. Throws what it throws.
+std::string trace_fingerprint(const KernelMaker& make);
 
 }  // namespace parray

@@ -177,8 +177,9 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
   for (std::uint32_t i = 0; i < scene.spheres.size(); ++i) {
     const Sphere& sphere = scene.spheres[i];
     const double distance = length(scene.camera.look_from - sphere.center);
-    // Twice the single-precision rounding of what is compared later: a candidate costs little.
-    const double slack = 0x1p-20 * (length(scene.camera.look_from) + length(sphere.center));
+    // Above the single-precision rounding of what is compared later: a candidate costs little.
+    const double slack = 16.0 * RealTraits<float>::unit_roundoff *
+                         (length(scene.camera.look_from) + length(sphere.center));
     if (distance - lens - slack < sphere.radius) {
       around.push_back(i);
     }

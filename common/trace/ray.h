@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 
 #include "common/math/vec.h"
 
@@ -28,7 +27,7 @@ struct Ray {
 /// which spheres are tried.
 template <typename Real>
 struct Hit {
-  Real t = std::numeric_limits<Real>::infinity();
+  Real t = RealTraits<Real>::infinity;
   std::uint32_t sphere = no_sphere;
   bool leaving = false;  ///< the ray comes from inside the sphere
 

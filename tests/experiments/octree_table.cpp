@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "common/math/float_mode.h"
@@ -15,7 +16,6 @@
 #include "common/trace/linear.h"
 #include "common/trace/octree.h"
 #include "common/trace/scalar_kernel.h"
-#include "proto/clock.h"
 #include "tests/bench/bench.h"
 
 namespace {
@@ -23,17 +23,19 @@ namespace {
 using namespace parray;
 
 constexpr std::size_t rounds = 5;
-/// Linear search and the octree in scalar code, as the seed program had them, and what ParRay
-/// picks.
-enum Contestant : std::size_t { linear, octree, automatic, contestants };
+/// Linear search and the octree in scalar code, as the seed program had them; the BVH in vectors,
+/// and what ParRay picks.
+enum Contestant : std::size_t { linear, octree, bvh, automatic, contestants };
 using Seconds = std::array<double, contestants>;
 
 struct ReportRow {
   std::size_t spheres;
-  double octree_over_linear;
+  double octree;  ///< seconds; the report calls it BVH
+  double linear;
 };
 constexpr std::array<ReportRow, 3> report{
-    {{8, 1154.0 / 668}, {20, 921.0 / 2138}, {4097, 44.0 / 567}}};
+    {{8, 1154, 668}, {20, 921, 2138}, {4097, 44 * 60, 567 * 60}}};
+constexpr double report_samples = 1200.0 * 800 * 500;
 
 /// Double precision, as the seed program.
 RenderSettings settings_of_report() {
@@ -51,16 +53,15 @@ struct Turn {
 };
 
 Turn take_turn(const Kernel& kernel, const RenderSettings& settings, std::uint32_t samples) {
-  const SteadyClock clock;
   Turn turn{0, std::vector<PixelSums>(std::size_t{settings.width} * settings.height)};
   TraceCounts counts;
-  const Time begin = clock.now();
+  const double begin = bench::cpu_seconds();  // others may have the core in between
   for (std::uint32_t y = 0; y < settings.height; ++y) {
     kernel.trace({y, 0, settings.width}, {0, samples},
                  std::span(turn.sums).subspan(std::size_t{y} * settings.width, settings.width),
                  counts);
   }
-  turn.seconds = to_seconds(clock.now() - begin);
+  turn.seconds = bench::cpu_seconds() - begin;
   return turn;
 }
 
@@ -73,6 +74,9 @@ std::optional<Seconds> measure(const Scene& scene) {
   std::array<std::unique_ptr<Kernel>, contestants> kernels;
   kernels[linear] = std::make_unique<ScalarKernel<double, double, Linear<double>>>(scene, settings);
   kernels[octree] = make_kernel(scene, with_octree);
+  RenderSettings with_bvh = resolve_settings(requirements_of(scene), settings).settings;
+  with_bvh.accelerator = AcceleratorKind::bvh;
+  kernels[bvh] = make_kernel(scene, with_bvh);
   kernels[automatic] =
       make_kernel(scene, resolve_settings(requirements_of(scene), settings).settings);
   std::uint32_t samples = 1;
@@ -92,8 +96,33 @@ std::optional<Seconds> measure(const Scene& scene) {
       }
     }
   }
-  return Seconds{bench::median(seconds[linear]), bench::median(seconds[octree]),
-                 bench::median(seconds[automatic])};
+  const double pixels = static_cast<double>(settings.width) * settings.height;
+  Seconds medians{};
+  for (std::size_t a = 0; a < contestants; ++a) {
+    medians[a] = bench::median(seconds[a]) * report_samples / (pixels * samples);
+  }
+  return medians;
+}
+
+void print_csv(std::size_t spheres, const Seconds& seconds, const ReportRow* row) {
+  std::printf("%zu,%.1f,%.1f,%.1f,%.1f", spheres, seconds[linear], seconds[octree], seconds[bvh],
+              seconds[automatic]);
+  if (row != nullptr) {
+    std::printf(",%.0f,%.0f\n", row->linear, row->octree);
+  } else {
+    std::puts(",,");
+  }
+}
+
+void print_line(std::size_t spheres, const Seconds& seconds, const ReportRow* row) {
+  const auto [line, tree, boxes, picked] = seconds;
+  std::printf("%8zu  %15.3f  ", spheres, tree / line);
+  if (row == nullptr) {
+    std::printf("%13s", "-");
+  } else {
+    std::printf("%13.3f", row->octree / row->linear);
+  }
+  std::printf("  %12.4f  %13.4f  %13.2f\n", boxes / line, picked / line, tree / picked);
 }
 
 }  // namespace
@@ -102,32 +131,33 @@ int main(int argc, char** argv) {
 #ifndef NDEBUG
   std::puts("warning: built with assertions; these figures mean nothing");
 #endif
-  if (argc < 2) {
-    std::puts("usage: octree_table SCENE...");
+  const bool csv = argc > 1 && std::string_view(argv[1]) == "--csv";
+  const int first = csv ? 2 : 1;
+  if (argc <= first) {
+    std::puts("usage: octree_table [--csv] SCENE...");
     return 2;
   }
   const FloatMode mode;
   bench::pin_to_one_core();
-  std::printf(
-      "time for the same samples; one core, 120 x 80 pixels, depth 10, f64; median of %zu\n",
-      rounds);
-  std::puts(" spheres  octree / linear  in the report  auto / linear  octree / auto");
-  for (int i = 1; i < argc; ++i) {
+  if (csv) {
+    std::puts("spheres,linear,octree,bvh,auto,report linear,report octree");
+  } else {
+    std::printf(
+        "time for the same samples; one core, 120 x 80 pixels, depth 10, f64; median of %zu\n",
+        rounds);
+    std::puts(
+        " spheres  octree / linear  in the report  bvh / linear  auto / linear  octree / auto");
+  }
+  for (int i = first; i < argc; ++i) {
     const Scene scene = read_scene_file(argv[i]).scene;
     const std::optional<Seconds> seconds = measure(scene);
     if (!seconds) {
       std::puts("the accelerators' pictures differ");
       return 1;
     }
-    const auto [line, tree, picked] = *seconds;
     const auto* const row = std::ranges::find(report, scene.spheres.size(), &ReportRow::spheres);
-    std::printf("%8zu  %15.3f  ", scene.spheres.size(), tree / line);
-    if (row == report.end()) {
-      std::printf("%13s", "-");
-    } else {
-      std::printf("%13.3f", row->octree_over_linear);
-    }
-    std::printf("  %13.4f  %13.2f\n", picked / line, tree / picked);
+    (csv ? print_csv : print_line)(scene.spheres.size(), *seconds,
+                                   row == report.end() ? nullptr : row);
   }
   return 0;
 }

@@ -31,3 +31,16 @@ QuadVec exact(const Vec3<Real>& v) {
 }
 
 }  // namespace parray::test
+
+namespace parray {
+
+/// The tracer's own templates on 113 bits: the oracle that shares nothing with them but themselves.
+template <>
+struct RealTraits<test::Quad> {
+  static constexpr test::Quad unit_roundoff = test::Quad(0x1p-113L);
+  static constexpr test::Quad infinity = __builtin_inff();
+  static constexpr int sine_terms = 16;
+  static test::Quad sqrt(test::Quad x) { return test::quad_sqrt(x); }
+};
+
+}  // namespace parray

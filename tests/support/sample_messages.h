@@ -20,7 +20,7 @@ inline std::vector<Message> sample_messages() {
   settings.accelerator = AcceleratorKind::bvh;
   settings.schedule = SchedulePolicy::factoring;
   settings.row_order = RowOrder::sequential;
-  RowBlock block{{3, 5, 7, 10}, 2, {12, 34, 1}, std::vector<PixelSums>(4)};
+  RowBlock block{{3, 5, 7, 10}, 2, {12, 34, 1}, std::vector<PixelSums>(4), {{4, 1, 8, 1}}};
   block.pixels[1].sum = {1, 2, 3};
   block.pixels[3].sum_of_squares = {UINT64_MAX, 0, 4};
   const nlohmann::json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};

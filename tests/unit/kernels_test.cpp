@@ -42,6 +42,7 @@ Scene lens_in_glass() {
   scene.spheres.push_back({eye, 0.2, 2});
   scene.spheres.push_back({eye + Vec3d{0.1, 0, 0}, 0.6, 3});
   scene.spheres.push_back({eye - Vec3d{0, 0, 0.3}, 0.4, 1});
+  scene.spheres.push_back({eye + Vec3d{0, 0.3, 0}, 0.2, 2});  // only the lens's rim reaches it
   return scene;
 }
 

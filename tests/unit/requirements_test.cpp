@@ -22,6 +22,7 @@ Scene empty_scene() {
   Scene scene;
   scene.camera.look_from = {0, 0, 0};
   scene.camera.aperture = 0;
+  scene.camera.tan_half_vfov = 0.25;
   return scene;
 }
 
@@ -36,9 +37,11 @@ RenderSettings resolved(const Scene& scene, const RenderSettings& asked = {}) {
   return resolve_settings(requirements_of(scene), asked).settings;
 }
 
-/// One sphere of radius `r` at the centre, and one whose surface reaches out to 1.
+/// A speck around which the largest number is `spread` of its radii, in a wide view.
 Scene of_spread(double spread) {
-  return with_spheres({diffuse()}, {{{0, 0, 0}, 1 / spread, 0}, {{0, 0.5, 0}, 0.5, 0}});
+  Scene scene = with_spheres({diffuse()}, {{{0, 0, 0}, 1 / spread, 0}, {{0, 1, 0}, 0.5, 0}});
+  scene.camera.tan_half_vfov = 1e6;
+  return scene;
 }
 
 }  // namespace
@@ -92,22 +95,49 @@ TEST_CASE("one radius is recognised exactly") {
                   .one_radius);
 }
 
-TEST_CASE("the extent reaches to surfaces, the camera and its lens") {
+TEST_CASE("the extent is the largest number among centres, radii, the eye and its lens") {
   Scene scene = with_spheres({diffuse()}, {{{-3, 1, 2}, 0.5, 0}, {{0, 0, 0}, 2, 0}});
-  CHECK(requirements_of(scene).extent == 3.5);
+  CHECK(requirements_of(scene).extent == 3);
   CHECK(requirements_of(scene).smallest_radius == 0.5);
   CHECK(requirements_of(scene).largest_radius == 2);
-  CHECK(requirements_of(scene).spread() == 7);
+  CHECK(requirements_of(scene).spread() == 6);
+  CHECK(requirements_of(scene).computed_shift() == 3 * 0x1p-24);
+  scene.spheres[1].radius = 4;
+  CHECK(requirements_of(scene).extent == 4);
   scene.camera.look_from = {1, -9, 2};
   CHECK(requirements_of(scene).extent == 9);
   scene.camera.aperture = 2;
   CHECK(requirements_of(scene).extent == 10);
 }
 
-TEST_CASE("automatic precision is single up to a spread of 2^16 and mixed beyond") {
-  CHECK(requirements_of(of_spread(0x1p16)).spread() == 0x1p16);
+TEST_CASE("the nearest surface is measured from the eye, out of a sphere or inside it") {
+  Scene scene = with_spheres({diffuse()}, {{{0, 0, -5}, 1, 0}, {{0, 0, 0}, 7, 0}});
+  scene.camera.tan_half_vfov = 0.25;
+  CHECK(requirements_of(scene).nearest == 4);
+  CHECK(requirements_of(scene).view_height == 2);
+  scene.camera.look_from = {0, 0, 6.5};
+  CHECK(requirements_of(scene).nearest == 0.5);
+  CHECK(requirements_of(empty_scene()).nearest == 0);
+}
+
+TEST_CASE("what storing in single precision moves is found in every coordinate and the radius") {
+  const double moved = 1 + 0x1p-26;
+  const Scene exact = with_spheres({diffuse()}, {{{1, 2, 3}, 1, 0}, {{0.5, -8, 0}, 0.25, 0}});
+  CHECK(requirements_of(exact).stored_shift == 0);
+  for (int place = 0; place < 4; ++place) {
+    Scene scene = exact;
+    Sphere& last = scene.spheres[1];
+    (place == 0   ? last.center.x
+     : place == 1 ? last.center.y
+     : place == 2 ? last.center.z
+                  : last.radius) = moved;
+    CHECK(requirements_of(scene).stored_shift == 0x1p-26);
+  }
+}
+
+TEST_CASE(
+    "automatic precision: f32 while computing moves surfaces by 2^-8 of the smallest radius") {
   CHECK(resolved(of_spread(0x1p16)).precision == Precision::f32);
-  CHECK(requirements_of(of_spread(0x1p17)).spread() == 0x1p17);
   CHECK(resolved(of_spread(0x1p17)).precision == Precision::mixed);
   Scene border = of_spread(0x1p16);
   border.spheres[0].radius = std::nextafter(border.spheres[0].radius, 0);
@@ -115,15 +145,38 @@ TEST_CASE("automatic precision is single up to a spread of 2^16 and mixed beyond
   CHECK(resolved(border).precision == Precision::mixed);
 }
 
-TEST_CASE(
-    "where storing in single precision would move a sphere by its radius / 256, it is double") {
-  // The camera keeps the origin where it is.
-  const auto at = [](double ratio) {
-    return with_spheres({diffuse()}, {{{1, 0, 0}, 1 / ratio, 0}, {{0, 0, 0}, 1, 0}});
-  };
-  CHECK(requirements_of(at(0x1p16)).own_spread == 0x1p16);
-  CHECK(resolved(at(0x1p16)).precision == Precision::mixed);  // 1 + 1 / ratio reaches out further
-  CHECK(resolved(at(0x1p17)).precision == Precision::f64);
+TEST_CASE("automatic precision: f32 while computing moves them by 2^-13 of the nearest view") {
+  Scene scene = with_spheres({diffuse()}, {{{0, 0, -2}, 1, 0}});  // extent 2, nearest 1
+  scene.camera.tan_half_vfov = 0x1p-11;
+  CHECK(requirements_of(scene).computed_shift() == 0x1p-13 * requirements_of(scene).view_height);
+  CHECK(resolved(scene).precision == Precision::f32);
+  scene.camera.tan_half_vfov = std::nextafter(0x1p-11, 0);
+  CHECK(resolved(scene).precision == Precision::mixed);
+}
+
+TEST_CASE("automatic precision: where storing in single precision would be seen, it is f64") {
+  Scene scene = of_spread(0x1p17);
+  scene.spheres[1].center.x = 0x1p-25 + 0x1p-49;  // moved by 2^-49, unseen
+  CHECK(requirements_of(scene).stored_shift == 0x1p-49);
+  CHECK(resolved(scene).precision == Precision::mixed);
+  scene.spheres[1].center.y += 0x1p-25;  // by 2^-25: 2^-8 of the smallest radius
+  CHECK(resolved(scene).precision == Precision::mixed);
+  scene.spheres[1].center.y += 0x1p-50;
+  CHECK(resolved(scene).precision == Precision::f64);
+  // Nor is it when the view is narrow.
+  Scene narrow = with_spheres({diffuse()}, {{{0, 0, -2}, 1 + 0x1p-25, 0}});
+  narrow.camera.tan_half_vfov = 0x1p-15;
+  CHECK(resolved(narrow).precision == Precision::f64);
+  narrow.spheres[0].radius = 1;
+  CHECK(resolved(narrow).precision == Precision::mixed);
+}
+
+TEST_CASE("an eye on a surface gets the precision that leaves the surface where it is") {
+  Scene scene = with_spheres({diffuse()}, {{{0, 0, -1}, 1, 0}});
+  CHECK(requirements_of(scene).view_height == 0);
+  CHECK(resolved(scene).precision == Precision::mixed);
+  scene.spheres.push_back({{9, 0.1, 0}, 1, 0});
+  CHECK(resolved(scene).precision == Precision::f64);
 }
 
 TEST_CASE("precision does not depend on the scene's unit or on where its camera looks") {
@@ -158,13 +211,23 @@ TEST_CASE("what the user asks for is never overruled") {
   CHECK(resolved(empty_scene(), asked).accelerator == AcceleratorKind::bvh);
 }
 
-TEST_CASE("the reasons name the numbers") {
-  const auto far = resolve_settings(requirements_of(of_spread(0x1p17)), {});
-  CHECK(far.precision_reason.find("1.31e+05") != std::string::npos);
-  CHECK(far.precision_reason.find("more than") != std::string::npos);
-  CHECK(far.accelerator_reason.find("2 spheres") != std::string::npos);
-  const auto near = resolve_settings(requirements_of(of_spread(8)), {});
-  CHECK(near.precision_reason.find("at most") != std::string::npos);
+TEST_CASE("the reasons name the numbers in plain words") {
+  const auto reasons = [](const Scene& scene) {
+    return resolve_settings(requirements_of(scene), {});
+  };
+  CHECK(reasons(of_spread(0x1p17)).precision_reason ==
+        "computing in single precision would move surfaces by up to 5.96e-08, 1/128 of the "
+        "smallest radius (unseen: up to 1/256); storing in it moves them by 0");
+  CHECK(reasons(of_spread(8)).precision_reason ==
+        "computing in single precision moves surfaces by up to 5.96e-08, less than a millionth of "
+        "the smallest radius (unseen: up to 1/256)");
+  Scene narrow = with_spheres({diffuse()}, {{{0, 0, -2}, 1.1, 0}});
+  narrow.camera.tan_half_vfov = 1e-9;
+  CHECK(reasons(narrow).precision_reason ==
+        "storing in single precision would move surfaces by up to 2.38e-08, 13.2 times the "
+        "picture's height at the nearest surface (unseen: up to 1/8192)");
+  CHECK(reasons(empty_scene()).precision_reason == "no spheres");
+  CHECK(reasons(of_spread(0x1p17)).accelerator_reason.find("2 spheres") != std::string::npos);
 }
 
 TEST_CASE("a handful of spheres is searched in line, more through the hierarchy") {

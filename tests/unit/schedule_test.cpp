@@ -150,6 +150,25 @@ TEST_CASE("factoring gives batches of P equal chunks, each batch half of what is
   }
 }
 
+TEST_CASE("chunk_starts gives what one asker after the other takes, and ends with the total") {
+  Dice dice(6);
+  for (int i = 0; i < 1000; ++i) {
+    ChunkRequest job = random_request(dice);
+    for (const SchedulePolicy policy : {static_split, guided, factoring}) {
+      CAPTURE(name_of(policy));
+      job.remaining = dice.below(job.total + 1);  // whatever these were
+      job.step = dice.below(9);
+      std::vector<std::uint64_t> expected = {0};
+      for (const std::uint64_t chunk : chunks_of(policy, job)) {
+        expected.push_back(expected.back() + chunk);
+      }
+      const auto starts = chunk_starts(policy, job);
+      REQUIRE(starts == expected);
+      REQUIRE(starts.back() == job.total);
+    }
+  }
+}
+
 TEST_CASE("weighted gives half of the asker's share of what is left, within least and most") {
   ChunkRequest request = rows(100, 4, 1, 10);
   request.share = 0.25;

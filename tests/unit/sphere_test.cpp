@@ -8,7 +8,7 @@
 
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
-#include "tests/support/sphere_oracle.h"
+#include "tests/support/sphere_cases.h"
 
 namespace parray {
 namespace {
@@ -21,63 +21,14 @@ using test::quad_abs;
 using test::quad_length;
 using test::quad_sqrt;
 using test::QuadVec;
-using test::unit_error;
 
+/// random_case() over twelve decades of radius.
 template <typename Real>
-struct Case {
-  SphereShape<Real> sphere;
-  Ray<Real> ray;
-};
-
-/// A sphere of any size and place, and a ray from outside whose impact parameter is near `impact`.
-template <typename Real>
-Case<Real> random_case(Dice& dice, double impact, double nearest, double farthest) {
-  const double r = dice.ten_to(-6, 6);
-  const double offset = dice.one_in(4) ? 0 : dice.ten_to(-3, 6) * r;
-  const SphereShape<Real> sphere{vec_cast<Real>(offset * dice.direction()), static_cast<Real>(r)};
-  const double distance = std::pow(nearest, 1 - dice.unit()) * std::pow(farthest, dice.unit()) * r;
-  const Vec3<Real> origin =
-      vec_cast<Real>(vec_cast<double>(sphere.center) + distance * dice.direction());
-  const Vec3d to_center = vec_cast<double>(sphere.center) - vec_cast<double>(origin);
-  const Vec3d axis = normalize(to_center);
-  const double sine = std::min(impact * r / length(to_center), 1.0);
-  const Vec3d aim = std::sqrt(1 - sine * sine) * axis + sine * dice.across(axis);
-  const double sign = dice.one_in(16) ? -1 : 1;
-  return {sphere, {origin, vec_cast<Real>((sign * dice.ten_to(-6, 6)) * aim)}};
+test::SphereCase<Real> random_case(Dice& dice, double impact, double nearest, double farthest) {
+  return test::sphere_case<Real>(dice, 6, impact, nearest, farthest);
 }
 
-struct Worst {
-  double backward = 0;
-  double forward = 0;
-  double normal = 0;
-  double unit = 0;
-  double band = 0;  ///< tangency of a line that was judged wrongly
-  int hits = 0;
-  int misses = 0;
-
-  template <typename Real>
-  void look_at(const Case<Real>& c) {
-    const Exact<Real> truth(c.ray, c.sphere);
-    if (truth.distance <= truth.radius) {
-      return;  // rounding of the inputs has put the origin inside
-    }
-    Real t = 0;
-    const bool hit = enters(c.ray, c.sphere, t);
-    ++(hit ? hits : misses);
-    if (hit != truth.enters()) {
-      band = std::max(band, truth.tangency());
-    }
-    if (hit) {
-      backward = std::max(backward, truth.backward_error(t));
-    }
-    if (hit && truth.enters()) {
-      const Quad root = truth.foot - truth.half_chord;
-      const Vec3<Real> n = normal_at(c.ray, c.sphere, false);
-      forward = std::max(forward, truth.forward_error(t, root));
-      normal = std::max(normal, truth.normal_error(n, root));
-      unit = std::max(unit, unit_error(n));
-    }
-  }
+struct Worst : test::WorstEntry {
   void check() const {
     CHECK(backward <= 8);
     CHECK(forward <= 8);

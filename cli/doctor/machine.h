@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <istream>
+#include <string>
+#include <vector>
+
+#include "cli/doctor/check.h"
+#include "cli/doctor/scratch.h"
+#include "common/scene/settings.h"
+
+/// Processor, memory and disks.
+namespace parray {
+
+/// The instruction sets of this machine that kernels exist for, the plainest first.
+std::vector<Isa> instruction_sets();
+
+/// Value of the first line "KEY : VALUE" of a file such as /proc/cpuinfo; empty if there is none.
+std::string value_of(std::istream& lines, const std::string& key);
+
+Finding check_processor();
+Finding check_memory();
+
+/// Makes the directory that later checks write to.
+Finding check_temporary_directory(Scratch& scratch);
+/// Whether pictures could be written to `directory`.
+Finding check_current_directory(const std::filesystem::path& directory);
+
+/// Shared memory that a rank for every processor takes for a picture of 1200 x 800 pixels: the
+/// window, and Open MPI's own buffers.
+std::uint64_t window_bytes();
+/// Whether that fits into shared memory with `available` free bytes.
+Finding check_shared_memory(std::uint64_t available, std::uint64_t needed);
+/// The same for /dev/shm.
+Finding check_shared_memory();
+
+}  // namespace parray

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+namespace parray {
+
+/// A temporary directory that checks share; removed with everything in it.
+class Scratch {
+ public:
+  Scratch() = default;
+  ~Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  /// Makes it in the system's directory for temporary files (TMPDIR). Throws RunError.
+  void make();
+  [[nodiscard]] bool made() const { return !path_.empty(); }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace parray

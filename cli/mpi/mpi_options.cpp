@@ -1,0 +1,81 @@
+#include "cli/mpi/mpi_options.h"
+
+#include <array>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+constexpr std::array<std::string_view, 5> mode_names = {"window", "messages", "static", "openmp",
+                                                        "sequential"};
+constexpr const char* safety_group = "When something goes wrong";
+
+}  // namespace
+
+std::string_view name_of(MpiMode mode) { return mode_names[static_cast<std::size_t>(mode)]; }
+
+MpiMode mpi_mode_from(std::string_view name) {
+  for (std::size_t i = 0; i < mode_names.size(); ++i) {
+    if (mode_names[i] == name) {
+      return static_cast<MpiMode>(i);
+    }
+  }
+  throw InputError("'" + printable(std::string(name)) +
+                   "' is none of window, messages, static, openmp, sequential");
+}
+
+void MpiOptions::add_to(CLI::App& app) {
+  add_scene(app, scene);
+  output.add_to(app, true);
+  render.add_to(app);
+  const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
+                          std::uint32_t& target, const char* description) {
+    return add_whole_number(
+        app, name, least, most,
+        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
+        description);
+  };
+  constexpr std::uint32_t most_threads = 4096;
+  add_whole_number(
+      app, "--threads", 1, most_threads,
+      [this](std::uint64_t value) { threads = static_cast<std::uint32_t>(value); },
+      "Threads of each rank (default: its machine's processors, shared by the ranks there)")
+      ->group(work_group);
+  app.add_option_function<std::string>(
+         "--mode",
+         [this](const std::string& text) {
+           try {
+             mode = mpi_mode_from(text);
+           } catch (const InputError& error) {
+             throw CLI::ValidationError("--mode", error.what());
+           }
+         },
+         "How ranks share the work; window: each takes leases by itself from memory of rank 0's; "
+         "messages: rank 0 is asked for them; static: 1/P of the rows each, whatever --schedule "
+         "says; openmp and sequential: "
+         "rank 0 alone, with all its threads or with one")
+      ->type_name("window|messages|static|openmp|sequential")
+      ->take_last()
+      ->group(work_group);
+  number("--tile", 0, 4096, tile,
+         "Let threads take square tiles of N x N pixels; 0: runs of pixels along a row")
+      ->group(work_group);
+  app.add_option("--state", state,
+                 "Keep finished rows in DIR, and go on with what is there; a coordinator started "
+                 "with --state DIR goes on with it, too (default: IMAGE.state, until the picture "
+                 "is written)")
+      ->type_name("DIR")
+      ->group(safety_group);
+  number("--checkpoint", 1, 86400, checkpoint, "Keep finished rows every N seconds (default: 10)")
+      ->group(safety_group);
+  number("--patience", 1, 86400, patience,
+         "Give up when no rank has got on for N seconds (default: 60)")
+      ->group(safety_group);
+  app.add_flag("--row-seconds", row_seconds,
+               "Put the time that each row took into the report, for simulations");
+  add_quiet(app, quiet);
+}
+
+}  // namespace parray

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "cli/commands/options.h"
+
+namespace parray {
+
+/// How the ranks share the work.
+enum class MpiMode : std::uint8_t {
+  window,        ///< leases over rank 0's window, without anybody's help
+  messages,      ///< leases by messages to rank 0: the classic master and workers
+  static_split,  ///< over the window, 1/P of the rows each (the seed report, section 3.4)
+  openmp,        ///< rank 0 alone, with all its threads (section 3.3)
+  sequential     ///< rank 0 alone, with one thread (section 3.1)
+};
+std::string_view name_of(MpiMode mode);
+/// Throws InputError that lists the known names.
+MpiMode mpi_mode_from(std::string_view name);
+
+/// The command line of parray-mpi.
+struct MpiOptions {
+  std::string scene;
+  RenderOptions render;
+  OutputOptions output;
+  std::optional<std::uint32_t> threads;
+  MpiMode mode = MpiMode::window;
+  std::uint32_t tile = 0;
+  std::string state;
+  std::uint32_t patience = 60;    ///< seconds
+  std::uint32_t checkpoint = 10;  ///< seconds
+  bool row_seconds = false;
+  bool quiet = false;
+
+  void add_to(CLI::App& app);
+};
+
+}  // namespace parray

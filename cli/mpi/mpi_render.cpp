@@ -1,0 +1,335 @@
+#include "cli/mpi/mpi_render.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <thread>
+
+#include "cli/commands/rendering.h"
+#include "cli/front_door.h"
+#include "cli/interrupt.h"
+#include "cli/mpi/mpi_coordinator.h"
+#include "cli/mpi/mpi_job.h"
+#include "cli/mpi/mpi_report.h"
+#include "cli/mpi/watchdog.h"
+#include "cli/text.h"
+#include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "common/image/image.h"
+#include "common/scene/scene_bytes.h"
+#include "common/schedule/row_order.h"
+#include "common/trace/fingerprint.h"
+#include "common/trace/nonfinite.h"
+
+namespace parray {
+namespace {
+
+constexpr const char* program = "parray-mpi";
+
+/// Ends all ranks, this one at once: a rank that waits for MPI cannot be told otherwise.
+[[noreturn]] void end_all(int status) {
+  std::cerr << std::flush;
+  MPI_Abort(MPI_COMM_WORLD, status);
+  std::_Exit(status);
+}
+
+/// A rank that waits for another in vain says so and takes the others with it.
+Watchdog guard(const MpiWorld& world, const MpiOptions& options) {
+  const std::uint32_t rank = world.rank();
+  return Watchdog(seconds(options.patience), [rank] {
+    fail(program, 1,
+         "rank " + std::to_string(rank) +
+             " waits for another that does not answer. If all are there, one-sided communication "
+             "does not work here: try --mode messages");
+    std::_Exit(1);  // mpirun ends the rest
+  });
+}
+
+/// Of the processors that mpirun has left to this rank.
+std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool alone) {
+  if (options.mode == MpiMode::sequential) {
+    return 1;
+  }
+  // Alone on the machine, rank 0 has all of its processors.
+  const auto share = alone ? static_cast<std::uint32_t>(usable_cpus()) : world.threads();
+  return options.threads.value_or(share);
+}
+
+/// What every rank that takes part builds alike from the job. Making it is collective.
+struct Parts {
+  Parts(const MpiWorld& world, const MpiOptions& asked, const MpiJob& job)
+      : plan(job.settings, job.pending, job.tile),
+        layout(plan, job.alone() ? 1 : world.ranks()),
+        transport(world, job.mode, layout) {
+    options.policy = job.settings.schedule;
+    options.rank = world.rank();
+    options.threads = threads_for(world, asked, job.alone());
+    facts = gather_facts(world, options.threads, layout.ranks());
+    options.all_threads = options.threads;
+    if (!job.alone()) {
+      options.all_threads = static_cast<std::uint32_t>(world.sum(options.threads));
+    }
+  }
+
+  WorkPlan plan;
+  WindowLayout layout;
+  Transport transport;
+  WindowLeaseOptions options;
+  std::vector<RankFacts> facts;
+};
+
+void tell_of_accelerator(LeaseSource& leases, const ThreadCellTeam& team) {
+  const auto built = team.built();
+  leases.tell(WindowLayout::build, static_cast<std::uint64_t>(built.seconds * 1e9));
+  leases.tell(WindowLayout::tree_bytes, built.bytes);
+}
+
+constexpr Time for_ever = std::chrono::hours(24 * 365);
+/// How long rank 0 waits, when all is done, for ranks that may have been stopped.
+constexpr Time last_meeting = seconds(10);
+
+/// Whether rank 0 has been seen alive, asked now and then.
+class Pulse {
+ public:
+  /// Without a window (null) rank 0 answers, or the rank hangs: there is nothing to ask.
+  explicit Pulse(Window* window) : window_(window) {}
+
+  bool felt(Time now) {
+    if (window_ == nullptr) {
+      return true;
+    }
+    if (now < next_look_) {
+      return false;
+    }
+    next_look_ = now + milliseconds(250);
+    return std::exchange(last_, window_->load(WindowLayout::pulse)) != last_;
+  }
+
+ private:
+  Window* window_;
+  std::uint64_t last_ = 0;
+  Time next_look_{};
+};
+
+/// Ranks other than 0.
+int work(const MpiOptions& options, const MpiWorld& world) {
+  const auto job = broadcast_job(world, nullptr);
+  if (!job) {
+    return 0;  // rank 0 says why
+  }
+  if (job->alone()) {
+    world.meet(for_ever);  // until the work is done, and then until the picture is written
+    world.meet(for_ever);
+    return 0;
+  }
+  Watchdog dog = guard(world, options);
+  if (!world.all_of(trace_fingerprint() == job->fingerprint)) {
+    return 0;  // rank 0 says so
+  }
+  Parts parts(world, options, *job);
+  std::unique_ptr<LeaseSource> leases;
+  if (parts.transport.by_messages()) {
+    leases = std::make_unique<MessageLeases>(world.comm());
+  } else {
+    leases = std::make_unique<WindowLeases>(parts.plan, parts.layout, *parts.transport.window(),
+                                            parts.options);
+  }
+  ThreadCellTeam team(scene_from_bytes(job->scene_bytes), job->settings, parts.plan,
+                      static_cast<int>(parts.options.threads));
+  const SteadyClock clock;
+  RankWorker worker(parts.plan, *leases, team, clock);
+  Pulse pulse(parts.transport.window());
+  while (!worker.over()) {
+    if (team.busy() || pulse.felt(clock.now())) {
+      dog.pet();
+    }
+    const Time due = worker.tick(clock.now());
+    team.wait(std::max(due - clock.now(), Time(0)));
+  }
+  worker.stop();
+  worker.report();
+  tell_of_accelerator(*leases, team);
+  world.meet(for_ever);                         // the dog's patience is shorter
+  world.meet(for_ever, [&dog] { dog.pet(); });  // while rank 0 writes the picture
+  parts.transport.close();
+  return 0;
+}
+
+MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
+  check_outputs(options.output.paths(), options.scene);
+  Submission submission = load_submission(options.scene, options.render, 50);
+  check_isa(submission.settings.isa);
+  if (options.mode == MpiMode::static_split) {
+    submission.settings.schedule = SchedulePolicy::static_split;
+    submission.settings.row_order = RowOrder::sequential;
+  }
+  const bool named = !options.state.empty();
+  kept = std::make_unique<KeptJob>(
+      std::move(submission),
+      named ? options.state : options.output.paths().image.string() + ".state", named);
+  if (kept->taken_up() > 0) {
+    std::cerr << program << ": going on from " << formatted("%.1f", 100 * kept->taken_up())
+              << " % in " << kept->directory().string() << "\n";
+  }
+  MpiJob job;
+  job.settings = kept->job().record.settings;
+  const auto& pending = kept->job().work->leases.pending();
+  job.pending.assign(pending.begin(), pending.end());
+  job.mode = options.mode;
+  job.tile = options.tile;
+  job.fingerprint = trace_fingerprint();
+  job.scene_bytes = *kept->job().work->scene_bytes;
+  return job;
+}
+
+/// Leases of every rank that rank 0 takes on its behalf: its own, and all where they send messages.
+std::vector<std::unique_ptr<WindowLeases>> make_leases(Parts& parts) {
+  std::vector<std::unique_ptr<WindowLeases>> leases;
+  const std::uint32_t count = parts.transport.by_messages() ? parts.layout.ranks() : 1;
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    WindowLeaseOptions options = parts.options;
+    options.rank = rank;
+    options.threads = parts.facts[rank].threads;
+    leases.push_back(std::make_unique<WindowLeases>(parts.plan, parts.layout,
+                                                    *parts.transport.window(), options));
+  }
+  return leases;
+}
+
+/// Traces a cell again to find what is not finite; the kernel is made when the first is asked for.
+class Locator {
+ public:
+  explicit Locator(const MpiJob& job)
+      : job_(job), row_at_(make_row_order(job.settings.row_order, job.settings.height)) {}
+
+  std::vector<ExcludedSamples> operator()(const Cell& cell) {
+    if (!kernel_) {
+      kernel_ = make_kernel(scene_from_bytes(job_.scene_bytes), job_.settings);
+    }
+    return locate_nonfinite(*kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
+                            {cell.sample_begin, cell.sample_end}, cell.position);
+  }
+
+ private:
+  const MpiJob& job_;
+  std::vector<std::uint32_t> row_at_;
+  std::shared_ptr<const Kernel> kernel_;  // shared, because a std::function is copied
+};
+
+struct Rendered {
+  Picture picture;
+  bool all_answer = true;
+  std::uint64_t mismatches = 0;
+  std::unique_ptr<Parts> parts;
+};
+
+/// Rank 0, once it has a job.
+Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& kept,
+                    const MpiJob& job) {
+  Watchdog dog = guard(world, options);
+  broadcast_job(world, &job);
+  if (!job.alone() && !world.all_of(trace_fingerprint() == job.fingerprint)) {
+    throw RunError(
+        "not all ranks trace the same bits (the built-in test picture differs): run the same build "
+        "on all machines, or test their memory");
+  }
+  Rendered rendered;
+  rendered.parts = std::make_unique<Parts>(world, options, job);
+  Parts& parts = *rendered.parts;
+  if (!parts.transport.fallback_reason().empty()) {
+    std::cerr << program << ": no MPI window here (" << parts.transport.fallback_reason()
+              << "): ranks send messages instead\n";
+  }
+  auto leases = make_leases(parts);
+  ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, parts.plan,
+                      static_cast<int>(parts.options.threads));
+  MpiCoordinator coordinator(world, kept, parts.plan, parts.layout, parts.transport, leases, team,
+                             Locator(job),
+                             {.patience = seconds(options.patience),
+                              .checkpoint = seconds(options.checkpoint),
+                              .quiet = options.quiet});
+  coordinator.run([&dog] { dog.pet(); });
+  tell_of_accelerator(*leases[0], team);
+  rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)),
+                                                 [&dog] { dog.pet(); });
+  Job& done = kept.job();
+  WindowLedger& ledger = coordinator.ledger();
+  note_ranks(done, parts.facts, parts.layout, ledger);
+  done.work->isa = team.built().isa;
+  rendered.picture.image = resolve_image(done.work->framebuffer, done.work->largest_radiance);
+  nlohmann::json& report = rendered.picture.report;
+  report = make_report(done, image_sha256(rendered.picture.image), coordinator.finished());
+  report["mpi"] = mpi_report(done, parts.transport, job.mode, parts.facts, parts.layout, ledger,
+                             report.at("seconds").at("render"), options.row_seconds);
+  rendered.mismatches = ledger.tally().mismatches;
+  return rendered;
+}
+
+/// Does what all ranks depend on: when it throws, they all end.
+template <typename Action>
+auto together(Action action) {
+  decltype(action()) result{};
+  const int status = run_action(program, [&] {
+    result = action();
+    return 0;
+  });
+  if (status == interrupted_status) {
+    // mpirun is ending the others; it drops what a rank that has gone has said just before.
+    std::this_thread::sleep_for(milliseconds(300));
+    std::_Exit(status);
+  }
+  if (status != 0) {
+    end_all(status);
+  }
+  return result;
+}
+
+int finish(const MpiOptions& options, KeptJob& kept, Rendered& rendered, Time started) {
+  kept.keep_picture(rendered.picture.image, rendered.picture.report);
+  const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
+  kept.forget();
+  if (rendered.mismatches > 0) {
+    throw RunError(std::to_string(rendered.mismatches) +
+                   " cells came out with other bits when a second rank traced them: test the "
+                   "machines' memory");
+  }
+  return status;
+}
+
+/// Rank 0.
+int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
+  std::unique_ptr<KeptJob> kept;
+  MpiJob job;
+  try {
+    job = load_job(options, kept);
+  } catch (...) {
+    broadcast_job(world, nullptr);
+    throw;
+  }
+  const DeferredInterrupts deferred;
+  Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
+  const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
+  if (!rendered.all_answer || !world.meet(last_meeting)) {
+    fail(program, status, "the work is done, but not all ranks answer: ending them");
+    end_all(status);
+  }
+  rendered.parts->transport.close();
+  return status;
+}
+
+}  // namespace
+
+int mpi_render(const MpiOptions& options) {
+  const SteadyClock clock;
+  const Time started = clock.now();
+  auto world = std::make_unique<MpiWorld>();
+  const int status = world->first() ? lead(options, *world, started)
+                                    : together([&] { return work(options, *world); });
+  const Watchdog dog(seconds(options.patience), [status] {
+    std::_Exit(status);  // a rank does not come to the end: all the others have done their work
+  });
+  world.reset();
+  return status;
+}
+
+}  // namespace parray

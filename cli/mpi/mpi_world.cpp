@@ -1,0 +1,141 @@
+#include "cli/mpi/mpi_world.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "proto/mpi_window.h"
+
+namespace parray {
+namespace {
+
+/// Open MPI reads its parameters from the environment; the user's own come first.
+void set_mpi_parameters() {
+  constexpr int keep = 0;
+  // Debian's configuration switches osc/pt2pt off, the only component that serves windows across
+  // machines without special networks.
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
+  setenv("OMPI_MCA_osc", "^ucx", keep);
+}
+
+/// mpirun puts its options into the environment. "none" is what we do anyway.
+bool binding_was_asked_for() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): nothing changes the environment meanwhile
+  const char* binding = std::getenv("OMPI_MCA_hwloc_base_binding_policy");
+  const char* mapping = std::getenv("OMPI_MCA_rmaps_base_mapping_policy");
+  // NOLINTEND(concurrency-mt-unsafe)
+  return (binding != nullptr && std::string_view(binding) != "none") ||
+         (mapping != nullptr && std::string_view(mapping).find("PE=") != std::string_view::npos);
+}
+
+void allow_all_processors() {
+  cpu_set_t all;
+  CPU_ZERO(&all);
+  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    CPU_SET(cpu, &all);
+  }
+  sched_setaffinity(0, sizeof all, &all);  // the kernel keeps what the machine or container allows
+}
+
+}  // namespace
+
+MpiWorld::MpiWorld() {
+  set_mpi_parameters();
+  int provided = MPI_THREAD_SINGLE;
+  check_mpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "starting MPI");
+  if (provided < MPI_THREAD_FUNNELED) {
+    throw RunError("this MPI library cannot be used by a program that has threads");
+  }
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  rank_ = static_cast<std::uint32_t>(rank);
+  ranks_ = static_cast<std::uint32_t>(ranks);
+  if (!binding_was_asked_for()) {
+    allow_all_processors();
+  }
+  look_at_machine();
+}
+
+/// Ranks with the same set of processors share it.
+void MpiWorld::look_at_machine() {
+  MPI_Comm here = MPI_COMM_NULL;
+  check_mpi(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here),
+            "finding the ranks of this machine");
+  int ranks_here = 1;
+  MPI_Comm_size(here, &ranks_here);
+  one_machine_ = static_cast<std::uint32_t>(ranks_here) == ranks_;
+  cpu_set_t own;
+  CPU_ZERO(&own);
+  sched_getaffinity(0, sizeof own, &own);
+  std::vector<cpu_set_t> sets(static_cast<std::size_t>(ranks_here));
+  check_mpi(MPI_Allgather(&own, sizeof own, MPI_BYTE, sets.data(), sizeof own, MPI_BYTE, here),
+            "comparing processors with the ranks of this machine");
+  MPI_Comm_free(&here);
+  const auto alike = std::count_if(sets.begin(), sets.end(), [&own](const cpu_set_t& set) {
+    return std::memcmp(&set, &own, sizeof own) == 0;
+  });
+  const auto sharing = std::max<std::ptrdiff_t>(alike, 1);
+  threads_ = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(usable_cpus() / sharing, 1));
+}
+
+MpiWorld::~MpiWorld() { MPI_Finalize(); }
+
+std::string MpiWorld::broadcast(std::string text) const {
+  std::uint64_t size = text.size();
+  check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, comm()), "sending the job to all ranks");
+  text.resize(size);
+  constexpr std::size_t most = std::size_t{1} << 30;  // counts are int
+  for (std::size_t done = 0; done < size; done += most) {
+    const int count = static_cast<int>(std::min<std::size_t>(size - done, most));
+    check_mpi(MPI_Bcast(text.data() + done, count, MPI_BYTE, 0, comm()),
+              "sending the job to all ranks");
+  }
+  return text;
+}
+
+std::uint64_t MpiWorld::sum(std::uint64_t value) const {
+  check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_UINT64_T, MPI_SUM, comm()),
+            "adding up over all ranks");
+  return value;
+}
+
+bool MpiWorld::all_of(bool value) const { return sum(value ? 1 : 0) == ranks_; }
+
+bool MpiWorld::meet(Time patience, const std::function<void()>& meanwhile) const {
+  MPI_Request request = MPI_REQUEST_NULL;
+  check_mpi(MPI_Ibarrier(comm(), &request), "waiting for all ranks");
+  const SteadyClock clock;
+  const Time end = clock.now() + patience;
+  for (;;) {
+    int done = 0;
+    check_mpi(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "waiting for all ranks");
+    if (done != 0 || clock.now() >= end) {
+      return done != 0;
+    }
+    meanwhile();
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+}
+
+std::uint32_t rank_in_environment() {
+  std::uint32_t rank = 0;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
+  if (const char* text = std::getenv("OMPI_COMM_WORLD_RANK")) {
+    const std::string_view digits(text);
+    std::from_chars(digits.data(), digits.data() + digits.size(), rank);
+  }
+  return rank;
+}
+
+}  // namespace parray

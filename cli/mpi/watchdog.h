@@ -1,0 +1,62 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "proto/clock.h"
+
+namespace parray {
+
+/// Ends a program whose main thread hangs where it cannot look at the clock: in a call of MPI's
+/// that waits for a rank that will never answer.
+class Watchdog {
+ public:
+  /// `on_silence` is called, from a thread of the watchdog's, when pet() has not been called for
+  /// `patience`; it must not return.
+  Watchdog(Time patience, std::function<void()> on_silence)
+      : patience_(patience), on_silence_(std::move(on_silence)), thread_([this] { watch(); }) {}
+  ~Watchdog() {
+    {
+      const std::scoped_lock lock(mutex_);
+      quit_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+
+  void pet() {
+    const std::scoped_lock lock(mutex_);
+    petted_ = true;
+  }
+
+ private:
+  /// Counts steps instead of looking at the clock: a process that was stopped has missed one only.
+  void watch() {
+    constexpr int most_silent_steps = 8;
+    std::unique_lock lock(mutex_);
+    for (int silent = 0; !quit_; ++silent) {
+      if (std::exchange(petted_, false)) {
+        silent = 0;
+      }
+      if (silent == most_silent_steps) {
+        on_silence_();
+      }
+      changed_.wait_for(lock, patience_ / most_silent_steps, [this] { return quit_; });
+    }
+  }
+
+  const Time patience_;
+  const std::function<void()> on_silence_;
+  std::mutex mutex_;  // guards petted_ and quit_
+  std::condition_variable changed_;
+  bool petted_ = false;
+  bool quit_ = false;
+  std::thread thread_;
+};
+
+}  // namespace parray

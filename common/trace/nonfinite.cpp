@@ -1,0 +1,34 @@
+#include "common/trace/nonfinite.h"
+
+namespace parray {
+namespace {
+
+std::uint64_t nonfinite_samples(const Kernel& kernel, const PixelRun& pixel,
+                                const SampleRange& samples) {
+  PixelSums sums;
+  TraceCounts counts;
+  kernel.trace(pixel, samples, {&sums, 1}, counts);
+  return counts.nonfinite;
+}
+
+}  // namespace
+
+std::vector<ExcludedSamples> locate_nonfinite(const Kernel& kernel, const PixelRun& run,
+                                              const SampleRange& samples, std::uint32_t position) {
+  std::vector<ExcludedSamples> found;
+  for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+    const PixelRun pixel{run.y, x, x + 1};
+    const std::uint64_t count = nonfinite_samples(kernel, pixel, samples);
+    if (count == 0) {
+      continue;
+    }
+    std::uint32_t first = samples.begin;
+    while (nonfinite_samples(kernel, pixel, {first, first + 1}) == 0) {
+      ++first;
+    }
+    found.push_back({position, x, first, static_cast<std::uint32_t>(count)});
+  }
+  return found;
+}
+
+}  // namespace parray

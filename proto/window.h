@@ -1,0 +1,147 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/image/pixel_sums.h"
+#include "common/schedule/work_plan.h"
+
+namespace parray {
+
+/// Memory of the coordinator's that every rank reaches without the coordinator's help: the seam
+/// between leases over a window and MPI. Layout and use are PROTOCOL.md's, "The window".
+///
+/// Words are 64 bits, addressed by index; operations on words are atomic among themselves. What
+/// put() has written is there for the coordinator before any later operation of the same rank is.
+/// One thread.
+class Window {
+ public:
+  virtual ~Window() = default;
+  /// Adds (modulo 2^64) and returns what was there before.
+  virtual std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) = 0;
+  virtual std::uint64_t load(std::size_t word) = 0;
+  virtual void store(std::size_t word, std::uint64_t value) = 0;
+  /// Copies bytes to byte `offset`, which is a multiple of 8; not atomic.
+  virtual void put(std::size_t offset, std::span<const std::byte> bytes) = 0;
+};
+
+/// Window in the memory of this process: for one rank alone, for ranks that send messages instead,
+/// and for tests. The coordinator's own view of any window, too.
+class LocalWindow final : public Window {
+ public:
+  /// `memory` outlives the window, is aligned to 8 bytes, and zero at first.
+  explicit LocalWindow(std::span<std::byte> memory) : memory_(memory) {}
+  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override;
+  std::uint64_t load(std::size_t word) override;
+  void store(std::size_t word, std::uint64_t value) override;
+  void put(std::size_t offset, std::span<const std::byte> bytes) override;
+
+ private:
+  std::span<std::byte> memory_;
+};
+
+/// What a cell's record begins with; the sums of its pixels follow.
+struct CellHeader {
+  std::uint64_t rays = 0;
+  std::uint64_t nonfinite = 0;
+  std::uint64_t nanoseconds = 0;  ///< spent tracing: the one thing that differs between copies
+};
+
+/// Bytes of a cell's record; the last cell of a row may leave some of them unused, as zeros.
+inline std::size_t record_bytes_of(const WorkPlan& plan) {
+  return sizeof(CellHeader) + plan.cell_pixels() * sizeof(PixelSums);
+}
+
+/// Where everything lies in a window.
+class WindowLayout {
+ public:
+  // Words that all ranks share.
+  enum Word : std::size_t {
+    step = 0,      ///< chunks taken: static, guided, factoring
+    position = 1,  ///< cells handed out: weighted
+    speed = 2,     ///< of all ranks together: SpeedSum
+    tickets = 3,   ///< ranks that have found nothing left, counted each time
+    copies = 4,    ///< copies of unfinished cells that have been issued
+    log_head = 5,  ///< entries of the log that have been claimed
+    finished = 6,  ///< not 0: every cell is in, or the job is given up
+    pulse = 7,     ///< grows as long as rank 0 is alive
+    shared_words = 8
+  };
+  /// Words of a rank's own.
+  enum RankWord : std::size_t {
+    beat = 0,        ///< samples traced, and Beat flags
+    samples = 1,     ///< of completed leases
+    busy = 2,        ///< nanoseconds spent tracing
+    taking = 3,      ///< nanoseconds spent in taking leases
+    takes = 4,       ///< leases taken
+    putting = 5,     ///< nanoseconds spent in putting results
+    build = 6,       ///< nanoseconds spent building the accelerator
+    tree_bytes = 7,  ///< of the accelerator
+    rank_words = 8
+  };
+
+  WindowLayout(const WorkPlan& plan, std::uint32_t ranks);
+
+  static std::size_t rank_word(std::uint32_t rank, RankWord word) {
+    return shared_words + std::size_t{rank} * rank_words + word;
+  }
+  [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
+  [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
+  /// An entry of the log is two words: the range, then the digest of its records.
+  [[nodiscard]] std::size_t log_word(std::uint64_t entry) const { return first_log_ + 2 * entry; }
+  [[nodiscard]] std::uint64_t most_log_entries() const { return most_log_entries_; }
+  /// Byte at which a cell's record lies.
+  [[nodiscard]] std::size_t record_offset(std::uint64_t cell) const {
+    return first_record_ + cell * record_bytes_;
+  }
+  [[nodiscard]] std::size_t record_bytes() const { return record_bytes_; }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  /// Bytes at the beginning that have to be 0 at first: all but the records.
+  [[nodiscard]] std::size_t zeroed_bytes() const { return first_record_; }
+  [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
+  [[nodiscard]] std::uint64_t cells() const { return cells_; }
+
+ private:
+  std::uint32_t ranks_;
+  std::uint64_t cells_;
+  std::size_t record_bytes_;
+  std::uint64_t most_copies_;
+  std::uint64_t most_log_entries_;
+  std::size_t first_copy_;    // words
+  std::size_t first_log_;     // words
+  std::size_t first_record_;  // bytes
+  std::size_t bytes_;
+};
+
+/// A range of cells in one word; 0 is none. Up to 2^40 cells, up to 2^24 - 1 of them in a range.
+std::uint64_t to_word(const CellRange& range);
+CellRange range_from_word(std::uint64_t word);
+inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;
+
+/// Digest of a record, without the time that it took; never 0.
+std::uint64_t cell_digest(std::span<const std::byte> record);
+/// Digests of consecutive records.
+std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
+                                        std::size_t record_bytes);
+/// Digest of a range, from those of its cells.
+std::uint64_t range_digest(std::span<const std::uint64_t> cell_digests);
+
+/// Flags in a rank's beat; the rest counts samples.
+namespace beat_flags {
+inline constexpr std::uint64_t tracing = 1ULL << 63;   ///< has a lease
+inline constexpr std::uint64_t building = 1ULL << 62;  ///< makes its accelerator
+}  // namespace beat_flags
+
+/// Speeds of all ranks in one word, so that one atomic operation publishes a rank's own and reads
+/// everybody's: threads whose speed is in (upper 24 bits), thousands of samples a second (lower
+/// 40).
+struct SpeedSum {
+  std::uint64_t threads = 0;
+  std::uint64_t kilosamples = 0;
+  [[nodiscard]] std::uint64_t word() const { return (threads << 40) + kilosamples; }
+  static SpeedSum from_word(std::uint64_t word) { return {word >> 40, word & ((1ULL << 40) - 1)}; }
+};
+
+}  // namespace parray

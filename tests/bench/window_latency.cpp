@@ -1,0 +1,184 @@
+// What leases over a window cost on the links at hand, and by messages; and what a rank does
+// besides tracing. Its figures are what tests/experiments/simulate takes.
+#include <mpi.h>
+
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+#include "cli/mpi/message_leases.h"
+#include "cli/mpi/mpi_world.h"
+#include "common/image/framebuffer.h"
+#include "coordinator/window_ledger.h"
+#include "proto/mpi_window.h"
+#include "tests/bench/bench.h"
+#include "worker/task_thread.h"
+#include "worker/window_leases.h"
+
+namespace {
+
+using namespace parray;
+
+/// The picture of the report.
+RenderSettings settings_of_report() {
+  RenderSettings settings;
+  settings.precision = Precision::f64;
+  settings.row_order = RowOrder::interleaved;
+  return settings;
+}
+
+WorkPlan plan_of_report() { return {settings_of_report(), {WorkRect{0, 800, 0, 500}}}; }
+
+/// Median seconds of one operation.
+double seconds_of(std::size_t repeats, const std::function<void()>& operation) {
+  const SteadyClock clock;
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i < repeats; ++i) {
+    const Time begin = clock.now();
+    operation();
+    seconds.push_back(to_seconds(clock.now() - begin));
+  }
+  return bench::median(std::move(seconds));
+}
+
+void print(const char* what, double seconds) {
+  std::printf("%-52s %10.3f us\n", what, 1e6 * seconds);
+}
+
+/// Rank 0 while another rank measures: looks after the window as often as parray-mpi's does.
+void serve(const MpiWorld& world, const std::function<void()>& poll) {
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibarrier(world.comm(), &request);
+  for (int done = 0; done == 0;) {
+    poll();
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    std::this_thread::sleep_for(std::chrono::microseconds(50));
+  }
+}
+
+void measure_window(MpiWindow& window, std::size_t data) {
+  constexpr std::size_t repeats = 2000;
+  print("window: fetch_add", seconds_of(repeats, [&] { window.fetch_add(0, 1); }));
+  print("window: load", seconds_of(repeats, [&] { window.load(0); }));
+  print("window: store", seconds_of(repeats, [&] { window.store(1, 1); }));
+  for (const std::size_t bytes : {8UL, 1024UL, 65536UL, 1UL << 20, 1UL << 24}) {
+    const std::vector<std::byte> records(bytes);
+    const double seconds =
+        seconds_of(bytes > 65536 ? 50 : repeats / 4, [&] { window.put(data, records); });
+    std::printf("window: put of %9zu bytes %35.3f us  %8.2f GB/s\n", bytes, 1e6 * seconds,
+                1e-9 * static_cast<double>(bytes) / seconds);
+  }
+}
+
+/// With so many ranks a lease is a cell, and there are enough of them.
+WindowLeaseOptions one_cell_leases(std::uint32_t rank) {
+  return {.rank = rank, .all_threads = 1000000};
+}
+
+/// What a rank asks for and hands in.
+void measure_leases(LeaseSource& leases, const char* by, const WorkPlan& plan) {
+  const std::vector<std::byte> records(10 * record_bytes_of(plan));
+  const std::string name = by;
+  print((name + ": take of a lease").c_str(), seconds_of(1000, [&] { leases.take(1e6, false); }));
+  std::uint64_t cell = 0;
+  print((name + ": complete() of 10 cells, 2000 samples each").c_str(), seconds_of(1000, [&] {
+          leases.complete({cell, cell + 10}, records);
+          cell += 10;
+        }));
+}
+
+void measure_hand_over() {
+  TaskThread<int, int> thread([](const int& task, const std::atomic<bool>&) { return task; },
+                              [] {});
+  print("hand-over to a team's thread and back", seconds_of(2000, [&] {
+          thread.start(1);
+          while (!thread.take()) {
+            thread.wait_until_done(milliseconds(1));
+          }
+        }));
+}
+
+/// A whole picture's results, by rank 0: seconds a cell.
+void measure_ledger(const WorkPlan& plan, std::uint64_t cells_an_entry) {
+  const WindowLayout layout(plan, 1);
+  std::vector<std::uint64_t> words((layout.bytes() + 7) / 8);
+  const auto memory = std::as_writable_bytes(std::span(words));
+  LocalWindow window(memory);
+  WindowLeases leases(plan, layout, window, {});
+  Framebuffer framebuffer(settings_of_report());
+  const SteadyClock clock;
+  WindowLedger ledger(plan, layout, window, memory, framebuffer, clock.now());
+  double digests = 0;
+  for (std::uint64_t begin = 0; begin < plan.cells(); begin += cells_an_entry) {
+    const CellRange range{begin, std::min(begin + cells_an_entry, plan.cells())};
+    const auto records =
+        memory.subspan(layout.record_offset(range.begin), range.count() * layout.record_bytes());
+    const Time before = clock.now();
+    const std::uint64_t digest = range_digest(cell_digests(records, layout.record_bytes()));
+    digests += to_seconds(clock.now() - before);
+    leases.log(range, digest);
+  }
+  const auto cells = static_cast<double>(plan.cells());
+  const Time begin = clock.now();
+  while (!ledger.done()) {
+    ledger.collect(clock.now(), 4096);
+  }
+  const double seconds = to_seconds(clock.now() - begin);
+  std::printf("digests: %.2f GB/s\n",
+              1e-9 * cells * static_cast<double>(layout.record_bytes()) / digests);
+  std::printf("rank 0: results of %5llu cells: %.3f us a cell, %.0f ms a picture\n",
+              static_cast<unsigned long long>(cells_an_entry), 1e6 * seconds / cells,
+              1e3 * seconds);
+}
+
+}  // namespace
+
+int main() {
+  const MpiWorld world;
+  const WorkPlan plan = plan_of_report();
+  const WindowLayout layout(plan, world.ranks());
+  const bool measures = world.rank() + 1 == world.ranks();
+  MpiWindow window(world.comm(), layout.bytes(), layout.zeroed_bytes());
+  if (measures) {
+    bench::warn_of_assertions();
+    std::printf("%s; medians; %u ranks\n", bench::processor().c_str(), world.ranks());
+    measure_window(window, layout.record_offset(0));
+  }
+  const auto meet = [&world] { return world.meet(seconds(3600)); };
+  if (world.ranks() > 1) {
+    if (world.first()) {
+      serve(world, [&] { window.progress(); });
+    } else {
+      WindowLeases leases(plan, layout, window, one_cell_leases(world.rank()));
+      if (measures) {
+        measure_leases(leases, "window", plan);
+      }
+      serve(world, [] {});
+    }
+    if (world.first()) {
+      std::vector<std::unique_ptr<WindowLeases>> leases;
+      for (std::uint32_t rank = 0; rank < world.ranks(); ++rank) {
+        leases.push_back(
+            std::make_unique<WindowLeases>(plan, layout, window, one_cell_leases(rank)));
+      }
+      MessageServer server(world.comm(), layout, window.memory(), leases);
+      serve(world, [&] { server.poll(); });
+    } else {
+      MessageLeases leases(world.comm());
+      if (measures) {
+        measure_leases(leases, "messages", plan);
+      }
+      serve(world, [] {});
+    }
+  }
+  if (measures) {
+    measure_hand_over();
+    for (const std::uint64_t cells : {1, 30, 1000}) {
+      measure_ledger(plan, cells);
+    }
+  }
+  return meet() ? 0 : 1;
+}

@@ -1,0 +1,223 @@
+#include "tests/experiments/simulation/sim_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/schedule/row_order.h"
+
+namespace parray::simulation {
+namespace {
+
+// As in cli/mpi/mpi_coordinator.cpp, where ranks are on several machines.
+constexpr Time poll = std::chrono::microseconds(50);
+constexpr Time look_interval = milliseconds(50);
+constexpr std::uint64_t most_cells_a_turn = 4096;
+
+double doublings(std::uint32_t ranks) { return std::ceil(std::log2(std::max(ranks, 1U))); }
+
+/// What mpirun, MPI and the scene's broadcast take, alike on all ranks.
+double ready_seconds(const JobOptions& o) {
+  const double broadcast = o.start.scene_bytes / o.link.bytes_per_second + o.link.put;
+  return o.start.mpi + doublings(o.ranks) * (o.start.mpi_per_doubling + broadcast);
+}
+
+/// Tells the team when nothing is left to be leased.
+class WatchedLeases final : public LeaseSource {
+ public:
+  WatchedLeases(LeaseSource& leases, SimCellTeam& team) : leases_(leases), team_(team) {}
+  Taken take(double samples_per_second, bool idle) override {
+    const Taken taken = leases_.take(samples_per_second, idle);
+    if (taken.answer == Answer::wait) {
+      team_.note_waiting();
+    }
+    return taken;
+  }
+  void complete(const CellRange& range, std::span<const std::byte> records) override {
+    leases_.complete(range, records);
+  }
+  void tell(WindowLayout::RankWord word, std::uint64_t value) override {
+    leases_.tell(word, value);
+  }
+
+ private:
+  LeaseSource& leases_;
+  SimCellTeam& team_;
+};
+
+std::vector<Stop> stops_of(std::uint32_t rank, const std::vector<Stop>& stops) {
+  std::vector<Stop> own;
+  std::copy_if(stops.begin(), stops.end(), std::back_inserter(own),
+               [rank](const Stop& stop) { return stop.rank == rank; });
+  return own;
+}
+
+WindowLeaseOptions lease_options(const JobOptions& o, std::uint32_t rank) {
+  WindowLeaseOptions options;
+  options.policy = o.settings.schedule;
+  options.rank = rank;
+  options.threads = o.threads;
+  options.all_threads = o.threads * o.ranks;
+  return options;
+}
+
+SimCellTeam::Options team_options(const JobOptions& o, std::uint32_t rank) {
+  return {.threads = o.threads,
+          .speed = o.speeds.empty() ? 1 : o.speeds.at(rank),
+          .ready = ready_seconds(o),
+          .build = o.start.build,
+          .hand_over = o.host.hand_over};
+}
+
+}  // namespace
+
+struct SimJob::Rank {
+  Rank(SimJob& job, std::uint32_t which)
+      : number(which),
+        window(job.memory_, which, clock, job.options_.host),
+        team(job.plan_, job.costs_, job.map_, clock, stops_of(which, job.options_.stops),
+             team_options(job.options_, which)),
+        leases(job.plan_, job.layout_, window, lease_options(job.options_, which)),
+        watched(leases, team),
+        worker(job.plan_, watched, team, clock) {}
+
+  const std::uint32_t number;
+  RankClock clock;
+  SimWindow window;
+  SimCellTeam team;
+  WindowLeases leases;
+  WatchedLeases watched;
+  RankWorker worker;
+};
+
+SimJob::SimJob(const JobOptions& options)
+    : options_(options),
+      plan_(options.settings,
+            {WorkRect{0, options.settings.height, 0, options.settings.samples_per_pixel}}),
+      layout_(plan_, options.ranks),
+      words_((layout_.bytes() + 7) / 8),
+      memory_(std::as_writable_bytes(std::span(words_)), options_.link, options_.stops),
+      coordinator_window_(memory_, 0, coordinator_clock_, options_.host),
+      framebuffer_(options.settings),
+      ledger_(plan_, layout_, coordinator_window_, std::as_writable_bytes(std::span(words_)),
+              framebuffer_, Time(0)),
+      costs_(cell_costs(plan_, make_row_order(options.settings.row_order, options.settings.height),
+                        options.row_seconds, options.cell_noise, options.seed)),
+      map_{std::vector<bool>(plan_.cells()), Time(0)},
+      work_(std::accumulate(costs_.begin(), costs_.end(), 0.0)),
+      ready_(ready_seconds(options)) {
+  for (std::uint32_t rank = 0; rank < options.ranks; ++rank) {
+    ranks_.push_back(std::make_unique<Rank>(*this, rank));
+    schedule(rank, to_time(ready_));
+  }
+}
+
+SimJob::~SimJob() = default;
+
+/// When a rank that is stopped at `at` goes on.
+Time SimJob::running_again(std::uint32_t rank, Time at) const {
+  for (const Stop& stop : options_.stops) {
+    if (stop.rank == rank && stop.begin <= at && at < stop.end) {
+      at = stop.end;
+    }
+  }
+  return at;
+}
+
+void SimJob::schedule(std::uint32_t rank, Time at) {
+  at = running_again(rank, at);
+  if (at != never) {
+    events_.push({at, events_scheduled_++, rank});
+  }
+}
+
+bool SimJob::run() {
+  while (!ledger_.done() && !events_.empty() && events_.top().at < options_.give_up) {
+    const Event event = events_.top();
+    events_.pop();
+    const Time again = running_again(event.rank, event.at);
+    if (again != event.at) {
+      schedule(event.rank, again);
+      continue;
+    }
+    memory_.settle(event.at);
+    end_ = event.at;
+    turn(*ranks_[event.rank], event.at);
+  }
+  for (const auto& rank : ranks_) {
+    spent_.push_back(rank->team.finish(end_));
+  }
+  return ledger_.done();
+}
+
+/// What parray-mpi's loops do between two waits.
+void SimJob::turn(Rank& rank, Time now) {
+  rank.clock.set(now);
+  if (rank.number == 0) {
+    coordinate(rank);
+    if (ledger_.done()) {
+      end_ = rank.clock.now();
+      return;
+    }
+  }
+  const Time begin = rank.clock.now();
+  const Time due = rank.worker.tick(begin);
+  rank.team.share_core(begin, rank.clock.now(), SimCellTeam::Other::leases);
+  if (rank.worker.over()) {
+    return;
+  }
+  Time next = std::min(due, rank.team.due());
+  if (rank.number == 0) {
+    memory_.occupy(rank.clock.now());
+    next = std::min(next, rank.clock.now() + poll);
+  }
+  schedule(rank.number, std::max({next, rank.clock.now(), now + Time(1000)}));
+}
+
+/// Rank 0 takes in what has come.
+void SimJob::coordinate(Rank& rank) {
+  const Time now = rank.clock.now();
+  const WindowLedger::Tally before = ledger_.tally();
+  const std::uint64_t cells_before = ledger_.done_cells();
+  coordinator_clock_.set(now);
+  ledger_.collect(now, most_cells_a_turn);
+  const WindowLedger::Tally& after = ledger_.tally();
+  const auto entries = static_cast<double>(after.entries - before.entries);
+  const auto cells = static_cast<double>(ledger_.done_cells() - cells_before + after.duplicates -
+                                         before.duplicates);
+  coordinator_clock_.advance(entries * options_.host.collect_entry +
+                             cells * options_.host.collect_cell);
+  ledger_.issue_copies(now);
+  if (now >= next_look_) {
+    next_look_ = now + look_interval;
+    ledger_.listen(now);
+  }
+  rank.clock.set(coordinator_clock_.now());
+  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator);
+}
+
+double SimJob::cores() const {
+  double speeds = options_.ranks;
+  if (!options_.speeds.empty()) {
+    speeds = std::accumulate(options_.speeds.begin(), options_.speeds.end(), 0.0);
+  }
+  return speeds * options_.threads;
+}
+
+Spent SimJob::spent_together() const {
+  Spent sum;
+  for (std::size_t rank = 0; rank < spent_.size(); ++rank) {
+    sum += ranks_[rank]->team.speed() * spent_[rank];
+  }
+  return sum;
+}
+
+double SimJob::normalized_seconds(std::uint32_t rank) const {
+  return tally(rank).busy / (seconds() - start_seconds());
+}
+
+const RankWorker::Tally& SimJob::tally(std::uint32_t rank) const {
+  return ranks_[rank]->worker.tally();
+}
+
+}  // namespace parray::simulation

@@ -1,0 +1,201 @@
+#include "tests/experiments/simulation/sim_team.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <queue>
+#include <random>
+
+namespace parray::simulation {
+
+std::vector<double> cell_costs(const WorkPlan& plan, const std::vector<std::uint32_t>& row_at,
+                               const std::vector<double>& row_seconds, double noise,
+                               std::uint64_t seed) {
+  std::vector<double> costs(plan.cells());
+  std::vector<double> weights(row_seconds.size());
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  for (std::uint64_t i = 0; i < plan.cells(); ++i) {
+    const Cell cell = plan.cell(i);
+    costs[i] = static_cast<double>(cell.samples()) * std::exp(noise * normal(engine));
+    weights[row_at[cell.position]] += costs[i];
+  }
+  for (std::uint64_t i = 0; i < plan.cells(); ++i) {
+    const std::uint32_t row = row_at[plan.cell(i).position];
+    costs[i] *= row_seconds[row] / weights[row];
+  }
+  return costs;
+}
+
+SimCellTeam::SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs, TracedMap& map,
+                         const Clock& clock, std::vector<Stop> stops, const Options& options)
+    : plan_(plan),
+      costs_(costs),
+      map_(map),
+      clock_(clock),
+      stops_(std::move(stops)),
+      options_(options),
+      idle_since_(to_time(options.ready)) {
+  spent_.start = options_.threads * options_.ready;
+}
+
+/// The next piece goes to the thread that is free first.
+SimCellTeam::Dealt SimCellTeam::deal(const CellRange& range) const {
+  const std::uint64_t piece = plan_.piece_cells();
+  std::priority_queue<double, std::vector<double>, std::greater<>> free_at;
+  for (std::uint32_t thread = 0; thread < options_.threads; ++thread) {
+    free_at.push(0);
+  }
+  const auto cost = [this](std::uint64_t i) {
+    return costs_.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  Dealt dealt;
+  for (std::uint64_t begin = range.begin; begin < range.end; begin += piece) {
+    const double seconds =
+        std::accumulate(cost(begin), cost(std::min(begin + piece, range.end)), 0.0) /
+        options_.speed;
+    const double done = free_at.top() + seconds;
+    free_at.pop();
+    free_at.push(done);
+    dealt.length = std::max(dealt.length, done);
+    dealt.work += seconds;
+  }
+  return dealt;
+}
+
+double SimCellTeam::stopped_seconds(Time begin, Time end) const {
+  double seconds = 0;
+  for (const Stop& stop : stops_) {
+    seconds += std::max(0.0, to_seconds(std::min(end, stop.end) - std::max(begin, stop.begin)));
+  }
+  return seconds;
+}
+
+void SimCellTeam::set_due() {
+  due_ = built_at_ + to_time(dealt_.length) + for_leases_ + for_coordinator_;
+  for (const Stop& stop : stops_) {
+    if (stop.end > begun_ && stop.begin < due_) {
+      due_ = stop.end == never ? never : due_ + (stop.end - std::max(stop.begin, begun_));
+    }
+    if (due_ == never) {
+      return;
+    }
+  }
+}
+
+void SimCellTeam::start(const CellRange& range) {
+  begun_ = clock_.now();
+  gaps_.push_back({idle_since_, begun_, waiting_});
+  range_ = range;
+  dealt_ = deal(range);
+  build_ = built_ ? 0 : options_.build;
+  built_ = true;
+  built_at_ = begun_ + to_time(options_.hand_over + build_);
+  for_leases_ = for_coordinator_ = Time(0);
+  set_due();
+}
+
+void SimCellTeam::share_core(Time begin, Time end, Other what) {
+  begin = std::max(begin, begun_);
+  if (!range_ || due_ == never || begin >= std::min(end, due_)) {
+    return;
+  }
+  // With one thread the two take turns; else the threads have the other cores.
+  const double rate = options_.threads > 1 ? 1 - 1.0 / options_.threads : 0.5;
+  const double delay =
+      std::min(to_seconds(end - begin) * (1 - rate), to_seconds(due_ - begin) * (1 / rate - 1));
+  (what == Other::leases ? for_leases_ : for_coordinator_) += to_time(delay);
+  set_due();
+}
+
+std::optional<TracedCells> SimCellTeam::take() {
+  if (!range_ || clock_.now() < due_) {
+    return {};
+  }
+  const std::size_t record_bytes = record_bytes_of(plan_);
+  TracedCells traced{*range_, std::vector<std::byte>(range_->count() * record_bytes), 0};
+  const CellHeader header{1, 0, 0};  // one ray a cell: the picture shows how often it came
+  double again = 0;
+  for (std::uint64_t i = range_->begin; i < range_->end; ++i) {
+    std::memcpy(traced.records.data() + (i - range_->begin) * record_bytes, &header, sizeof header);
+    traced.samples += plan_.cell(i).samples();
+    again += map_.cells[i] ? costs_[i] / options_.speed : 0;
+    if (!map_.cells[i]) {
+      map_.cells[i] = true;
+      map_.last = std::max(map_.last, due_);
+    }
+  }
+  traced.seconds = to_seconds(due_ - built_at_);
+  const double threads = options_.threads;
+  spent_.start += threads * build_;
+  spent_.leases += threads * (options_.hand_over + to_seconds(for_leases_));
+  spent_.coordinator += threads * to_seconds(for_coordinator_);
+  spent_.useful += dealt_.work - again;
+  spent_.tail += again;
+  spent_.inner += threads * dealt_.length - dealt_.work;
+  spent_.faults += threads * stopped_seconds(begun_, due_);
+  samples_ +=
+      static_cast<std::uint64_t>(static_cast<double>(range_->count()) * plan_.cell_samples());
+  idle_since_ = due_;
+  range_.reset();
+  return traced;
+}
+
+std::uint64_t SimCellTeam::traced() const {
+  const Time now = std::min(clock_.now(), due_);
+  if (!range_ || now <= built_at_) {
+    return samples_;
+  }
+  const double cells = to_seconds(now - built_at_) / std::max(dealt_.length, 1e-9) *
+                       static_cast<double>(range_->count());
+  return samples_ + static_cast<std::uint64_t>(cells * plan_.cell_samples());
+}
+
+Spent SimCellTeam::finish(Time end) {
+  if (range_ && begun_ < end) {
+    give_up_range(end);
+  } else if (!range_) {
+    gaps_.push_back({idle_since_, end, true});
+  }
+  for (Gap gap : gaps_) {
+    gap.end = std::min(gap.end, end);  // a turn may have gone on beyond it
+    close(gap);
+  }
+  return spent_;
+}
+
+/// The range at hand was traced in vain: somebody else was faster, or this rank is dead.
+void SimCellTeam::give_up_range(Time end) {
+  const double threads = options_.threads;
+  const double length = to_seconds(end - begun_);
+  if (due_ == never) {
+    spent_.faults += threads * length;
+    return;
+  }
+  const double stopped = stopped_seconds(begun_, end);
+  const double leases = to_seconds(for_leases_);
+  const double coordinator = to_seconds(for_coordinator_);
+  spent_.faults += threads * stopped;
+  spent_.leases += threads * leases;
+  spent_.coordinator += threads * coordinator;
+  spent_.tail += threads * (length - stopped - leases - coordinator);
+}
+
+void SimCellTeam::close(const Gap& gap) {
+  const double threads = options_.threads;
+  const auto running = [this](Time begin, Time end) {
+    return std::max(0.0, to_seconds(end - begin)) - stopped_seconds(begin, end);
+  };
+  spent_.faults += threads * stopped_seconds(gap.begin, gap.end);
+  if (!gap.nothing_left) {
+    spent_.leases += threads * running(gap.begin, gap.end);
+    return;
+  }
+  const Time split = std::clamp(map_.last, gap.begin, std::max(gap.begin, gap.end));
+  spent_.imbalance += threads * running(gap.begin, split);
+  spent_.ending += threads * running(split, gap.end);
+}
+
+}  // namespace parray::simulation

@@ -1,0 +1,379 @@
+// The checks of `parray doctor`: each passes here, and each fails for the fault that it is there to
+// find.
+#include "cli/doctor/doctor_checks.h"
+
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "cli/doctor/child_process.h"
+#include "cli/doctor/floating_point.h"
+#include "cli/doctor/libraries.h"
+#include "cli/doctor/machine.h"
+#include "cli/doctor/messages.h"
+#include "cli/doctor/mpi_trial.h"
+#include "cli/doctor/scratch.h"
+#include "cli/doctor/sphere_errors.h"
+#include "cli/doctor/tracing.h"
+#include "cli/interrupt.h"
+#include "common/base/error.h"
+#include "common/math/float_mode.h"
+#include "tests/support/message_of.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryDirectory;
+
+const KernelMaker honest = kernels_of(Isa::automatic);
+
+/// Traces like another kernel, then bends what has come of it.
+class LyingKernel final : public Kernel {
+ public:
+  using Lie = std::function<void(std::span<PixelSums>, TraceCounts&)>;
+  LyingKernel(std::unique_ptr<Kernel> kernel, Lie lie)
+      : kernel_(std::move(kernel)), lie_(std::move(lie)) {}
+
+  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
+             TraceCounts& counts) const override {
+    kernel_->trace(run, samples, sums, counts);
+    if (run.y == 3) lie_(sums, counts);
+  }
+  [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
+  [[nodiscard]] std::string_view isa() const override { return kernel_->isa(); }
+
+ private:
+  std::unique_ptr<Kernel> kernel_;
+  Lie lie_;
+};
+
+/// Kernels that lie in one precision with one accelerator.
+KernelMaker lying(Precision precision, AcceleratorKind accelerator, const LyingKernel::Lie& lie) {
+  return [=](const Scene& scene, const RenderSettings& settings) -> std::unique_ptr<Kernel> {
+    auto kernel = honest(scene, settings);
+    if (settings.precision != precision || settings.accelerator != accelerator) return kernel;
+    return std::make_unique<LyingKernel>(std::move(kernel), lie);
+  };
+}
+
+void lose_a_little_light(std::span<PixelSums> sums, TraceCounts& /*counts*/) { --sums[1].sum[2]; }
+void leak_a_little_light(std::span<PixelSums> sums, TraceCounts& /*counts*/) { ++sums[1].sum[0]; }
+void take_one_more_ray(std::span<PixelSums> /*sums*/, TraceCounts& counts) { ++counts.rays; }
+
+fs::path script(const fs::path& directory, const std::string& name, const std::string& lines) {
+  fs::path file = directory / name;
+  std::ofstream(file) << "#!/bin/sh\n" << lines << "\n";
+  chmod(file.c_str(), 0755);
+  return file;
+}
+
+/// Whether the process whose number a file holds is gone, or only waits for its parent to notice.
+bool gone(const fs::path& file) {
+  int pid = 0;
+  std::ifstream(file) >> pid;
+  REQUIRE(pid > 1);
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  std::string word;
+  for (int i = 0; i < 3; ++i) {
+    stat >> word;
+  }
+  return !stat || word == "Z";
+}
+
+}  // namespace
+
+TEST_CASE("a check that throws is a failure under its name, but an interrupt passes through") {
+  const Finding found = run({"disk", []() -> Finding { throw RunError("no space"); }});
+  CHECK(found.name == "disk");
+  CHECK(found.status == CheckStatus::failed);
+  CHECK(found.detail == "no space");
+  CHECK_FALSE(found.remedy.empty());
+  CHECK_THROWS_AS(run({"disk", []() -> Finding { throw Interrupted(); }}), Interrupted);
+}
+
+TEST_CASE("a float mode other than IEEE 754's is a warning that says what is odd") {
+  const auto of = [](unsigned control) {
+    return check_float_mode(std::array{0x1F80U, control, 0x1F80U});
+  };
+  CHECK(of(0x1F80).status == CheckStatus::ok);
+  CHECK(of(0x1FBF).status == CheckStatus::ok);  // exceptions that have happened
+  for (const auto& [control, word] :
+       {std::pair{0x9F80U, "results"}, std::pair{0x1FC0U, "operands"},
+        std::pair{0x3F80U, "rounding"}, std::pair{0x7F80U, "rounding"},
+        std::pair{0x1F00U, "exceptions"}}) {
+    CHECK(of(control).status == CheckStatus::warning);
+    CHECK(of(control).detail.find(word) != std::string::npos);
+    CHECK(of(control).detail.find("1 of 3 threads") != std::string::npos);
+  }
+}
+
+#if defined(__x86_64__)
+TEST_CASE("a fast mode of this very thread is seen, and rounding is right in spite of it") {
+  const FloatMode restored;
+  _mm_setcsr(0x9FC0);
+  CHECK(check_float_mode().status == CheckStatus::warning);
+  CHECK(check_rounding().status == CheckStatus::ok);
+}
+#endif
+
+TEST_CASE("hard cases of rounding are right here, and one wrong bit is a failure") {
+  CHECK(check_rounding().status == CheckStatus::ok);
+  auto singles = single_cases;
+  singles[7].result ^= 1;
+  CHECK(check_rounding(singles, double_cases).status == CheckStatus::failed);
+  auto doubles = double_cases;
+  doubles.back().result ^= 1;
+  CHECK(check_rounding(single_cases, doubles).status == CheckStatus::failed);
+}
+
+TEST_CASE("every instruction set of this machine passes every check of tracing") {
+  for (const Isa isa : instruction_sets()) {
+    const KernelMaker make = kernels_of(isa);
+    for (const Finding& found :
+         {check_picture(make), check_furnaces(make), check_self_hits(make), check_scaling(make)}) {
+      CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
+    }
+  }
+}
+
+TEST_CASE("another fingerprint than the pinned one is a failure") {
+  const Finding found = check_picture(honest, std::string(64, '0'));
+  CHECK(found.status == CheckStatus::failed);
+  CHECK(found.detail.find(pinned_fingerprint.substr(0, 16)) != std::string::npos);
+}
+
+TEST_CASE(
+    "a kernel that is wrong by one unit in one precision and accelerator is found and named") {
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    for (const AcceleratorKind kind : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+      const std::string name = std::string(name_of(precision)) + " " + std::string(name_of(kind));
+      const KernelMaker dark = lying(precision, kind, lose_a_little_light);
+      CHECK(check_picture(dark).status == CheckStatus::failed);
+      for (const Finding& found :
+           {check_furnaces(dark), check_furnaces(lying(precision, kind, leak_a_little_light)),
+            check_self_hits(dark), check_self_hits(lying(precision, kind, take_one_more_ray)),
+            check_scaling(dark)}) {
+        CHECK(found.status == CheckStatus::failed);
+        CHECK_MESSAGE(found.detail.find(name) != std::string::npos, found.detail);
+      }
+    }
+  }
+}
+
+TEST_CASE("samples that are not finite fail the furnaces") {
+  const auto lose = [](std::span<PixelSums>, TraceCounts& counts) { ++counts.nonfinite; };
+  CHECK(check_furnaces(lying(Precision::f64, AcceleratorKind::bvh, lose)).status ==
+        CheckStatus::failed);
+}
+
+TEST_CASE("threads make the same picture, and one that lies once is found") {
+  CHECK(check_threads(honest, 3).status == CheckStatus::ok);
+  std::atomic<int> pieces = 0;
+  const KernelMaker once = [&](const Scene& scene, const RenderSettings& settings) {
+    return std::make_unique<LyingKernel>(honest(scene, settings),
+                                         [&](std::span<PixelSums> sums, TraceCounts&) {
+                                           sums[0].sum[0] += pieces++ == 1 ? 1U << 20 : 0;
+                                         });
+  };
+  CHECK(check_threads(once, 2).status == CheckStatus::failed);
+}
+
+TEST_CASE("one other picture in a hundred is found") {
+  std::atomic<int> calls = 0;
+  const auto picture = [&] { return std::string(calls++ == 17 ? "other" : "same"); };
+  CHECK(check_repetition(picture, 50, 2).status == CheckStatus::failed);
+  CHECK(check_repetition(picture, 50, 2).status == CheckStatus::ok);
+  calls = -1000;
+  const auto broken = [&]() -> std::string {
+    return calls++ == -990 ? throw std::runtime_error("out of memory") : "same";
+  };
+  CHECK_THROWS_AS(check_repetition(broken, 50, 2), RunError);
+}
+
+TEST_CASE("the error of a hit is the distance of its point from the surface in ulp(S)") {
+  const SphereShape<float> unit{{0, 0, 0}, 1};
+  const Ray<float> ray({-2, 0, 0}, {1, 0, 0});
+  const auto error = [&](float t) { return backward_error<double, float>(ray, unit, t); };
+  CHECK(error(1) == 0);
+  CHECK(error(1 + 0x1p-19F) == 8);  // 16 ulp of 1, at S = 2
+  CHECK(error(1 - 0x1p-19F) == 8);
+  CHECK(std::isnan(error(std::numeric_limits<float>::quiet_NaN())));
+}
+
+TEST_CASE("hits keep their bounds, and errors beyond them, or none at all, are failures") {
+  const HitErrors worst = worst_hit_errors(20'000);
+  CHECK(check_hit_errors(worst).status == CheckStatus::ok);
+  CHECK(worst.hits > 40'000);
+  CHECK(worst.f32 > 0.1);  // the oracle does look
+  CHECK(worst.f64 > 0.1);
+  CHECK(worst.mixed > 0);
+  const auto status = [](const HitErrors& errors) { return check_hit_errors(errors).status; };
+  CHECK(status({8, 2, 8, 1}) == CheckStatus::ok);
+  CHECK(status({8.1, 2, 8, 1}) == CheckStatus::failed);
+  CHECK(status({8, 2.1, 8, 1}) == CheckStatus::failed);
+  CHECK(status({8, 2, 8.1, 1}) == CheckStatus::failed);
+  CHECK(status({std::nan(""), 2, 8, 1}) == CheckStatus::failed);
+  CHECK(status({0, 0, 0, 0}) == CheckStatus::failed);
+}
+
+TEST_CASE("messages pass over loopback") {
+  const Finding found = check_messages(seconds(10));
+  CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
+}
+
+TEST_CASE("keys let the known client in alone; an authenticator that does otherwise is found") {
+  CHECK(check_keys(seconds(10)).status == CheckStatus::ok);
+  const Finding open = check_keys(milliseconds(500), KeyTrial::accepts_anybody);
+  CHECK(open.status == CheckStatus::failed);
+  CHECK(open.detail == "a client whose key is not known was let in");
+  const Finding closed = check_keys(milliseconds(500), KeyTrial::refuses_everybody);
+  CHECK(closed.status == CheckStatus::failed);
+  CHECK(closed.detail == "a client whose key is known was not let in");
+}
+
+TEST_CASE("a value is found under its key, the first of several") {
+  std::istringstream lines("processor\t: 0\nmodel name\t: A : B \nmodel name: C\nodd line\n");
+  CHECK(value_of(lines, "model name") == "A : B");
+  std::istringstream none("model\t: 1\n");
+  CHECK(value_of(none, "model name").empty());
+}
+
+TEST_CASE("a container's small shared memory is a warning with a remedy") {
+  const std::uint64_t needed = window_bytes();
+  CHECK(needed > 64 << 20);
+  const Finding small = check_shared_memory(64 << 20, needed);
+  CHECK(small.status == CheckStatus::warning);
+  CHECK(small.remedy.find("--shm-size") != std::string::npos);
+  CHECK(check_shared_memory(needed, needed).status == CheckStatus::ok);
+}
+
+TEST_CASE("pictures and state come back from a directory, and one that is not there is a failure") {
+  const TemporaryDirectory directory;
+  CHECK(check_pictures(directory.path()).status == CheckStatus::ok);
+  CHECK(check_state(directory.path()).status == CheckStatus::ok);
+  const fs::path nowhere = directory.path() / "a" / "b";
+  CHECK(run({"pictures", [&] { return check_pictures(nowhere); }}).status == CheckStatus::failed);
+  std::ofstream(directory.path() / "file");
+  CHECK(run({"state", [&] { return check_state(directory.path() / "file"); }}).status ==
+        CheckStatus::failed);
+  CHECK(check_current_directory(directory.path()).status == CheckStatus::ok);
+  CHECK(check_current_directory(nowhere).status == CheckStatus::warning);
+}
+
+TEST_CASE("the scratch directory goes with everything in it") {
+  fs::path path;
+  {
+    Scratch scratch;
+    CHECK_FALSE(scratch.made());
+    CHECK(check_temporary_directory(scratch).status == CheckStatus::ok);
+    path = scratch.path();
+    CHECK(fs::is_empty(path));
+    std::ofstream(path / "file") << "text";
+  }
+  CHECK_FALSE(fs::exists(path));
+}
+
+TEST_CASE("a program is the first executable file of its name in PATH") {
+  const TemporaryDirectory directory;
+  for (const char* name : {"a", "b", "c"}) {
+    fs::create_directory(directory.path() / name);
+  }
+  std::ofstream(directory.path() / "a" / "mpirun") << "not executable";
+  const fs::path second = script(directory.path() / "b", "mpirun", "exit 0");
+  script(directory.path() / "c", "mpirun", "exit 0");
+  const std::string root = directory.path().string();
+  CHECK(find_program("mpirun", root + "/a:" + root + "/b:" + root + "/c") == second);
+  CHECK_FALSE(find_program("mpirun", root + "/a:" + root));
+  CHECK_FALSE(find_program("mpirun", ""));
+}
+
+TEST_CASE("a child's output, variables and end are what they were") {
+  const TemporaryDirectory directory;
+  const fs::path log = directory.path() / "log";
+  const auto end_of = [&](const std::string& lines) {
+    const fs::path file = script(directory.path(), "child", lines);
+    return run_child({file.string(), "an argument"}, {"PARRAY_TRIAL=1=2", "HOME=/elsewhere"}, log,
+                     seconds(60));
+  };
+  CHECK(end_of("echo \"$1 $PARRAY_TRIAL $HOME\"; echo error >&2; cat; exit 3").status == 3);
+  std::ifstream text(log);
+  std::string line;
+  CHECK(std::getline(text, line));
+  CHECK(line == "an argument 1=2 /elsewhere");
+  CHECK(std::getline(text, line));
+  CHECK(line == "error");
+  CHECK(end_of("kill -9 $$").status == 128 + 9);
+  CHECK_THROWS_AS(run_child({"/nonexistent"}, {}, log, seconds(1)), RunError);
+}
+
+TEST_CASE("a child that does not end is ended with its own children") {
+  const TemporaryDirectory directory;
+  const std::string file = (directory.path() / "pid").string();
+  const fs::path child =
+      script(directory.path(), "child",
+             "sleep 1000 &\necho $! > " + file + ".new\nmv " + file + ".new " + file + "\nwait");
+  const ChildEnd end =
+      run_child({child.string()}, {}, directory.path() / "log", milliseconds(1000));
+  CHECK(end.timed_out);
+  CHECK(gone(file));
+}
+
+TEST_CASE("mpirun is skipped where it is missing, and judged by what it makes where it is not") {
+  const TemporaryDirectory directory;
+  const fs::path& here = directory.path();
+  MpiTrial trial;
+  trial.parray_mpi = script(here, "parray-mpi", "exit 0");
+  trial.directory = here;
+  trial.image_sha256 = "0123456789abcdef0123";
+  CHECK(check_mpi_trial(trial).status == CheckStatus::skipped);
+  CHECK(check_mpi_trial(trial).remedy.find("openmpi-bin") != std::string::npos);
+
+  const auto with = [&](const std::string& lines) {
+    trial.mpirun = script(here, "mpirun", lines);
+    return check_mpi_trial(trial);
+  };
+  const auto report = [](const std::string& sha, const std::string& transport, int ranks) {
+    std::string list = "{}";
+    for (int i = 1; i < ranks; ++i) {
+      list += ", {}";
+    }
+    return "test \"$5\" = " + sha + " || cat > \"$9\" <<END\n{\"image_sha256\": \"" + sha +
+           R"(", "mpi": {"transport": ")" + transport + R"(", "ranks": [)" + list + "]}}\nEND";
+  };
+  CHECK(with(report(trial.image_sha256, "window", 2)).status == CheckStatus::ok);
+  CHECK(with(report(trial.image_sha256, "messages", 2)).status == CheckStatus::warning);
+  CHECK(with(report(trial.image_sha256, "memory", 1)).status == CheckStatus::failed);
+  CHECK(with(report("another", "window", 2)).status == CheckStatus::failed);
+  const Finding refused = with("echo ----; echo; echo 'no slots left' >&2; exit 5");
+  CHECK(refused.status == CheckStatus::failed);
+  CHECK(refused.detail.find("status 5: no slots left") != std::string::npos);
+  trial.limit = milliseconds(300);
+  const Finding stuck = with("echo waiting; exec sleep 1000");
+  CHECK(stuck.status == CheckStatus::failed);
+  CHECK(stuck.detail.find("did not end") != std::string::npos);
+
+  trial.parray_mpi = here / "nowhere";
+  CHECK(check_mpi_trial(trial).status == CheckStatus::skipped);
+}
+
+TEST_CASE("the checks have names of their own") {
+  std::set<std::string> names;
+  for (const Check& check : doctor_checks()) {
+    CHECK(names.insert(check.name).second);
+  }
+  CHECK(names.size() >= 20);
+}
+
+}  // namespace parray

@@ -1,0 +1,134 @@
+"""An mpirun of parray-mpi as real processes, for tests: everything that it started is ended when the
+test is over, by process id."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+
+from farm import BIN, wait_for
+
+ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+
+
+def why_not():
+    """Why parray-mpi cannot be tested here; empty if it can."""
+    if not shutil.which("mpirun"):
+        return "mpirun is missing"
+    return "" if (BIN / "parray-mpi").exists() else "parray-mpi is not built"
+
+
+def processes_of_session(session):
+    """Process ids, with their parents, states and names."""
+    found = {}
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            name, fields = re.match(r"\d+ \((.*)\) (.*)", (entry / "stat").read_text(),
+                                    re.DOTALL).groups()
+        except OSError:  # it has just ended
+            continue
+        state, parent, _, own_session = fields.split()[:4]
+        if int(own_session) == session and state != "Z":
+            found[int(entry.name)] = (int(parent), state, name)
+    return found
+
+
+class MpiRun:
+    """with MpiRun(2, scene, *options) as run: ... One mpirun, in a session of its own."""
+
+    def __init__(self, ranks, *options, mpirun=(), env=None):
+        """`ranks` None: parray-mpi without mpirun."""
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="parray-test-"))
+        self.picture = self.directory / "a.exr"
+        options = list(options)
+        if "-o" not in options:
+            options += ["-o", self.picture, "--report", self.directory / "a.json"]
+        self.log = self.directory / "log"
+        launcher = ["mpirun", "-n", str(ranks), "--oversubscribe", *mpirun] if ranks else []
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen(
+                [*launcher, BIN / "parray-mpi", *map(str, options)],
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+                env={**ENVIRONMENT, **(env or {})}, start_new_session=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self._end_all()
+        finally:
+            self.process.wait()
+            shutil.rmtree(self.directory)
+
+    def _end_all(self):
+        def gone():
+            left = processes_of_session(self.process.pid)
+            for pid in left:
+                for number in (signal.SIGCONT, signal.SIGKILL):
+                    try:
+                        os.kill(pid, number)
+                    except ProcessLookupError:
+                        pass
+            self.process.poll()
+            return not left
+
+        wait_for(gone, "everything to end", timeout=30)
+
+    def rank_pid(self, rank):
+        """The process id of a rank, once it runs."""
+        def find():
+            for pid, (_, _, name) in processes_of_session(self.process.pid).items():
+                try:
+                    environment = pathlib.Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+                except OSError:
+                    continue
+                if (name.startswith("parray-mpi") and
+                        f"OMPI_COMM_WORLD_RANK={rank}".encode() in environment):
+                    return pid
+            return None
+
+        return wait_for(find, f"rank {rank}")
+
+    def ranks(self):
+        return [pid for pid, (_, _, name) in processes_of_session(self.process.pid).items()
+                if name.startswith("parray-mpi")]
+
+    def wait(self, timeout=120):
+        """The exit status; no rank is left then."""
+        self.process.wait(timeout)
+        wait_for(lambda: not self.ranks(), "the ranks to end", timeout=10)
+        return self.process.returncode
+
+    def text(self):
+        return self.log.read_text()
+
+    def lines(self):
+        """What parray-mpi itself has said, without what Open MPI says about it."""
+        return [line for line in self.text().splitlines() if line.startswith("parray-mpi: ")]
+
+    def report(self):
+        return json.loads((self.directory / "a.json").read_text())
+
+    def finish(self, timeout=120):
+        """The report of a job that succeeds."""
+        status = self.wait(timeout)
+        assert status == 0, f"exit status {status}: {self.text()}"
+        return self.report()
+
+
+def kept_bytes(state):
+    """How much has been kept in a state, of whichever job."""
+    sizes = [0]
+    for path in state.glob("parray.sqlite*"):
+        try:
+            sizes.append(path.stat().st_size)
+        except FileNotFoundError:
+            pass
+    return sum(sizes)

@@ -1,0 +1,239 @@
+#!/usr/bin/env python3
+"""parray-mpi as real ranks of real mpiruns: however many, however they share the work and whatever
+ends in the middle, the picture's bits are those of `parray render`."""
+
+import itertools
+import json
+import os
+import pathlib
+import signal
+import tempfile
+import time
+import unittest
+
+from farm import SCENES, Farm, run, wait_for
+from mpi import MpiRun, kept_bytes, why_not
+
+SCENE = SCENES / "one-weekend-484.json"
+RANKS = range(1, 7)
+POLICIES = ("static", "guided", "factoring", "weighted")
+THREADS = (1, 2)
+
+
+def size(width, height, spp):
+    return ["--width", width, "--height", height, "--spp", spp]
+
+
+SIZE = size(100, 75, 40)
+LONG_CORE_SECONDS = 9  # long enough to be interrupted
+NO_WINDOW = ("--mca", "osc", "^rdma,sm,pt2pt,ucx,monitoring,portals4")
+SAFE = ["--checkpoint", 1, "--threads", 1]
+
+
+def render_report(*options):
+    with tempfile.TemporaryDirectory() as directory:
+        result = run("render", SCENE, "-o", f"{directory}/a.exr", "--report", f"{directory}/a.json",
+                     *options)
+        assert result.returncode == 0, result.stderr
+        return json.loads(pathlib.Path(directory, "a.json").read_text())
+
+
+def wait_for_rows(state, run, more_than=200_000):
+    """Until some rows are kept, in the middle of the job."""
+    def kept():
+        assert run.process.poll() is None, "the job was over too early: " + run.text()
+        return kept_bytes(state) > more_than
+
+    wait_for(kept, "the first rows to be kept")
+
+
+@unittest.skipIf(why_not(), why_not())
+class MpiTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.expected = render_report(*SIZE, "--threads", 1)
+        speed = cls.expected["samples_per_second"]
+        cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * speed / (200 * 150))))
+        cls.expected_long = render_report(*cls.long)
+
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.state = pathlib.Path(directory.name) / "state"
+
+    def check(self, report, expected):
+        for field in ("image_sha256", "samples", "rays"):
+            self.assertEqual(report[field], expected[field], field)
+
+    def check_job(self, ranks, *options, **more):
+        with MpiRun(ranks, SCENE, *SIZE, *options, **more) as job:
+            report = job.finish()
+            self.check(report, self.expected)
+            self.assertIn(self.expected["image_sha256"][:16], job.text())
+            return report, job.text()
+
+    def long_job(self, ranks, *options):
+        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options)
+
+    def check_goes_on(self, ranks):
+        with self.long_job(ranks) as job:
+            report = job.finish()
+            self.check(report, self.expected_long)
+            self.assertRegex(job.text(), r"parray-mpi: going on from [0-9.]+ % in ")
+
+    def check_ranks(self, report, ranks, threads):
+        """What the report says about the ranks adds up."""
+        entries = report["mpi"]["ranks"]
+        self.assertEqual([entry["threads"] for entry in entries], [threads] * ranks)
+        self.assertEqual(sum(entry["leases"] for entry in entries), report["mpi"]["leases"])
+        self.assertGreaterEqual(sum(entry["samples"] for entry in entries), report["samples"])
+        self.assertEqual(report["mpi"]["mismatched_cells"], 0)
+        self.assertEqual(report["mpi"]["corrupt_results"], 0)
+
+    def test_one_hash_for_every_number_of_ranks_and_every_policy(self):
+        for number, (ranks, policy) in enumerate(itertools.product(RANKS, POLICIES)):
+            threads = THREADS[(number + ranks) % 2]  # every pair of the three, not every triple
+            with self.subTest(ranks=ranks, policy=policy, threads=threads):
+                report, _ = self.check_job(ranks, "--schedule", policy, "--threads", threads)
+                self.check_ranks(report, ranks, threads)
+                self.assertEqual(report["mpi"]["transport"], "memory" if ranks == 1 else "window")
+
+    def test_one_hash_for_every_mode(self):
+        transports = {"window": "window", "messages": "messages", "static": "window",
+                      "openmp": "memory", "sequential": "memory"}
+        for mode, transport in transports.items():
+            with self.subTest(mode=mode):
+                report, _ = self.check_job(3, "--mode", mode, "--threads", 2)
+                self.assertEqual(report["mpi"]["mode"], mode)
+                self.assertEqual(report["mpi"]["transport"], transport)
+                self.assertEqual(len(report["mpi"]["ranks"]), 1 if transport == "memory" else 3)
+
+    def test_tiles_do_not_change_the_picture(self):
+        for mode in ("window", "messages"):
+            self.check_job(2, "--tile", 16, "--mode", mode, "--threads", 2)
+
+    def test_without_windows_ranks_send_messages_and_say_so(self):
+        report, text = self.check_job(3, mpirun=NO_WINDOW)
+        self.assertEqual(report["mpi"]["transport"], "messages")
+        self.assertRegex(text, "parray-mpi: no MPI window here .*: ranks send messages instead")
+
+    def test_without_mpirun_it_renders_alone(self):
+        self.check_job(None)
+
+    def test_nothing_is_left_behind_by_a_job_that_succeeds(self):
+        with MpiRun(2, SCENE, *SIZE) as job:
+            job.finish()
+            self.assertEqual(sorted(path.name for path in job.directory.iterdir()),
+                             ["a.exr", "a.json", "log"])
+
+    def test_a_rank_killed_in_mid_job_ends_it_and_another_number_of_ranks_goes_on(self):
+        with self.long_job(3) as job:
+            wait_for_rows(self.state, job)
+            os.kill(job.rank_pid(1), signal.SIGKILL)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertRegex(job.text(), "rank 1 .*Killed")
+            self.assertRegex(job.text(), "parray-mpi: interrupted.* % is kept in ")
+            self.assertFalse(job.picture.exists())
+        self.check_goes_on(2)
+
+    def test_a_farm_goes_on_with_what_a_killed_rank_0_has_kept(self):
+        with self.long_job(2) as job:
+            wait_for_rows(self.state, job)
+            os.kill(job.rank_pid(0), signal.SIGKILL)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertRegex(job.text(), "rank 0 .*Killed")
+        with Farm("--state", self.state) as farm:
+            self.assertGreater(farm.job(1)["progress"], 0)
+            self.assertLess(farm.job(1)["progress"], 1)
+            farm.start_worker("w1", threads=2)
+            self.check(farm.finish(1), self.expected_long)
+
+    def test_ranks_go_on_with_what_a_killed_coordinator_has_kept(self):
+        with Farm("--state", self.state) as farm:
+            farm.start_worker("w1", threads=2)
+            number = farm.submit(SCENE, *self.long)
+            wait_for(lambda: farm.job(number)["progress"] > 0.2, "some progress")
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+        self.check_goes_on(3)
+
+    def test_a_picture_of_ranks_can_be_fetched_from_a_farm(self):
+        with MpiRun(2, SCENE, *SIZE, "--state", self.state) as job:
+            self.check(job.finish(), self.expected)
+        with Farm("--state", self.state) as farm:
+            self.check(farm.fetch(1), self.expected)
+
+    def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
+        with self.long_job(3, "--patience", 5) as job:
+            wait_for_rows(self.state, job)
+            os.kill(job.rank_pid(1), signal.SIGSTOP)
+            report = job.finish()
+            self.check(report, self.expected_long)
+            self.assertIn("parray-mpi: the work is done, but not all ranks answer", job.text())
+
+    def test_a_rank_that_is_stopped_for_a_while_changes_nothing(self):
+        with self.long_job(3) as job:
+            wait_for_rows(self.state, job)
+            stopped = job.rank_pid(2)
+            os.kill(stopped, signal.SIGSTOP)
+            time.sleep(1)  # how long does not matter
+            os.kill(stopped, signal.SIGCONT)
+            self.check(job.finish(), self.expected_long)
+
+    def check_silent_coordinator(self, mode):
+        with self.long_job(2, "--patience", 3, "--mode", mode) as job:
+            wait_for_rows(self.state, job)
+            os.kill(job.rank_pid(0), signal.SIGSTOP)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertRegex(job.text(), "parray-mpi: rank 1 waits for another that does not answer")
+        self.check_goes_on(1)
+
+    def test_ranks_whose_coordinator_is_silent_end_the_job(self):
+        self.check_silent_coordinator("window")
+
+    def test_ranks_whose_coordinator_does_not_answer_messages_end_the_job(self):
+        self.check_silent_coordinator("messages")
+
+    def test_an_interrupted_mpirun_leaves_no_rank_and_what_is_finished(self):
+        with self.long_job(2) as job:
+            wait_for_rows(self.state, job)
+            job.process.send_signal(signal.SIGINT)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertFalse(job.picture.exists())
+        self.check_goes_on(3)
+
+    def test_bad_input_is_refused_in_one_line_by_one_rank(self):
+        cases = {"no-such-scene.json": ["no-such-scene.json"],
+                 "--no-such-option": [SCENE, "--no-such-option"],
+                 "0": [SCENE, "--threads", 0],
+                 "none of window": [SCENE, "--mode", "magic"],
+                 "no-such-folder": [SCENE, *SIZE, "-o", "/no-such-folder/a.exr"]}
+        for wanted, options in cases.items():
+            with self.subTest(options=options):
+                with MpiRun(3, *options) as job:
+                    self.assertEqual(job.wait(), 2, job.text())
+                    self.assertEqual(len(job.lines()), 1, job.text())
+                    self.assertIn(wanted, job.lines()[0])
+                    self.assertEqual(kept_bytes(self.state), 0)
+
+
+@unittest.skipIf(why_not(), why_not())
+class Sweep(unittest.TestCase):
+    """Every number of ranks x every policy x every number of threads: only when asked for."""
+
+    def test_every_combination_gives_one_hash(self):
+        expected = render_report(*SIZE)["image_sha256"]
+        for ranks, policy, threads in itertools.product(RANKS, POLICIES, THREADS):
+            for mode in ("window", "messages"):
+                with self.subTest(ranks=ranks, policy=policy, threads=threads, mode=mode):
+                    with MpiRun(ranks, SCENE, *SIZE, "--schedule", policy, "--threads", threads,
+                                "--mode", mode) as job:
+                        self.assertEqual(job.finish()["image_sha256"], expected)
+
+
+def load_tests(loader, _, __):
+    return loader.loadTestsFromTestCase(MpiTest)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+/// How the suite of numerical extremes counts and reports.
+namespace parray::test {
+
+inline std::uint64_t environment_number(const char* name, std::uint64_t otherwise) {
+  const char* const text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+/// Number of trials: `usual`, times PARRAY_EXTREMES_DEEP.
+inline std::uint64_t trials(std::uint64_t usual) {
+  return usual * environment_number("PARRAY_EXTREMES_DEEP", 1);
+}
+
+/// `seed` of this run: PARRAY_EXTREMES_SEED gives other random cases.
+inline std::uint64_t seeded(std::uint64_t seed) {
+  return seed + 1'000'003 * environment_number("PARRAY_EXTREMES_SEED", 0);
+}
+
+/// Checks that the worst value found is within its tolerance, and writes both to the table that
+/// PARRAY_EXTREMES_TABLE names (see tests/extremes/table).
+inline void within(int row, const std::string& what, double worst, double tolerance) {
+  CAPTURE(what);
+  CHECK(worst <= tolerance);                                       // false for NaN
+  const char* const table = std::getenv("PARRAY_EXTREMES_TABLE");  // NOLINT(concurrency-mt-unsafe)
+  if (table != nullptr) {
+    std::ofstream(table, std::ios::app)
+        << row << '\t' << what << '\t' << worst << '\t' << tolerance << '\n';
+  }
+}
+
+}  // namespace parray::test

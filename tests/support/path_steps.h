@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/trace/linear.h"
+#include "common/trace/path.h"
+#include "tests/support/quad.h"
+#include "tests/support/reference_tracer.h"
+
+/// One path, step by step, through the tracer's own templates.
+namespace parray::test {
+
+/// The scene on 113 bits: its own spheres, which nothing has rounded but the subtraction of the
+/// origin, in double precision as every kernel has it.
+inline TraceScene<Quad> exact_scene(const Scene& scene, const RenderSettings& settings) {
+  TraceScene<Quad> result = reference_scene<Quad, double>(scene, settings);
+  const Vec3d origin = scene_origin(scene);
+  for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
+    const Sphere& sphere = scene.spheres[i];
+    result.spheres[i] = {exact(sphere.center - origin), Quad(sphere.radius)};
+  }
+  return result;
+}
+
+/// What a path did at one surface.
+struct Step {
+  std::uint32_t sphere = no_sphere;
+  bool leaving = false;
+  Event event = Event::absorbed;
+
+  friend bool operator==(const Step&, const Step&) = default;
+};
+
+/// Follows one path for at most scene.max_depth segments. `look(ray, hit, scattering)` sees every
+/// surface that it meets. True: it reached the sky, and `ray` is the ray that did.
+template <typename Real, typename Look>
+bool follow(const TraceScene<Real>& scene, const Linear<Real>& linear, Ray<Real>& ray,
+            Sides<Real>& sides, const SampleRandom& random, Look look) {
+  for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
+    const Hit<Real> hit = first_crossing(scene, linear, ray, sides);
+    if (hit.sphere == no_sphere) {
+      return true;
+    }
+    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const auto scattering = scatter(scene.surfaces[scene.material_of[hit.sphere]], ray.direction,
+                                    hit.leaving ? -normal : normal, hit.leaving, random, bounce);
+    look(ray, hit, scattering);
+    if (scattering.event == Event::absorbed) {
+      return false;
+    }
+    if (scattering.event == Event::refracted) {
+      sides.cross(hit.sphere, hit.leaving);
+    }
+    sides.stand_on(hit.sphere, normal);
+    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+  }
+  return false;
+}
+
+/// The surfaces that a sample's path meets, in order.
+template <typename Real>
+std::vector<Step> steps_of(const TraceScene<Real>& scene, const Linear<Real>& linear,
+                           std::uint32_t x, std::uint32_t y, const SampleRandom& random) {
+  Ray<Real> ray = scene.view.template ray<Real>(x, y, random);
+  Sides<Real> sides;
+  start_sides(scene, ray.origin, sides);
+  std::vector<Step> steps;
+  follow(scene, linear, ray, sides, random,
+         [&steps](const Ray<Real>&, const Hit<Real>& hit, const Scattering<Real>& scattering) {
+           steps.push_back({hit.sphere, hit.leaving, scattering.event});
+         });
+  return steps;
+}
+
+}  // namespace parray::test

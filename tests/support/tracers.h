@@ -1,0 +1,82 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/trace/kernel.h"
+#include "tests/support/lane_search.h"
+#include "tests/support/reference_tracer.h"
+
+/// Everything that can make a scene's sums.
+namespace parray::test {
+
+inline ReferenceSums sums_of(const Kernel& kernel, const RenderSettings& settings) {
+  ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
+  for (std::uint32_t y = 0; y < settings.height; ++y) {
+    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+                 std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+                 result.counts);
+  }
+  return result;
+}
+
+struct Tracer {
+  std::string name;
+  std::function<ReferenceSums(const Scene&, const RenderSettings&)> sums;
+};
+
+/// The scalar definition, one path after the other; and the kernels of every instruction set of
+/// this machine, by linear search and through the tree.
+inline std::vector<Tracer> tracers() {
+  std::vector<Tracer> result{{"scalar paths", reference_sums}};
+  for (const Isa isa : instruction_sets()) {
+    for (const AcceleratorKind kind : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+      result.push_back({std::string(name_of(isa)) + " lanes, " + std::string(name_of(kind)),
+                        [isa, kind](const Scene& scene, RenderSettings settings) {
+                          settings.isa = isa;
+                          settings.accelerator = kind;
+                          return sums_of(*make_kernel(scene, settings), settings);
+                        }});
+    }
+  }
+  return result;
+}
+
+/// The kernels of this machine's best instruction set.
+inline ReferenceSums lane_sums(const Scene& scene, const RenderSettings& settings) {
+  return sums_of(*make_kernel(scene, settings), settings);
+}
+
+/// Mean radiance of each channel of each pixel.
+inline std::vector<double> means_of(const ReferenceSums& sums, const Scene& scene,
+                                    const RenderSettings& settings) {
+  const RadianceScale scale(largest_radiance(scene));
+  std::vector<double> means;
+  means.reserve(3 * sums.pixels.size());
+  for (const PixelSums& pixel : sums.pixels) {
+    for (const std::uint64_t sum : pixel.sum) {
+      means.push_back(scale.mean(sum, settings.samples_per_pixel));
+    }
+  }
+  return means;
+}
+
+/// Mean of the differences of two pictures, or of their absolute values.
+inline double mean_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sum += a[i] - b[i];
+  }
+  return sum / static_cast<double>(a.size());
+}
+inline double mean_distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sum += a[i] < b[i] ? b[i] - a[i] : a[i] - b[i];
+  }
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace parray::test

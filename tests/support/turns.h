@@ -1,0 +1,84 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "proto/clock.h"
+
+namespace parray::test {
+
+/// Threads in virtual time: one runs at a time, until it sleeps; then time goes on to whoever wakes
+/// first. The same every time, and any two may be interleaved wherever one of them sleeps.
+class Turns final : public Clock {
+ public:
+  /// Virtual time has run out: thrown by sleep() in every thread.
+  struct Over : std::runtime_error {
+    Over() : std::runtime_error("virtual time is over") {}
+  };
+
+  explicit Turns(Time end) : end_(end) {}
+
+  [[nodiscard]] Time now() const override { return now_; }
+
+  /// Runs all of them, and returns when they have.
+  void run(const std::vector<std::function<void(std::size_t)>>& tasks) {
+    wakes_.assign(tasks.size(), Time(0));
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      threads.emplace_back([this, i, &tasks] {
+        {
+          std::unique_lock lock(mutex_);
+          changed_.wait(lock, [&] { return turn_ == i; });
+        }
+        tasks[i](i);
+        const std::scoped_lock lock(mutex_);
+        wakes_[i] = never;
+        pass_on();
+      });
+    }
+    {
+      const std::scoped_lock lock(mutex_);
+      pass_on();
+    }
+    for (std::thread& thread : threads) {
+      thread.join();
+    }
+  }
+
+  /// Of the thread `self`, whose turn it is.
+  void sleep(std::size_t self, Time time) {
+    std::unique_lock lock(mutex_);
+    wakes_[self] = now_ + time;
+    pass_on();
+    changed_.wait(lock, [&] { return turn_ == self; });
+    if (now_ > end_) {
+      throw Over();
+    }
+  }
+
+ private:
+  void pass_on() {
+    std::size_t next = 0;
+    for (std::size_t i = 1; i < wakes_.size(); ++i) {
+      if (wakes_[i] < wakes_[next]) {
+        next = i;
+      }
+    }
+    turn_ = wakes_[next] == never ? wakes_.size() : next;
+    now_ = wakes_[next] == never ? now_ : std::max(now_, wakes_[next]);
+    changed_.notify_all();
+  }
+
+  const Time end_;
+  Time now_{};  // written by whoever has the turn, under mutex_
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::size_t turn_ = SIZE_MAX;
+  std::vector<Time> wakes_;
+};
+
+}  // namespace parray::test

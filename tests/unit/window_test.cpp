@@ -1,0 +1,203 @@
+#include "proto/window.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "tests/support/dice.h"
+#include "tests/support/window_rig.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+using test::WindowMemory;
+
+WorkPlan small_plan(std::uint32_t width = 30, std::uint32_t height = 7, std::uint32_t spp = 150) {
+  return {test::made_settings(width, height, spp), {{0, height, 0, spp}}};
+}
+
+/// [begin, end) of bytes.
+using Region = std::pair<std::size_t, std::size_t>;
+
+Region words(std::size_t first, std::size_t count) {
+  return {first * sizeof(std::uint64_t), (first + count) * sizeof(std::uint64_t)};
+}
+
+std::vector<Region> regions_of(const WorkPlan& plan, const WindowLayout& layout) {
+  std::vector<Region> regions = {words(0, WindowLayout::shared_words)};
+  for (std::uint32_t rank = 0; rank < layout.ranks(); ++rank) {
+    for (std::size_t word = 0; word < WindowLayout::rank_words; ++word) {
+      regions.push_back(
+          words(WindowLayout::rank_word(rank, static_cast<WindowLayout::RankWord>(word)), 1));
+    }
+  }
+  for (std::uint64_t copy = 0; copy < layout.most_copies(); ++copy) {
+    regions.push_back(words(layout.copy_word(copy), 1));
+  }
+  for (std::uint64_t entry = 0; entry < layout.most_log_entries(); ++entry) {
+    regions.push_back(words(layout.log_word(entry), 2));
+  }
+  for (std::uint64_t cell = 0; cell < plan.cells(); ++cell) {
+    const std::size_t offset = layout.record_offset(cell);
+    regions.emplace_back(offset, offset + layout.record_bytes());
+  }
+  return regions;
+}
+
+std::vector<std::byte> random_records(Dice& dice, std::size_t bytes) {
+  std::vector<std::byte> records(bytes);
+  for (std::byte& byte : records) {
+    byte = static_cast<std::byte>(dice.below(256));
+  }
+  return records;
+}
+
+bool in_time(std::size_t byte_of_record) {
+  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
+  return byte_of_record >= time && byte_of_record < time + sizeof(std::uint64_t);
+}
+
+}  // namespace
+
+TEST_CASE("a local window adds, loads and stores words, and puts bytes where they belong") {
+  WindowMemory memory(64);
+  LocalWindow window(memory.bytes());
+  CHECK(window.fetch_add(3, 5) == 0);
+  CHECK(window.fetch_add(3, 7) == 5);
+  CHECK(window.load(3) == 12);
+  CHECK(window.fetch_add(3, std::uint64_t{0} - 13) == 12);
+  CHECK(window.load(3) == UINT64_MAX);
+  window.store(4, 99);
+  CHECK(window.fetch_add(4, 1) == 99);
+  const std::array<std::uint64_t, 2> value = {77, 78};
+  window.put(40, std::as_bytes(std::span(value)));
+  CHECK(window.load(4) == 100);
+  CHECK(window.load(5) == 77);
+  CHECK(window.load(6) == 78);
+  CHECK(window.load(7) == 0);
+  CHECK(LocalWindow(memory.bytes()).load(3) == UINT64_MAX);  // another view of the same memory
+}
+
+TEST_CASE("additions of many threads to a local window lose nothing and hand out nothing twice") {
+  WindowMemory memory(8);
+  LocalWindow window(memory.bytes());
+  constexpr std::uint64_t each = 20'000;
+  std::vector<std::vector<std::uint64_t>> drawn(4);
+  std::vector<std::thread> threads;
+  for (auto& mine : drawn) {
+    threads.emplace_back([&] {
+      for (std::uint64_t i = 0; i < each; ++i) {
+        mine.push_back(window.fetch_add(0, 1));
+      }
+    });
+  }
+  std::set<std::uint64_t> all;
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    threads[i].join();
+    CHECK(std::is_sorted(drawn[i].begin(), drawn[i].end()));
+    all.insert(drawn[i].begin(), drawn[i].end());
+  }
+  CHECK(all.size() == each * drawn.size());
+  CHECK(window.load(0) == each * drawn.size());
+}
+
+TEST_CASE("the regions of a window lie apart, in place, and fill it") {
+  Dice dice(1);
+  for (int i = 0; i < 5; ++i) {
+    const WorkPlan plan =
+        small_plan(1 + dice.below32(3000), 1 + dice.below32(9), 1 + dice.below32(5000));
+    const WindowLayout layout(plan, 1 + dice.below32(70));
+    auto regions = regions_of(plan, layout);
+    std::sort(regions.begin(), regions.end());
+    std::size_t end = 0;
+    bool good = true;
+    for (const Region& region : regions) {
+      good = good && region.first == end && region.first % 8 == 0 && region.second > end;
+      end = region.second;
+    }
+    CHECK(good);
+    CHECK(end == layout.bytes());
+    CHECK(layout.zeroed_bytes() == layout.record_offset(0));
+    CHECK(layout.record_bytes() == sizeof(CellHeader) + plan.cell_pixels() * sizeof(PixelSums));
+    CHECK(layout.most_log_entries() >= plan.cells() + layout.most_copies());
+  }
+}
+
+TEST_CASE("a range of cells goes through a word and back, and none is the word for none") {
+  Dice dice(2);
+  for (int i = 0; i < 10'000; ++i) {
+    const std::uint64_t begin = dice.below(std::uint64_t{1} << 40);
+    const std::uint64_t count = 1 + dice.below(most_cells_in_word);
+    const CellRange range{begin, begin + count};
+    CHECK_UNARY(to_word(range) != 0);
+    CHECK_UNARY(range_from_word(to_word(range)) == range);
+  }
+  const CellRange last{(std::uint64_t{1} << 40) - 1, (std::uint64_t{1} << 40) + (1U << 24) - 2};
+  CHECK(range_from_word(to_word(last)) == last);
+  CHECK(range_from_word(0).count() == 0);
+}
+
+TEST_CASE("one changed bit anywhere but in the time changes the digest of that cell alone") {
+  Dice dice(3);
+  constexpr std::size_t record_bytes = sizeof(CellHeader) + 5 * sizeof(PixelSums);
+  auto records = random_records(dice, 3 * record_bytes);
+  const auto before = cell_digests(records, record_bytes);
+  REQUIRE(before.size() == 3);
+  for (std::size_t byte = 0; byte < records.size(); ++byte) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      records[byte] ^= static_cast<std::byte>(1U << bit);
+      const auto after = cell_digests(records, record_bytes);
+      records[byte] ^= static_cast<std::byte>(1U << bit);
+      for (std::size_t cell = 0; cell < 3; ++cell) {
+        const bool touched = byte / record_bytes == cell && !in_time(byte % record_bytes);
+        CHECK_UNARY((after[cell] != before[cell]) == touched);
+      }
+      CHECK_UNARY((range_digest(after) != range_digest(before)) == !in_time(byte % record_bytes));
+    }
+  }
+}
+
+TEST_CASE("no record has digest 0, and the digest of a range knows their order and number") {
+  const std::vector<std::byte> zeros(4 * 72);
+  for (const std::uint64_t digest : cell_digests(zeros, 72)) {
+    CHECK(digest != 0);
+  }
+  const std::vector<std::uint64_t> some = {1, 2, 3};
+  CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 3, 2}));
+  CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 2}));
+  CHECK(cell_digests({}, 72).empty());
+}
+
+TEST_CASE("ranks that publish rising and falling speeds keep the sum of the latest in one word") {
+  Dice dice(4);
+  constexpr std::size_t ranks = 50;
+  std::array<SpeedSum, ranks> latest{};
+  std::uint64_t word = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const std::size_t rank = dice.below(ranks);
+    const SpeedSum next = {dice.one_in(5) ? 0 : 1 + dice.below(256), dice.below(10'000'000)};
+    word += next.word() - latest[rank].word();
+    latest[rank] = next;
+    SpeedSum sum;
+    for (const SpeedSum& speed : latest) {
+      sum.threads += speed.threads;
+      sum.kilosamples += speed.kilosamples;
+    }
+    REQUIRE(SpeedSum::from_word(word).threads == sum.threads);
+    REQUIRE(SpeedSum::from_word(word).kilosamples == sum.kilosamples);
+  }
+}
+
+TEST_CASE("the word of all speeds has room for a million threads of ten million samples a second") {
+  const SpeedSum sum{1'000'000, 10'000'000'000};
+  CHECK(SpeedSum::from_word(sum.word()).threads == sum.threads);
+  CHECK(SpeedSum::from_word(sum.word()).kilosamples == sum.kilosamples);
+}
+
+}  // namespace parray
