@@ -13,7 +13,8 @@ namespace parray {
 
 int fail(const char* program, int status, std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
-  std::cerr << program << ": " << message << std::endl;
+  // In one piece: mpirun, for one, mixes what comes in parts with the output of others.
+  std::cerr << std::string(program) + ": " + message + "\n" << std::flush;
   return status;
 }
 

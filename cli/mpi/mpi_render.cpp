@@ -168,8 +168,9 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
       std::move(submission),
       named ? options.state : options.output.paths().image.string() + ".state", named);
   if (kept->taken_up() > 0) {
-    std::cerr << program << ": going on from " << formatted("%.1f", 100 * kept->taken_up())
-              << " % in " << kept->directory().string() << "\n";
+    std::cerr << std::string(program) + ": going on from " +
+                     formatted("%.1f", 100 * kept->taken_up()) + " % in " +
+                     kept->directory().string() + "\n";
   }
   MpiJob job;
   job.settings = kept->job().record.settings;
@@ -237,8 +238,8 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
   rendered.parts = std::make_unique<Parts>(world, options, job);
   Parts& parts = *rendered.parts;
   if (!parts.transport.fallback_reason().empty()) {
-    std::cerr << program << ": no MPI window here (" << parts.transport.fallback_reason()
-              << "): ranks send messages instead\n";
+    std::cerr << std::string(program) + ": no MPI window here (" +
+                     parts.transport.fallback_reason() + "): ranks send messages instead\n";
   }
   auto leases = make_leases(parts);
   ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, parts.plan,
