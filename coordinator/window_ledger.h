@@ -46,9 +46,9 @@ class WindowLedger {
   [[nodiscard]] bool done() const { return done_cells_ == plan_.cells(); }
   /// Share of this life's cells that are in, 0 .. 1.
   [[nodiscard]] double progress() const;
-  [[nodiscard]] std::uint64_t done_cells() const { return done_cells_; }
-  /// Likewise, counting complete rows only: what can be kept.
+  /// Share of this life's rows that are complete, 0 .. 1: what can be kept.
   [[nodiscard]] double complete_rows() const;
+  [[nodiscard]] std::uint64_t done_cells() const { return done_cells_; }
 
   /// Rows that have become complete and were not taken yet, for the store, as one block of
   /// neighbours of at most 32 MiB; none when all are taken. A row that a late result has spoilt
