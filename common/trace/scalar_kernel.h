@@ -46,7 +46,7 @@ class ScalarKernel final : public Kernel {
     Sides<Real> sides;
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
       for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
-        const SampleRandom random(seed_, run.y * width_ + x, s);
+        const SampleRandom random(seed_, run.y * width_ + x, s, sampler_);
         const Vec3<Real> radiance =
             trace_sample(scene_, accelerator_, x, run.y, random, sides, counts.rays);
         add_sample(vec_cast<double>(radiance), scale_, sums[x - run.x_begin], counts);
@@ -69,7 +69,8 @@ class ScalarKernel final : public Kernel {
         accelerator_(fill(scene, origin)),
         scale_(largest_radiance(scene)),
         width_(settings.width),
-        seed_(settings.seed) {}
+        seed_(settings.seed),
+        sampler_(settings.sampler) {}
 
   /// Returns the spheres, which the accelerator is made from.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene, const Vec3d& origin) {
@@ -90,6 +91,7 @@ class ScalarKernel final : public Kernel {
   RadianceScale scale_;
   std::uint32_t width_;
   std::uint64_t seed_;
+  Sampler sampler_;
 };
 
 }  // namespace parray

@@ -67,7 +67,7 @@ class Wavefront {
     paths.count = batch.count;
     for (std::uint32_t i = 0; i < batch.count; i += lanes) {
       const RandomAddress<Uint> random(scene_.seed, Uint::load(&space_.pixel[i]),
-                                       Uint::load(&space_.sample_index[i]));
+                                       Uint::load(&space_.sample_index[i]), scene_.sampler);
       const Ray<L> ray =
           scene_.view.template ray<L>(Uint::load(&space_.column[i]), Uint(batch.y), random);
       paths.origin.store(i, ray.origin);
@@ -242,7 +242,7 @@ class Wavefront {
                                               std::uint32_t present) const {
     const Uint sample = select_bits(present, Uint::load(&hits.sample[i]), Uint(0U));
     return {scene_.seed, Uint::gather(space_.pixel.at, sample),
-            Uint::gather(space_.sample_index.at, sample)};
+            Uint::gather(space_.sample_index.at, sample), scene_.sampler};
   }
 
   /// Column `k` of the materials' rows (see Surface).
