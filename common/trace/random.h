@@ -22,8 +22,24 @@ struct Uniform4 {
   Real a, b, c, d;
 };
 
+/// Pairs of numbers that the Sobol sampler spreads evenly: those of the camera and of the first
+/// bounces. What comes after them gains nothing by it.
+struct SobolSets {
+  static constexpr std::uint32_t bounces = 3;
+  // Found by search: TODO
+  static constexpr PointOrder film{0, 0, 0, 0};
+  static constexpr PointOrder lens{0, 0, 0, 0};
+  static constexpr PointOrder scatter[bounces] = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}};
+};
+
 /// The random numbers of one sample, or of lanes of samples, addressed by (seed, pixel, sample,
 /// bounce, purpose). Holds the address only; nothing is drawn in sequence.
+///
+/// Sampler::independent: every number is independent of all others.
+/// Sampler::sobol: the samples of a pixel make two replicates, even and odd ones, that are
+/// independent of each other and of other pixels; within a replicate the numbers of the camera and
+/// of the first scatterings are evenly spread, any number of samples from the first on, and all
+/// others are independent. Each number alone is uniform.
 template <typename Uint>
 class RandomAddress {
  public:
@@ -34,11 +50,19 @@ class RandomAddress {
         sample_(sample),
         sampler_(sampler) {}
 
-  /// `bounce` < 2^24.
+  /// `bounce` < 2^24. Of Purpose::scatter, only a and b are of use.
   template <typename Real>
   [[nodiscard]] PARRAY_INLINE Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
-    if (sampler_ == Sampler::sobol && purpose != Purpose::fuzz) {
-      return spread<Real>(bounce, purpose);
+    if (sampler_ == Sampler::sobol) {
+      if (purpose == Purpose::camera) {
+        const auto film = pair<Real>(SobolSets::film, bounce, purpose, 1);
+        const auto lens = pair<Real>(SobolSets::lens, bounce, purpose, 2);
+        return {film.a, film.b, lens.a, lens.b};
+      }
+      if (purpose == Purpose::scatter && bounce < SobolSets::bounces) {
+        const auto turn = pair<Real>(SobolSets::scatter[bounce], bounce, purpose, 1);
+        return {turn.a, turn.b, turn.a, turn.b};
+      }
     }
     const PhiloxBlock<Uint> bits = block(sample_, bounce, purpose, 0);
     return {unit<Real>(bits.a >> 8), unit<Real>(bits.b >> 8), unit<Real>(bits.c >> 8),
@@ -46,27 +70,32 @@ class RandomAddress {
   }
 
  private:
-  PARRAY_INLINE PhiloxBlock<Uint> block(Uint sample, std::uint32_t bounce, Purpose purpose,
+  template <typename Real>
+  struct Pair {
+    Real a, b;
+  };
+
+  /// `use` keeps the numbers themselves (0) and the keys of sets (1 and 2) apart.
+  PARRAY_INLINE PhiloxBlock<Uint> block(const Uint& sample, std::uint32_t bounce, Purpose purpose,
                                         std::uint32_t use) const {
     return philox4x32<Uint>(
         {pixel_, sample, Uint(bounce << 8 | static_cast<std::uint32_t>(purpose)), Uint(use)}, key_);
   }
 
+  /// Two numbers of the point that this sample is in its replicate.
   template <typename Real>
-  PARRAY_INLINE Uniform4<Real> spread(std::uint32_t bounce, Purpose purpose) const {
+  PARRAY_INLINE Pair<Real> pair(const PointOrder& order, std::uint32_t bounce, Purpose purpose,
+                                std::uint32_t use) const {
     const Uint replicate = sample_ & Uint(1U);
-    const Uint index = sample_ >> 1;
-    const PhiloxBlock<Uint> keys = block(replicate, bounce, purpose, 1);
-    const Uint order = IndexOrder{0, 0, 0, 0}.of(index);
-    const Real a =
-        unit<Real>(number_of(scramble(order, keys.a ^ (keys.a & Uint(1U)) ^ Uint(1U), keys.b)));
-    const Real b = unit<Real>(
-        number_of(scramble(sobol_second(order), keys.c ^ (keys.c & Uint(1U)) ^ Uint(1U), keys.d)));
-    return {a, b, a, b};
+    const PhiloxBlock<Uint> keys = block(replicate, bounce, purpose, use);
+    const Uint point = order.of(sample_ >> 1);
+    return {unit<Real>(number_of(scramble(point, keys.a, keys.b))),
+            unit<Real>(number_of(scramble(sobol_second(point), keys.c, keys.d)))};
   }
 
+  /// From an integer below 2^24.
   template <typename Real>
-  static PARRAY_INLINE Real unit(Uint bits) {
+  static PARRAY_INLINE Real unit(const Uint& bits) {
     return real_from<Real>(bits) * Real(0x1p-24);
   }
 
