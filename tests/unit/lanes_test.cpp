@@ -178,7 +178,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
       out.uint[row][i] = values[row];
     }
   }
-  constexpr int compressed = 17;
+  constexpr int compressed = 18;
   compress(in.p, in.set, out.uint[compressed]);
 }
 

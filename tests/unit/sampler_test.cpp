@@ -296,14 +296,14 @@ TEST_CASE("the Sobol sampler's numbers are equal in every precision and in lanes
 
 // By another program, from the definitions.
 TEST_CASE("the Sobol sampler has known answers") {
-  const auto camera = SampleRandom(1, 2, 3, Sampler::sobol).at<double>(0, Purpose::camera);
-  CHECK(camera.a * 0x1p24 == 7'701'043);
-  CHECK(camera.b * 0x1p24 == 1'922'088);
-  CHECK(camera.c * 0x1p24 == 9'924'371);
-  CHECK(camera.d * 0x1p24 == 15'858'754);
+  const auto camera = SampleRandom(1, 2, 1003, Sampler::sobol).at<double>(0, Purpose::camera);
+  CHECK(camera.a * 0x1p24 == 5'581'936);
+  CHECK(camera.b * 0x1p24 == 3'879'350);
+  CHECK(camera.c * 0x1p24 == 6'639'858);
+  CHECK(camera.d * 0x1p24 == 5'061'366);
   const auto turn = SampleRandom(1, 2, 77, Sampler::sobol).at<double>(2, Purpose::scatter);
-  CHECK(turn.a * 0x1p24 == 6'600'397);
-  CHECK(turn.b * 0x1p24 == 2'873'511);
+  CHECK(turn.a * 0x1p24 == 15'233'852);
+  CHECK(turn.b * 0x1p24 == 15'612'472);
 }
 
 // The same expectation by both samplers: differences of the means of blocks against their errors
