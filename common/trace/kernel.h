@@ -8,6 +8,7 @@
 
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
+#include "common/image/sample_range.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -18,15 +19,6 @@ struct PixelRun {
   std::uint32_t y = 0;
   std::uint32_t x_begin = 0;
   std::uint32_t x_end = 0;
-};
-
-/// Half-open range of sample indices of a pixel.
-struct SampleRange {
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
-
-  [[nodiscard]] std::uint32_t count() const { return end - begin; }
-  friend bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
 /// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
