@@ -105,7 +105,7 @@ msg::Result traced(const Scene& scene, const msg::Grant& grant) {
   result.epoch = grant.epoch;
   result.isa = "scalar";
   const auto kernel = make_kernel(scene, grant.settings);
-  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop);
+  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop, grant.samples);
   return result;
 }
 
