@@ -383,9 +383,8 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const Far
               lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
               lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
               lease->copy ? ", a copy" : "");
-  send(worker.peer,
-       msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene, job.record.settings,
-                  job.work->framebuffer.samples_of(lease->rect)});
+  send(worker.peer, msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene,
+                               job.record.settings, job.work->framebuffer.samples_of(lease->rect)});
   return true;
 }
 

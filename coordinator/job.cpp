@@ -163,18 +163,17 @@ static json samples_per_pixel_of(const Job& job) {
   }
   const std::uint64_t pixels = std::uint64_t{s.width} * s.height;
   const std::uint64_t samples = job.work->framebuffer.counts().samples;
-  return samples % pixels == 0
-             ? json(samples / pixels)
-             : json(static_cast<double>(samples) / static_cast<double>(pixels));
+  return samples % pixels == 0 ? json(samples / pixels)
+                               : json(static_cast<double>(samples) / static_cast<double>(pixels));
 }
 
 static json error_of(const Job& job, const ErrorEstimate& estimate) {
   const TraceCounts& counts = job.work->framebuffer.counts();
   const auto known = [](double value) { return value < 0 ? json() : json(value); };
-  const double lost = counts.samples == 0 ? 0
-                                          : static_cast<double>(counts.lost) *
-                                                TraceCounts::lost_unit /
-                                                static_cast<double>(counts.samples);
+  const double lost = counts.samples == 0
+                          ? 0
+                          : static_cast<double>(counts.lost) * TraceCounts::lost_unit /
+                                static_cast<double>(counts.samples);
   return {{"rmse", known(estimate.rmse)},
           {"low", known(estimate.low)},
           {"high", known(estimate.high)},
@@ -243,9 +242,8 @@ FinishedPicture finish_picture(const Job& job, Time finished) {
   Image image = resolve_image(framebuffer, largest);
   ErrorEstimate estimate = estimate_error(framebuffer.state(largest));
   json report = make_report(job, image_sha256(image), finished, estimate);
-  return {std::move(image),
-          {framebuffer.samples(), std::move(estimate.half_width)},
-          std::move(report)};
+  return {
+      std::move(image), {framebuffer.samples(), std::move(estimate.half_width)}, std::move(report)};
 }
 
 }  // namespace parray

@@ -4,8 +4,8 @@
 #include <cstring>
 
 #include "common/base/bytes.h"
-#include "common/scene/limits.h"
 #include "common/image/picture_bytes.h"
+#include "common/scene/limits.h"
 #include "proto/control_frame.h"
 
 namespace parray {
@@ -168,12 +168,12 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
 
 template <typename M>
 constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::SceneData> ||
-                          std::is_same_v<M, msg::Result> ||
-                          std::is_same_v<M, msg::Submit> || std::is_same_v<M, msg::ImageData>;
+                          std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
+                          std::is_same_v<M, msg::ImageData>;
 
 std::string bulk_of(const msg::Grant& m) {
-  return seal_bulk({reinterpret_cast<const char*>(m.samples.data()),
-                    m.samples.size() * sizeof(SampleRange)});
+  return seal_bulk(
+      {reinterpret_cast<const char*>(m.samples.data()), m.samples.size() * sizeof(SampleRange)});
 }
 std::string bulk_of(const msg::SceneData& m) { return seal_bulk(m.bytes); }
 std::string bulk_of(const msg::Result& m) { return seal_bulk(row_block_to_bytes(m.block)); }

@@ -77,7 +77,8 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
       const std::span<PixelSums> target(block.pixels.data() + pixel, run.x_end - begin);
       const std::uint64_t samples_before = counts.samples;
       if (pieces.sample_parts == 1) {
-        kernel.trace_run(run, RunSamples(ranges), target, counts);  // the pixels are this piece's alone
+        kernel.trace_run(run, RunSamples(ranges), target,
+                         counts);  // the pixels are this piece's alone
       } else {
         sums.assign(target.size(), {});
         kernel.trace_run(run, RunSamples(ranges), sums, counts);
@@ -126,9 +127,8 @@ Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>
   Finished finished;
   finished.job = assignment.job;
   finished.epoch = assignment.epoch;
-  finished.block =
-      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop,
-                 assignment.samples);
+  finished.block = trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_,
+                              stop, assignment.samples);
   finished.seconds = to_seconds(clock.now() - begin);
   finished.build_seconds = build_seconds_;
   finished.accelerator_bytes = kernel_->accelerator_bytes();

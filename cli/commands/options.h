@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/delivery.h"
+#include "cli/preview.h"
 #include "common/scene/json_fields.h"
 #include "common/scene/settings.h"
 
@@ -27,6 +29,10 @@ void add_scene(CLI::App& command, std::string& scene, const char* name = "SCENE"
 /// The finite number that `text` is, in `range`. Throws CLI::ValidationError that names `option`.
 double real_number(const std::string& option, const std::string& text, NumberRange range);
 
+/// An option whose value is a finite number in `range`.
+CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberRange range,
+                             double& target, const std::string& description);
+
 /// The number of a job, as `submit` prints it.
 void add_job(CLI::App& command, std::uint64_t& job);
 
@@ -43,12 +49,20 @@ class RenderOptions {
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
+  void add_limits_to(CLI::App& command);
+  void lay_limits_over(RenderSettings& settings) const;
+
   std::optional<std::uint32_t> width_;
   std::optional<std::uint32_t> height_;
   std::optional<std::uint32_t> samples_per_pixel_;
   std::optional<std::uint32_t> max_depth_;
   std::optional<std::uint64_t> seed_;
   std::optional<Precision> precision_;
+  std::optional<bool> adaptive_;
+  double target_error_ = 0;
+  double target_half_width_ = 0;
+  double time_limit_ = 0;
+  std::vector<std::uint64_t> passes_;
   std::optional<AcceleratorKind> accelerator_;
   std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
@@ -74,6 +88,8 @@ class OutputOptions {
 };
 
 void add_quiet(CLI::App& command, bool& quiet);
+/// --quiet and --preview: what is shown of a job until it is done.
+void add_following(CLI::App& command, Following& following);
 void add_json(CLI::App& command, bool& as_json);
 
 }  // namespace parray

@@ -18,7 +18,7 @@ struct RenderCommand {
   RenderOptions render;
   OutputOptions output;
   std::optional<std::uint32_t> threads;
-  bool quiet = false;
+  Following following;
 };
 
 Client::Options client_options(const EmbeddedFarm& farm) {
@@ -37,13 +37,15 @@ int render(const RenderCommand& command) {
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
+  const Preview preview(command.following.preview);  // before any work
+  submission.settings.progressive = preview.wanted();
   const DeferredInterrupts deferred;
   EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, command.output.paths(), command.quiet, started);
+    return wait_and_deliver(client, job, command.output.paths(), command.following, started);
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.
@@ -68,7 +70,7 @@ void add_render(CLI::App& app, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
       ->group(work_group);
-  add_quiet(*command, options->quiet);
+  add_following(*command, options->following);
   command->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 

@@ -17,13 +17,15 @@ struct SubmitCommand {
   FarmOptions farm;
   std::uint32_t priority = 50;
   bool wait = false;
-  bool quiet = false;
+  Following following;
 };
 
 int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
+  const Preview preview(command.following.preview);  // before any work
+  submission.settings.progressive = preview.wanted();
   FarmClient client(command.farm.address());
   const JobId job = client->submit(std::move(submission));
   std::cout << job << std::endl;
@@ -31,10 +33,10 @@ int submit(const SubmitCommand& command) {
   const DeferredInterrupts deferred;
   try {
     if (command.output.paths().none()) {
-      wait_until_done(*client, job, command.quiet);
+      wait_until_done(*client, job, command.following);
       return 0;
     }
-    return wait_and_deliver(*client, job, command.output.paths(), command.quiet, started);
+    return wait_and_deliver(*client, job, command.output.paths(), command.following, started);
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
@@ -58,7 +60,7 @@ void add_submit(CLI::App& app, Action& chosen) {
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
       "Jobs of higher priority get the workers first (default: 50)");
   options->render.add_to(*command);
-  add_quiet(*command, options->quiet);
+  add_following(*command, options->following);
   options->farm.add_to(*command);
   command->callback([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }

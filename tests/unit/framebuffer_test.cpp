@@ -98,7 +98,8 @@ TEST_CASE("any split into rectangles, merged in any order, gives the same sums")
     }
     REQUIRE(merged.pixels() == at_once.pixels());
     REQUIRE(merged.counts() == at_once.counts());
-    REQUIRE(merged.samples() == std::vector<std::uint32_t>(merged.pixels().size(), settings.samples_per_pixel));
+    REQUIRE(merged.samples() ==
+            std::vector<std::uint32_t>(merged.pixels().size(), settings.samples_per_pixel));
     CHECK(image_sha256(resolve_image(merged, 1)) == image_sha256(resolve_image(at_once, 1)));
   }
 }

@@ -77,10 +77,12 @@ std::uint64_t holes() {
 }
 
 TEST_CASE("every sample that is not finite is found, with its pixel and its number") {
-  const auto found = locate_nonfinite(HoleyKernel(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}), 77);
+  const auto found =
+      locate_nonfinite(HoleyKernel(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}), 77);
   REQUIRE(found.size() == 1);
   CHECK(found[0] == ExcludedSamples{77, 7, 6, 2});  // samples 6 and 10
-  CHECK(locate_nonfinite(HoleyKernel(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp}), 0).empty());
+  CHECK(
+      locate_nonfinite(HoleyKernel(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp}), 0).empty());
 }
 
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
