@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <string>
-
 #include "cli/client.h"
 
 namespace parray {
