@@ -5,10 +5,13 @@
 namespace parray {
 
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale) {
+  PixelNoise noise;
+  if (count < 2) {
+    return noise;
+  }
   const double odd_count = count / 2;
   const double even_count = count - count / 2;
   const double weight = std::sqrt(even_count * odd_count) / count;
-  PixelNoise noise;
   for (std::size_t channel = 0; channel < 3; ++channel) {
     const std::uint64_t sum = pixel.sum[channel];
     const std::uint64_t odd = pixel.odd[channel];
