@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/half_widths.h"
+#include "common/image/noise_model.h"
 #include "common/image/pixel_noise.h"
 
 namespace parray {
@@ -91,19 +91,19 @@ ErrorEstimate estimate_error(const PictureState& state) {
   if (error.rmse < 0) {
     return error;
   }
-  HalfWidths half_widths(state.largest_radiance);
+  NoiseModel model(state.largest_radiance);
   visit_noise(state, [&](std::size_t i, const NoiseNearby& noise) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      half_widths.add(noise.own.variance[channel], noise.around[channel],
-                      noise.own.difference[channel], state.counts[i]);
+      model.add(noise.own.variance[channel], noise.around[channel], noise.own.difference[channel],
+                state.counts[i]);
     }
   });
-  half_widths.calibrate();
+  model.calibrate();
   error.half_width.resize(state.pixels.size() * 3);
   visit_noise(state, [&](std::size_t i, const NoiseNearby& noise) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       error.half_width[i * 3 + channel] = static_cast<float>(
-          half_widths.of(noise.own.variance[channel], noise.around[channel], state.counts[i]));
+          model.half_width(noise.own.variance[channel], noise.around[channel], state.counts[i]));
     }
   });
   std::vector<float> sorted = error.half_width;
