@@ -22,7 +22,7 @@ Allocation::Allocation(const PictureState& state, bool equal_half_widths)
   visit_noise(state, [&](std::size_t i, const NoiseNearby& noise) {
     double most = 0;
     double sum = 0;
-    for (const double around : noise.around) {
+    for (const Surroundings& around : noise.around) {
       most = std::max(most, model.expected_half_width_square(around));
       sum += model.expected_square(around);
     }

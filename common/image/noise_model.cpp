@@ -51,39 +51,52 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
-NoiseModel::NoiseModel(double largest) : unit_(largest * largest), around_(levels) {}
+NoiseModel::NoiseModel(double largest) : unit_(largest * largest), around_(places) {}
 
 std::size_t NoiseModel::level_of(double variance) const {
   const std::ptrdiff_t part = octave_part(variance / unit_, level_bits, lowest_level) + 1;
   return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, levels - 1));
 }
 
-void NoiseModel::add(double own_variance, double variance_around, double difference,
+std::size_t NoiseModel::place_of(const Surroundings& around) const {
+  const std::size_t level = level_of(around.mean);
+  const double ridge = around.ridge / around.mean;
+  const std::size_t kind = ridge < 0.0625 ? 0 : ridge < 0.25 ? 1 : ridge < 1 ? 2 : 3;
+  return level == 0 ? 0 : kind * levels + level;
+}
+
+void NoiseModel::add(double own_variance, const Surroundings& around, double difference,
                      std::uint32_t count) {
   Own& own = own_[level_of(own_variance)];
   own.values += 1;
   own.differences += difference * difference;
   own.variances += own_variance / count;
-  const std::size_t level = level_of(variance_around);
-  if (level == 0) {
+  const std::size_t place = place_of(around);
+  if (place == 0) {
     unseen_squares_ += difference * difference * count;
     unseen_values_ += 1;
     unseen_samples_ += count;
     return;
   }
-  const double ratio = std::abs(difference) / std::sqrt(variance_around / count);
+  const double ratio = std::abs(difference) / std::sqrt(around.mean / count);
   const std::ptrdiff_t part = octave_part(ratio, ratio_bits, lowest_ratio);
-  Around& around = around_[level];
-  ++around.found[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, ratios - 1))];
-  around.values += 1;
-  around.squares += difference * difference * count;
-  around.variances += variance_around;
+  Around& like = around_[place];
+  ++like.found[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, ratios - 1))];
+  like.values += 1;
+  like.squares += difference * difference * count;
+  like.variances += around.mean;
 }
 
 void NoiseModel::calibrate() {
+  for (std::size_t place = 1; place < places; ++place) {
+    if (around_[place].values > 0) {
+      calibrate_around(place);
+    }
+  }
   for (std::size_t level = 1; level < levels; ++level) {
-    calibrate_around(level);
-    calibrate_own(level);
+    if (own_[level].values > 0) {
+      calibrate_own(level);
+    }
   }
   // Where no pixel around has seen anything: what the pixels themselves have, and what three
   // samples of all of them could still have hidden, 95 times of 100.
@@ -91,19 +104,20 @@ void NoiseModel::calibrate() {
       unseen_values_ > 0 ? unseen_squares_ / unseen_values_ + 3 * unit_ / unseen_samples_ : 0;
 }
 
-void NoiseModel::calibrate_around(std::size_t level) {
+void NoiseModel::calibrate_around(std::size_t place) {
+  const Around* const kind = around_.data() + place / levels * levels;
   const auto [first, last] =
-      enough_levels(level, levels, [&](std::size_t i) { return around_[i].values; });
+      enough_levels(place % levels, levels, [&](std::size_t i) { return kind[i].values; });
   std::array<double, ratios> found{};
   double values = 0;
   double squares = 0;
   double variances = 0;
   for (std::size_t i = first; i < last; ++i) {
-    values += around_[i].values;
-    squares += around_[i].squares;
-    variances += around_[i].variances;
+    values += kind[i].values;
+    squares += kind[i].squares;
+    variances += kind[i].variances;
     for (std::size_t ratio = 0; ratio < ratios; ++ratio) {
-      found[ratio] += around_[i].found[ratio];
+      found[ratio] += kind[i].found[ratio];
     }
   }
   double rest = 0.95 * values;
@@ -116,9 +130,9 @@ void NoiseModel::calibrate_around(std::size_t level) {
   const double share = found[ratio] > 0 ? rest / found[ratio] : 0;
   const double quantile = begin + (end - begin) * share;
   const double factor = (quantile * values + normal_95 * prior) / (values + prior);
-  around_factor_[level] = factor * factor;
+  around_factor_[place] = factor * factor;
   const double gain = variances > 0 ? squares / variances : 1;
-  expected_factor_[level] = (gain * values + prior) / (values + prior);
+  expected_factor_[place] = (gain * values + prior) / (values + prior);
 }
 
 void NoiseModel::calibrate_own(std::size_t level) {
@@ -136,26 +150,26 @@ void NoiseModel::calibrate_own(std::size_t level) {
   own_factor_[level] = normal_95 * normal_95 * (gain * values + prior) / (values + prior);
 }
 
-double NoiseModel::half_width(double own_variance, double variance_around,
+double NoiseModel::half_width(double own_variance, const Surroundings& around,
                               std::uint32_t count) const {
   const double own = own_factor_[level_of(own_variance)] * own_variance;
-  return std::sqrt((own + around_square(variance_around)) / 2 / count);
+  return std::sqrt((own + around_square(around)) / 2 / count);
 }
 
-double NoiseModel::around_square(double variance_around) const {
-  const std::size_t level = level_of(variance_around);
-  return level == 0 ? normal_95 * normal_95 * unseen_variance_
-                    : around_factor_[level] * variance_around;
+double NoiseModel::around_square(const Surroundings& around) const {
+  const std::size_t place = place_of(around);
+  return place == 0 ? normal_95 * normal_95 * unseen_variance_
+                    : around_factor_[place] * around.mean;
 }
 
-double NoiseModel::expected_square(double variance_around) const {
-  const std::size_t level = level_of(variance_around);
-  return level == 0 ? unseen_variance_ : expected_factor_[level] * variance_around;
+double NoiseModel::expected_square(const Surroundings& around) const {
+  const std::size_t place = place_of(around);
+  return place == 0 ? unseen_variance_ : expected_factor_[place] * around.mean;
 }
 
-double NoiseModel::expected_half_width_square(double variance_around) const {
-  const double own = normal_95 * normal_95 * expected_square(variance_around);
-  return (own + around_square(variance_around)) / 2;
+double NoiseModel::expected_half_width_square(const Surroundings& around) const {
+  const double own = normal_95 * normal_95 * expected_square(around);
+  return (own + around_square(around)) / 2;
 }
 
 }  // namespace parray

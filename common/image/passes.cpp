@@ -57,7 +57,10 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
     share = std::max(share, settings.target_half_width / error.half_width_p99);
   }
   const double total = expected_total(state, settings, share * share);
-  const double lacking = (total - static_cast<double>(samples_of(state))) * 1.03;
+  const auto traced = static_cast<double>(samples_of(state));
+  // Half-widths of single pixels are harder to foresee than the error of them all.
+  const double lacking = widths ? std::max((total - traced) * 1.1, traced / 8)
+                                : std::max((total - traced) * 1.03, traced / 32);
   return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) : most,
           StopReason::samples};
 }

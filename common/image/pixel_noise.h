@@ -26,12 +26,51 @@ struct PixelNoise {
 /// error of the mean is half of the sum of theirs. Arithmetic that is the same everywhere.
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale);
 
-/// A pixel's noise, and the mean variance of the up to 8 pixels around it: what can be known of its
-/// noise without asking its own samples, whose luck would decide the answer.
+/// What the up to 8 pixels around a pixel say about its noise, of one channel: all that can be
+/// known of it without asking its own samples, whose luck would decide the answer.
+struct Surroundings {
+  double mean = 0;  ///< variance
+  /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
+  double ridge = 0;
+};
+
 struct NoiseNearby {
   PixelNoise own;
-  std::array<double, 3> around{};
+  std::array<Surroundings, 3> around{};
 };
+
+/// Of rows 0 .. 2, the pixel in row 1: variance(row, column).
+template <typename Variance>
+Surroundings surroundings_inside(const Variance& variance, std::size_t x) {
+  Surroundings around;
+  for (const auto& [row, column] :
+       {std::pair<std::size_t, std::size_t>{0, x - 1}, {0, x}, {0, x + 1}, {1, x - 1}}) {
+    const double one = variance(row, column);
+    const double opposite = variance(2 - row, 2 * x - column);
+    around.mean += (one + opposite) / 8;
+    around.ridge = std::max(around.ridge, std::min(one, opposite));
+  }
+  return around;
+}
+
+/// The same where some neighbours are missing.
+template <typename Variance>
+Surroundings surroundings_at_border(const Variance& variance, std::size_t x, std::size_t width,
+                                    bool first_row, bool last_row) {
+  Surroundings around;
+  int others = 0;
+  for (std::size_t row = first_row ? 1 : 0; row < (last_row ? 2 : 3); ++row) {
+    for (std::size_t column = x > 0 ? x - 1 : 0; column <= x + 1 && column < width; ++column) {
+      if (row != 1 || column != x) {
+        around.mean += variance(row, column);
+        ++others;
+      }
+    }
+  }
+  around.mean = others > 0 ? around.mean / others : variance(1, x);
+  around.ridge = around.mean;
+  return around;
+}
 
 /// Calls visit(index, NoiseNearby) for each pixel, by image row. Memory: three rows.
 template <typename Visit>
@@ -53,24 +92,14 @@ void visit_noise(const PictureState& state, Visit&& visit) {
       read(y + 1, rows[2]);
     }
     for (std::size_t x = 0; x < width; ++x) {
-      const std::size_t left = x == 0 ? 0 : x - 1;
-      const std::size_t right = x + 1 == width ? x : x + 1;
       NoiseNearby nearby{rows[1][x], {}};
-      int others = 0;
-      for (std::size_t row = first ? 1 : 0; row < (last ? 2 : 3); ++row) {
-        for (std::size_t column = left; column <= right; ++column) {
-          if (row == 1 && column == x) {
-            continue;
-          }
-          ++others;
-          for (std::size_t channel = 0; channel < 3; ++channel) {
-            nearby.around[channel] += rows[row][column].variance[channel];
-          }
-        }
-      }
+      const bool inside = !first && !last && x > 0 && x + 1 < width;
       for (std::size_t channel = 0; channel < 3; ++channel) {
-        nearby.around[channel] =
-            others > 0 ? nearby.around[channel] / others : nearby.own.variance[channel];
+        const auto variance = [&](std::size_t row, std::size_t column) {
+          return rows[row][column].variance[channel];
+        };
+        nearby.around[channel] = inside ? surroundings_inside(variance, x)
+                                        : surroundings_at_border(variance, x, width, first, last);
       }
       visit(y * width + x, nearby);
     }

@@ -10,13 +10,8 @@
 namespace parray::test {
 namespace {
 
-constexpr std::uint32_t width = 64;
-constexpr std::uint32_t height = 48;
-
 NoisyScene sized(std::string name, Scene scene, std::uint32_t max_depth) {
   RenderSettings settings;
-  settings.width = width;
-  settings.height = height;
   settings.max_depth = max_depth;
   settings = resolve_settings(requirements_of(scene), settings).settings;
   return {std::move(name), std::move(scene), settings};
@@ -83,10 +78,15 @@ NoisyScene gaps() {
 
 }  // namespace
 
-std::vector<NoisyScene> noisy_scenes() {
-  return {from_file("one-weekend", "one-weekend-484.json"),
-          from_file("crevice", "regression/contact.json"), from_file("shells", "shells.json"),
-          grains(), gaps()};
+std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height) {
+  std::vector<NoisyScene> scenes = {from_file("one-weekend", "one-weekend-484.json"),
+                                    from_file("crevice", "regression/contact.json"),
+                                    from_file("shells", "shells.json"), grains(), gaps()};
+  for (NoisyScene& scene : scenes) {
+    scene.settings.width = width;
+    scene.settings.height = height;
+  }
+  return scenes;
 }
 
 NoisyPicture::NoisyPicture(const Scene& scene, const RenderSettings& settings)

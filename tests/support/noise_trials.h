@@ -9,7 +9,7 @@
 
 namespace parray::test {
 
-/// A scene with noise of its own kind, and the settings to trace it with: 64 x 48 pixels.
+/// A scene with noise of its own kind, and the settings to trace it with.
 struct NoisyScene {
   std::string name;
   Scene scene;
@@ -18,7 +18,7 @@ struct NoisyScene {
 
 /// Many materials; a crevice; caustics of glass shells; particles smaller than a pixel; a room
 /// whose only light falls through rare small gaps.
-std::vector<NoisyScene> noisy_scenes();
+std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height);
 
 /// A picture that grows by passes.
 struct NoisyPicture {
