@@ -1,5 +1,3 @@
-#include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -20,7 +18,6 @@
 namespace parray {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct CompareCommand {
