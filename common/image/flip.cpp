@@ -117,7 +117,6 @@ FeatureFilters feature_filters() {
 
 /// sum += weight * values, `count` of them.
 void add_weighted(float weight, const float* values, std::ptrdiff_t count, float* sum) {
-#pragma omp simd
   for (std::ptrdiff_t x = 0; x < count; ++x) sum[x] += weight * values[x];
 }
 
