@@ -37,14 +37,6 @@ ImageMetadata metadata_of(const json& report) {
   return metadata;
 }
 
-/// The same file, whether it is there yet or not.
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code ignored;
-  return !a.empty() && !b.empty() &&
-         (fs::equivalent(a, b, ignored) ||
-          fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
-}
-
 void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
@@ -57,6 +49,13 @@ void say_what_was_written(const json& report, const OutputPaths& outputs, double
 }
 
 }  // namespace
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return !a.empty() && !b.empty() &&
+         (fs::equivalent(a, b, ignored) ||
+          fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
+}
 
 void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (!outputs.image.empty()) check_image_path(outputs.image);

@@ -15,6 +15,9 @@ struct OutputPaths {
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
 
+/// Both name the same file, whether it is there yet or not; false if one is empty.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// Throws InputError unless both can be written, differ, and are not `scene`. Called before any
 /// work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});

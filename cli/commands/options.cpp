@@ -63,14 +63,13 @@ void add_choice(CLI::App& command, const std::string& name, const std::string& w
       ->group(group);
 }
 
-/// An empty value would read as "not given".
+}  // namespace
+
 void forbid_empty(CLI::Option& option) {
   option.check([name = option.get_name()](const std::string& text) {
     return text.empty() ? std::string("the name is empty") : std::string();
   });
 }
-
-}  // namespace
 
 CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
                               std::uint64_t most, std::function<void(std::uint64_t)> set,

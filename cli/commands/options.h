@@ -23,6 +23,9 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::
                               std::uint64_t most, std::function<void(std::uint64_t)> set,
                               const std::string& description);
 
+/// Refuses an empty value, which would read as "not given".
+void forbid_empty(CLI::Option& option);
+
 /// The scene to work on: a scene file or a file of particles.
 void add_scene(CLI::App& command, std::string& scene, const char* name = "SCENE");
 

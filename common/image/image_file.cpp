@@ -18,6 +18,7 @@
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
 #include "common/image/srgb.h"
+#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
@@ -150,6 +151,28 @@ std::string write_file(const std::string& name, const Image& image, Format forma
   return cause.empty() ? problem : cause;
 }
 
+/// What a file really is, whatever its name.
+Format format_of(const OIIO::ImageInput& in) {
+  const std::string_view name = in.format_name();
+  if (name == "openexr") return Format::exr;
+  return name == "png" ? Format::png : Format::unknown;
+}
+
+void check_readable(const fs::path& path, Format format, const OIIO::ImageSpec& spec) {
+  const auto refuse = [&](const std::string& reason) {
+    throw InputError(path.string() + ": " + reason);
+  };
+  if (format == Format::unknown) refuse("neither EXR nor PNG: convert it to one of them");
+  if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1) refuse("not an RGB image");
+  const auto width = static_cast<std::uint64_t>(spec.width);
+  const auto height = static_cast<std::uint64_t>(spec.height);
+  if (std::max(width, height) > limits::max_image_side || width * height > limits::max_pixels) {
+    refuse(std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+           std::to_string(limits::max_image_side) + " a side and " +
+           std::to_string(limits::max_pixels) + " in all");
+  }
+}
+
 std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t values) {
   std::vector<float> rgb(values);
   if (format != Format::png) {
@@ -200,15 +223,14 @@ ImageFile read_image(const fs::path& path) {
   keep_library_single_threaded();
   const auto in = OIIO::ImageInput::open(path.string());
   if (!in) throw InputError(path.string() + ": " + one_line(OIIO::geterror()));
+  const Format format = format_of(*in);
   const OIIO::ImageSpec& spec = in->spec();
-  if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1) {
-    throw InputError(path.string() + ": not an RGB image");
-  }
+  check_readable(path, format, spec);
   ImageFile file;
+  file.high_dynamic_range = format == Format::exr;
   file.image.width = static_cast<std::uint32_t>(spec.width);
   file.image.height = static_cast<std::uint32_t>(spec.height);
-  file.image.rgb =
-      read_pixels(*in, format_of(path), std::size_t{file.image.width} * file.image.height * 3);
+  file.image.rgb = read_pixels(*in, format, std::size_t{file.image.width} * file.image.height * 3);
   if (file.image.rgb.empty()) throw InputError(path.string() + ": " + one_line(in->geterror()));
   for (const auto& attribute : spec.extra_attribs) {
     if (attribute.type() == OIIO::TypeDesc::STRING) {

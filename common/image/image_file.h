@@ -30,11 +30,15 @@ void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const std::function<void()>& between_strips = {});
 
 /// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone) and metadata (text
-/// attributes only). Throws InputError "FILE: reason", also when there are fewer than 3 channels.
+/// attributes only). Its contents say which of the two it is, not its name.
 struct ImageFile {
   Image image;
   ImageMetadata metadata;
+  bool high_dynamic_range = false;  ///< EXR: floats, which may lie outside [0, 1]
 };
+
+/// Throws InputError "FILE: reason": also for other kinds of file, fewer than 3 channels, and sides
+/// or pixels beyond common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
 /// Version of OpenImageIO that runs: "2.4.7".

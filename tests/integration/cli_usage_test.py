@@ -49,6 +49,7 @@ OPTIONS = {
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],
+    "compare": ["--output", "--json"],
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator

@@ -233,4 +233,27 @@ TEST_CASE("what is no picture is refused with its name") {
   }
 }
 
+TEST_CASE("what a file is, its contents say and not its name") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "a.exr";
+  write_image(directory.path() / "a.png", grey_row({0.5F}), {});
+  fs::rename(directory.path() / "a.png", path);
+  const ImageFile png = read_image(path);
+  CHECK_FALSE(png.high_dynamic_range);
+  CHECK(png.image.rgb.at(0) == doctest::Approx(0.5).epsilon(0.01));  // the sRGB curve undone
+  write_image(path, grey_row({0.5F}), {});
+  CHECK(read_image(path).high_dynamic_range);
+  std::ofstream(directory.path() / "a.ppm") << "P6 1 1 255\nabc";
+  CHECK(contains(message_of<InputError>([&] { read_image(directory.path() / "a.ppm"); }),
+                 "a.ppm: neither EXR nor PNG"));
+}
+
+TEST_CASE("a picture with a side beyond the limit is refused before its pixels are read") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "wide.png";
+  write_image(path, grey_row(std::vector<float>(65537, 0)), {});
+  CHECK(contains(message_of<InputError>([&] { read_image(path); }),
+                 "wide.png: 65537 x 1 pixels; at most 65536 a side and 67108864 in all"));
+}
+
 }  // namespace parray
