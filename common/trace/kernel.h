@@ -10,6 +10,7 @@
 #include "common/image/radiance_scale.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
+#include "common/trace/ray.h"
 
 namespace parray {
 
@@ -29,6 +30,16 @@ struct SampleRange {
   friend bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
+/// What the camera ray of a sample meets.
+struct FirstHit {
+  std::uint32_t sphere = no_sphere;  ///< place in Scene::spheres; no_sphere: the sky
+  double distance = 0;               ///< along the ray, from the lens
+  Vec3d direction{};                 ///< of the ray; unit length but for rounding
+  Vec3d normal{};                    ///< unit, on the side that the ray comes from; 0: the sky
+
+  friend bool operator==(const FirstHit&, const FirstHit&) = default;
+};
+
 /// A scene made ready for tracing: the seam behind which precisions, accelerators and instruction
 /// sets are chosen once. Immutable; trace() may be called by any number of threads at once.
 class Kernel {
@@ -40,6 +51,11 @@ class Kernel {
   /// and counted.
   virtual void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
                      TraceCounts& counts) const = 0;
+
+  /// What the camera rays of the same samples meet: of all samples of a pixel, then of the next.
+  /// `hits` has samples.count() elements for each pixel of `run`.
+  virtual void first_hits(const PixelRun& run, const SampleRange& samples,
+                          std::span<FirstHit> hits) const = 0;
 
   /// Memory of the accelerator, positions and radii included.
   [[nodiscard]] virtual std::size_t accelerator_bytes() const = 0;
