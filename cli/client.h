@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/image/channels.h"
 #include "common/image/image.h"
 #include "coordinator/store.h"
 #include "proto/link.h"
@@ -27,6 +28,7 @@ struct Submission {
 struct Picture {
   Image image;
   nlohmann::json report;
+  Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
 };
 
 /// The job map of PROTOCOL.md, read.

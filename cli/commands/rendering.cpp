@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
@@ -68,9 +69,11 @@ void wait_until_done(Client& client, JobId job, bool quiet) {
 }
 
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
-                     std::optional<Time> started) {
+                     const ExtraChannels& extra, std::optional<Time> started) {
   wait_until_done(client, job, quiet);
-  return deliver(client.fetch(job), outputs, started);
+  Picture picture = client.fetch(job);
+  add_channels(picture, extra);
+  return deliver(std::move(picture), outputs, started);
 }
 
 }  // namespace parray

@@ -6,6 +6,7 @@
 #include "cli/client.h"
 #include "cli/commands/options.h"
 #include "cli/delivery.h"
+#include "cli/extra_channels.h"
 
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
 namespace parray {
@@ -22,9 +23,9 @@ void check_isa(Isa isa);
 /// cancelled.
 void wait_until_done(Client& client, JobId job, bool quiet);
 
-/// wait_until_done(), then fetches and delivers. Returns the exit status; `started` as deliver()
-/// has it.
+/// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
+/// `started` as deliver() has it.
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
-                     std::optional<Time> started);
+                     const ExtraChannels& extra, std::optional<Time> started);
 
 }  // namespace parray

@@ -6,6 +6,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/interrupt.h"
+#include "common/base/cpu_count.h"
 
 namespace parray {
 namespace {
@@ -24,6 +25,8 @@ int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
+  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                             submission.scene_bytes, usable_cpus());
   FarmClient client(command.farm.address());
   const JobId job = client->submit(std::move(submission));
   std::cout << job << std::endl;
@@ -34,7 +37,7 @@ int submit(const SubmitCommand& command) {
       wait_until_done(*client, job, command.quiet);
       return 0;
     }
-    return wait_and_deliver(*client, job, command.output.paths(), command.quiet, started);
+    return wait_and_deliver(*client, job, command.output.paths(), command.quiet, extra, started);
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
@@ -51,6 +54,7 @@ void add_submit(CLI::App& app, Action& chosen) {
   add_scene(*command, options->scene);
   auto* wait = command->add_flag("--wait", options->wait, "Return when the job has ended");
   options->output.add_to(*command, false);
+  options->output.add_aov_to(*command);
   options->output.image_option()->needs(wait);
   options->output.report_option()->needs(wait);
   add_whole_number(

@@ -200,7 +200,7 @@ TEST_CASE("what is thrown between two strips ends the writing and leaves nothing
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png"}) {
     int calls = 0;
-    CHECK_THROWS_AS(write_image(directory.path() / name, random_image(1000, 1000), {},
+    CHECK_THROWS_AS(write_image(directory.path() / name, random_image(1000, 1000), {}, {},
                                 [&] {
                                   if (++calls == 3) throw std::logic_error("enough");
                                 }),
