@@ -23,8 +23,8 @@ inline constexpr std::uint32_t feature_samples = 16;
 ///   shorter than 1 at edges.
 /// - albedo, "albedo.R", "albedo.G", "albedo.B": mean albedo of the first surfaces; 1 for glass, 0
 ///   for the sky.
-/// - sphere, "sphere": place (from 0) in Scene::spheres of the first sphere of sample 0;
-///   2^32 - 1 for the sky. Whole numbers, in `wanted` the only ones.
+/// - sphere, "sphere": place (from 0) in Scene::spheres of the sphere that sample 0 meets first;
+///   2^32 - 1 for the sky. Whole numbers; all others are floats.
 /// - cost, "cost": mean number of ray segments of a sample's path.
 ///
 /// Normal and albedo are what denoisers expect (Intel Open Image Denoise, documentation of filter
