@@ -1,7 +1,5 @@
 #include "common/trace/features.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <array>
 #include <memory>
