@@ -134,6 +134,7 @@ WindowLedger::Row WindowLedger::row_of(std::uint64_t pass) const {
     std::memcpy(&header, record.data(), sizeof header);
     block.counts.rays += header.rays;
     block.counts.nonfinite += header.nonfinite;
+    block.counts.lost += header.lost;
     if (header.nonfinite > 0) {
       const auto found = locate_(cell);
       block.excluded.insert(block.excluded.end(), found.begin(), found.end());

@@ -10,7 +10,7 @@
 namespace parray {
 namespace {
 
-constexpr std::size_t pixel_bytes = 6 * sizeof(std::uint64_t);
+constexpr std::size_t pixel_bytes = 9 * sizeof(std::uint64_t);
 static_assert(sizeof(PixelSums) == pixel_bytes, "sums are copied to the wire as they lie");
 
 // One description of each message's fields, for both directions: `f` is a ControlWriter or a
@@ -263,7 +263,7 @@ Message decode(const Frames& frames) {
 
 std::string row_block_to_bytes(const RowBlock& block) {
   ByteWriter out;
-  out.reserve(44 + block.pixels.size() * pixel_bytes);
+  out.reserve(52 + block.pixels.size() * pixel_bytes);
   out.put(block.rect.row_begin);
   out.put(block.rect.row_end);
   out.put(block.rect.sample_begin);
@@ -272,6 +272,7 @@ std::string row_block_to_bytes(const RowBlock& block) {
   out.put(block.counts.samples);
   out.put(block.counts.rays);
   out.put(block.counts.nonfinite);
+  out.put(block.counts.lost);
   out.put_bytes(
       {reinterpret_cast<const char*>(block.pixels.data()), block.pixels.size() * pixel_bytes});
   for (const ExcludedSamples& some : block.excluded) {
@@ -323,6 +324,7 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
   block.counts.samples = in.get<std::uint64_t>();
   block.counts.rays = in.get<std::uint64_t>();
   block.counts.nonfinite = in.get<std::uint64_t>();
+  block.counts.lost = in.get<std::uint64_t>();
   if (block.rect.row_begin > block.rect.row_end ||
       block.rect.sample_begin > block.rect.sample_end) {
     throw DecodeError("row block has a negative size");

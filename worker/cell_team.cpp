@@ -76,7 +76,7 @@ TracedCells ThreadCellTeam::trace_cells(const CellRange& range, const std::atomi
       kernel_->trace({row_at_[cell.position], cell.x_begin, cell.x_end},
                      {cell.sample_begin, cell.sample_end}, sums, counts);
       const Time after = clock.now();
-      const CellHeader header{counts.rays, counts.nonfinite,
+      const CellHeader header{counts.rays, counts.nonfinite, counts.lost,
                               static_cast<std::uint64_t>((after - before).count())};
       before = after;
       std::byte* const record = result.records.data() + (index - range.begin) * record_bytes;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace parray {
 
@@ -34,10 +35,25 @@ struct RenderSettings {
   // --- the picture is a function of the scene and of these ---
   std::uint32_t width = 1200;             ///< pixels, 1 .. limits::max_image_side
   std::uint32_t height = 800;             ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t samples_per_pixel = 500;  ///< 1 .. limits::max_samples_per_pixel
+  std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
   std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
+  // When to stop before samples_per_pixel, whichever comes first, and where the samples go: see
+  // common/image/passes.h. 0: no such limit.
+  bool adaptive = false;         ///< pixels with more noise get more samples
+  double target_error = 0;       ///< RMSE of the picture, in linear radiance
+  double target_half_width = 0;  ///< of 99 % of the pixels' 95 % intervals, likewise
+  double time_limit = 0;         ///< seconds; what came of it is in `passes`
+  /// Samples of each pass, all pixels together, as a report gives them: decides instead of all
+  /// limits above, so that a picture can be repeated. Empty as a rule.
+  std::vector<std::uint64_t> passes{};
+
+  /// Whether the passes after the first depend on what earlier ones have found.
+  [[nodiscard]] bool in_passes() const {
+    return adaptive || target_error > 0 || target_half_width > 0 || time_limit > 0 ||
+           !passes.empty();
+  }
 
   // --- the same bits whatever these say ---
   AcceleratorKind accelerator = AcceleratorKind::automatic;

@@ -64,20 +64,30 @@ class LaneKernel final : public Kernel {
     place_around_lens();
   }
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
-    SampleBatch batch{run.y, run.x_begin, samples.begin, samples.count(), 0, 0};
-    const std::uint64_t total = std::uint64_t{run.x_end - run.x_begin} * samples.count();
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    SampleBatch batch;
+    batch.y = run.y;
     BatchRadiance radiance;
-    for (std::uint64_t done = 0; done < total; done += batch.count) {
-      // Whole pixels are skipped by x, so that `first` stays small whatever the run.
-      batch.x_begin = run.x_begin + static_cast<std::uint32_t>(done / samples.count());
-      batch.first = static_cast<std::uint32_t>(done % samples.count());
-      batch.count =
-          static_cast<std::uint32_t>(std::min<std::uint64_t>(total - done, SampleBatch::most));
+    const auto trace_batch = [&] {
       counts.rays += functions_.trace(tables_, batch, radiance);
-      add(radiance, batch, sums.subspan(batch.x_begin - run.x_begin), counts);
+      add(radiance, batch, sums.data() - run.x_begin, counts);
+      batch.count = 0;
+    };
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        batch.column[batch.count] = x;
+        batch.sample[batch.count] = s;
+        if (++batch.count == SampleBatch::most) {
+          trace_batch();
+        }
+      }
     }
+    if (batch.count > 0) {
+      trace_batch();
+    }
+    counts.lost += radiance.lost;
   }
 
   void first_hits(const PixelRun& run, const SampleRange& samples,
@@ -130,22 +140,17 @@ class LaneKernel final : public Kernel {
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
 
-  void add(const BatchRadiance& radiance, const SampleBatch& batch, std::span<PixelSums> sums,
-           TraceCounts& counts) const {
-    std::uint32_t sample = batch.first;
-    std::uint32_t i = 0;
-    for (PixelSums& of_pixel : sums) {
-      const std::uint32_t end = std::min(i + batch.samples - sample, batch.count);
-      PixelSums pixel;
-      for (; i < end; ++i) {
-        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]}, pixel,
-                  counts);
+  /// `pixels` are those of the whole row.
+  static void add(const BatchRadiance& radiance, const SampleBatch& batch, PixelSums* pixels,
+                  TraceCounts& counts) {
+    for (std::uint32_t i = 0; i < batch.count;) {
+      const std::uint32_t x = batch.column[i];
+      PixelSums pixel;  // in registers
+      for (; i < batch.count && batch.column[i] == x; ++i) {
+        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]},
+                  batch.sample[i], pixel, counts);
       }
-      of_pixel += pixel;
-      if (end == batch.count) {
-        return;
-      }
-      sample = 0;
+      pixels[x] += pixel;
     }
   }
 

@@ -9,7 +9,7 @@
 /// and store it. Columns have room for a whole vector beyond the last path. Nothing is initialised.
 namespace parray {
 
-inline constexpr std::uint32_t column_size = SampleBatch::most + 16;
+inline constexpr std::uint32_t column_size = SampleBatch::room;
 
 template <typename T>
 struct alignas(64) Column {
@@ -95,10 +95,9 @@ struct Workspace {
   Paths<Real> paths;
   Queries<Real, Store> queries;
   static constexpr std::uint32_t sky = 3;
-  Hits<Real> hits[4];                  ///< by MaterialType, then those of the sky
-  Column<std::uint32_t> pixel;         ///< of each sample of the batch
-  Column<std::uint32_t> column;        ///< its x
-  Column<std::uint32_t> sample_index;  ///< its number within the pixel
+  Hits<Real> hits[4];                            ///< by MaterialType, then those of the sky
+  Column<std::uint32_t> pixel;                   ///< of each sample of the batch
+  const std::uint32_t* sample_number = nullptr;  ///< of each: the batch's
   InsideLists inside;
   /// Rays traverse in groups; a ray's pending children lie one after the other.
   static constexpr std::uint32_t stack_entries = 16384;

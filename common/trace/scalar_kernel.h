@@ -49,14 +49,15 @@ class ScalarKernel final : public Kernel {
   ScalarKernel(const Scene& scene, const RenderSettings& settings)
       : ScalarKernel(scene, settings, scene_origin(scene)) {}
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
     Sides<Real> sides;
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
         const Vec3<Real> radiance =
-            trace_sample(scene_, accelerator_, x, run.y, random(x, run.y, s), sides, counts.rays);
-        add_sample(vec_cast<double>(radiance), scale_, sums[x - run.x_begin], counts);
+            trace_sample(scene_, accelerator_, x, run.y, random(x, run.y, s), sides, counts);
+        add_sample(vec_cast<double>(radiance), scale_, s, sums[x - run.x_begin], counts);
       }
     }
   }

@@ -46,9 +46,9 @@ class LyingKernel final : public Kernel {
   LyingKernel(std::unique_ptr<Kernel> kernel, Lie lie)
       : kernel_(std::move(kernel)), lie_(std::move(lie)) {}
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
-    kernel_->trace(run, samples, sums, counts);
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    kernel_->trace_run(run, samples, sums, counts);
     if (run.y == 3) lie_(sums, counts);
   }
   void first_hits(const PixelRun& run, const SampleRange& samples,

@@ -40,10 +40,11 @@ inline void add_made_sample(std::uint32_t position, std::uint32_t x, std::uint32
                             PixelSums& pixel, TraceCounts& counts) {
   const std::uint64_t bits =
       scrambled((std::uint64_t{position} << 48) | (std::uint64_t{x} << 32) | sample);
-  pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF});
+  pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF}, sample);
   ++counts.samples;
   counts.rays += bits >> 60;
   counts.nonfinite += bits >> 48 & 1;
+  counts.lost += bits >> 49 & 7;
 }
 
 /// The record of a cell; `nanoseconds` is the one thing that may differ between copies.
@@ -57,7 +58,7 @@ inline std::vector<std::byte> made_record(const WorkPlan& plan, std::uint64_t in
       add_made_sample(cell.position, x, s, pixels[x - cell.x_begin], counts);
     }
   }
-  const CellHeader header{counts.rays, counts.nonfinite, nanoseconds};
+  const CellHeader header{counts.rays, counts.nonfinite, counts.lost, nanoseconds};
   std::vector<std::byte> record(record_bytes_of(plan));
   std::memcpy(record.data(), &header, sizeof header);
   std::memcpy(record.data() + sizeof header, pixels.data(), pixels.size() * sizeof(PixelSums));

@@ -57,7 +57,7 @@ std::vector<std::byte> plain_records(const RenderSettings& settings, const WorkP
       kernel->trace({row_at[cell.position], x, x + 1}, {cell.sample_begin, cell.sample_end},
                     {&sums[x - cell.x_begin], 1}, counts);
     }
-    const CellHeader header{counts.rays, counts.nonfinite, 0};
+    const CellHeader header{counts.rays, counts.nonfinite, counts.lost, 0};
     const auto* const head = reinterpret_cast<const std::byte*>(&header);
     const auto pixels = std::as_bytes(std::span(sums));
     records.insert(records.end(), head, head + sizeof header);
@@ -173,7 +173,7 @@ TEST_CASE("a failure to trace is thrown to whoever asks for the result") {
   const RenderSettings settings = sized(20, 13, 6);
   const WorkPlan plan = plan_of(settings);
   ThreadCellTeam team(small_scene(), settings, plan, 1);
-  team.start({0, std::uint64_t{1} << 58});  // more memory than a vector may have
+  team.start({0, std::uint64_t{1} << 50});  // more memory than a vector may have
   team.wait(seconds(60));
   CHECK_THROWS_AS(team.take(), RunError);
 }

@@ -274,7 +274,7 @@ TEST_CASE("bulk data come out as they were sealed, empty ones too") {
 
 TEST_CASE("a row block comes back as it was, an empty one too") {
   CHECK(row_block_from_bytes(row_block_to_bytes(small_block())) == small_block());
-  CHECK(row_block_to_bytes(small_block()).size() == 44 + 48 * 4 + 16);
+  CHECK(row_block_to_bytes(small_block()).size() == 52 + 72 * 4 + 16);
   CHECK(row_block_from_bytes(row_block_to_bytes({})) == RowBlock{});
 }
 

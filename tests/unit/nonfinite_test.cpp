@@ -29,14 +29,15 @@ class HoleyKernel final : public Kernel {
            (x == 0 && y == 4);
   }
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
     const RadianceScale scale(1);
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
         const double nan = std::numeric_limits<double>::quiet_NaN();
         const Vec3d radiance = hole(x, run.y, s) ? Vec3d{0.25, nan, 1} : Vec3d{0.25, 0.5, 1};
-        add_sample(radiance, scale, sums[x - run.x_begin], counts);
+        add_sample(radiance, scale, s, sums[x - run.x_begin], counts);
       }
     }
   }

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "common/image/pixel_sums.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// What is known of a picture between two passes. A view; pixels by image row.
+struct PictureState {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::span<const PixelSums> pixels;
+  std::span<const std::uint32_t> counts;  ///< samples of each pixel: 0 .. counts - 1
+  double largest_radiance = 1;
+};
+
+enum class StopReason : std::uint8_t { samples, error, half_width, time, passes };
+std::string_view name_of(StopReason reason);
+
+/// How large the next pass is to be, or why there is none.
+struct PassSize {
+  std::uint64_t samples = 0;  ///< of all pixels together; 0: the picture is done
+  StopReason stop = StopReason::samples;
+};
+
+/// The size of pass number `pass` (0: the first), from the limits of `settings` and what the passes
+/// before it have found. `affordable`: samples that the time left allows (only asked for with a
+/// time limit). A function of its arguments alone, in arithmetic that is the same everywhere.
+PassSize next_pass_size(const PictureState& state, const RenderSettings& settings,
+                        std::uint32_t pass,
+                        std::uint64_t affordable = std::numeric_limits<std::uint64_t>::max());
+
+/// Samples that each pixel has after a pass of about `samples` more, all pixels together; none has
+/// fewer than before. Equal counts for all pixels unless settings.adaptive. A function of its
+/// arguments alone, in arithmetic that is the same everywhere.
+std::vector<std::uint32_t> counts_after_pass(const PictureState& state,
+                                             const RenderSettings& settings, std::uint32_t pass,
+                                             std::uint64_t samples);
+
+}  // namespace parray
