@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/image/channels.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/store.h"
@@ -29,6 +30,7 @@ struct Picture {
   Image image;
   PictureStatistics statistics;  ///< if they were asked for
   nlohmann::json report;
+  Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
 };
 
 /// The job map of PROTOCOL.md, read.

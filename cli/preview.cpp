@@ -16,7 +16,7 @@ void Preview::follow(Time now, Client& client, const JobStatus& status) {
   if (!wanted() || !status.whole || status.ended() || now < next_) return;
   const SteadyClock clock;
   const Time begin = clock.now();
-  write_image(file_, client.fetch_partial(status.id), {{"parray:partial", "true"}},
+  write_image(file_, client.fetch_partial(status.id), {{"parray:partial", "true"}}, {},
               check_interrupted);
   const Time took = clock.now() - begin;
   next_ = now + std::max(10 * took, Time(milliseconds(500)));

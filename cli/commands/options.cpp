@@ -241,6 +241,24 @@ void OutputOptions::add_to(CLI::App& command, bool image_required) {
   forbid_empty(*report_option_);
 }
 
+void OutputOptions::add_aov_to(CLI::App& command) {
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [this](const std::string& names) {
+            try {
+              aovs_ = aovs_from(names);
+            } catch (const InputError& error) {
+              throw CLI::ValidationError("--aov", error.what());
+            }
+          },
+          "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
+          "of what is first seen; cost in ray segments a sample")
+      ->type_name("depth|normal|albedo|sphere|cost,...")
+      ->take_last()
+      ->needs(image_option_);
+}
+
 void add_quiet(CLI::App& command, bool& quiet) {
   command.add_flag("-q,--quiet", quiet, "Show no progress");
 }

@@ -77,15 +77,18 @@ class OutputOptions {
  public:
   /// `image_required`: without -o the command makes no sense.
   void add_to(CLI::App& command, bool image_required);
+  /// --aov, for commands that have the scene at hand.
+  void add_aov_to(CLI::App& command);
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] CLI::Option* image_option() const { return image_option_; }
   [[nodiscard]] CLI::Option* report_option() const { return report_option_; }
 
-  [[nodiscard]] OutputPaths paths() const { return {image_, report_}; }
+  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_}; }
 
  private:
   std::string image_;
   std::string report_;
+  Aovs aovs_;
   CLI::Option* image_option_ = nullptr;
   CLI::Option* report_option_ = nullptr;
 };

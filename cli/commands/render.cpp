@@ -40,12 +40,15 @@ int render(const RenderCommand& command) {
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
   const DeferredInterrupts deferred;
-  EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));
+  const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
+  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                             submission.scene_bytes, static_cast<int>(threads));
+  EmbeddedFarm farm(threads);
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, command.output.paths(), command.following, started);
+    return wait_and_deliver(client, job, command.output.paths(), command.following, extra, started);
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.
@@ -63,6 +66,7 @@ void add_render(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<RenderCommand>();
   add_scene(*command, options->scene);
   options->output.add_to(*command, true);
+  options->output.add_aov_to(*command);
   options->render.add_to(*command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
@@ -70,9 +71,12 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
 }
 
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
-                     const Following& following, std::optional<Time> started) {
+                     const Following& following, const ExtraChannels& extra,
+                     std::optional<Time> started) {
   wait_until_done(client, job, following);
-  return deliver(client.fetch(job), outputs, started);
+  Picture picture = client.fetch(job);
+  add_channels(picture, extra);
+  return deliver(std::move(picture), outputs, started);
 }
 
 }  // namespace parray

@@ -6,6 +6,7 @@
 #include "cli/client.h"
 #include "cli/commands/options.h"
 #include "cli/delivery.h"
+#include "cli/extra_channels.h"
 #include "cli/preview.h"
 
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
@@ -23,9 +24,10 @@ void check_isa(Isa isa);
 /// Throws RunError when it fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const Following& following);
 
-/// wait_until_done(), then fetches and delivers. Returns the exit status; `started` as deliver()
-/// has it.
+/// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
+/// `started` as deliver() has it.
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
-                     const Following& following, std::optional<Time> started);
+                     const Following& following, const ExtraChannels& extra,
+                     std::optional<Time> started);
 
 }  // namespace parray

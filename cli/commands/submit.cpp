@@ -6,6 +6,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/interrupt.h"
+#include "common/base/cpu_count.h"
 
 namespace parray {
 namespace {
@@ -26,6 +27,8 @@ int submit(const SubmitCommand& command) {
   Submission submission = load_submission(command.scene, command.render, command.priority);
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
+  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                             submission.scene_bytes, usable_cpus());
   FarmClient client(command.farm.address());
   const JobId job = client->submit(std::move(submission));
   std::cout << job << std::endl;
@@ -36,7 +39,8 @@ int submit(const SubmitCommand& command) {
       wait_until_done(*client, job, command.following);
       return 0;
     }
-    return wait_and_deliver(*client, job, command.output.paths(), command.following, started);
+    return wait_and_deliver(*client, job, command.output.paths(), command.following, extra,
+                            started);
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
@@ -53,6 +57,7 @@ void add_submit(CLI::App& app, Action& chosen) {
   add_scene(*command, options->scene);
   auto* wait = command->add_flag("--wait", options->wait, "Return when the job has ended");
   options->output.add_to(*command, false);
+  options->output.add_aov_to(*command);
   options->output.image_option()->needs(wait);
   options->output.report_option()->needs(wait);
   add_whole_number(

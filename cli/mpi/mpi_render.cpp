@@ -285,8 +285,12 @@ auto together(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, KeptJob& kept, Rendered& rendered, Time started) {
+int finish(const MpiOptions& options, KeptJob& kept, const MpiJob& job, Rendered& rendered,
+           Time started) {
   kept.keep_picture(rendered.picture.image, rendered.picture.report);
+  const int threads = static_cast<int>(rendered.parts->options.threads);
+  add_channels(rendered.picture,
+               extra_channels(options.output.paths().aovs, job.settings, job.scene_bytes, threads));
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
   kept.forget();
   if (rendered.mismatches > 0) {
@@ -309,7 +313,8 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   }
   const DeferredInterrupts deferred;
   Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
-  const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
+  const int status =
+      run_action(program, [&] { return finish(options, *kept, job, rendered, started); });
   if (!rendered.all_answer || !world.meet(last_meeting)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);

@@ -41,6 +41,8 @@ class HoleyKernel final : public Kernel {
       }
     }
   }
+  void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
+                  std::span<FirstHit> /*hits*/) const override {}
   [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
   [[nodiscard]] std::string_view isa() const override { return "none"; }
 };
