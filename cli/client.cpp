@@ -62,6 +62,7 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("height").get_to(job.height);
     map.at("samples_per_pixel").get_to(job.samples_per_pixel);
     job.whole = map.value("whole", false);
+    map.at("sampler").get_to(job.sampler);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }

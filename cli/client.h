@@ -47,6 +47,7 @@ struct JobStatus {
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;
   bool whole = false;  ///< every pixel has a sample
+  std::string sampler;
 
   /// Done, failed or cancelled: nothing more will happen.
   [[nodiscard]] bool ended() const;

@@ -91,10 +91,11 @@ class ScalarKernel final : public Kernel {
         accelerator_(fill(scene, origin)),
         scale_(largest_radiance(scene)),
         width_(settings.width),
-        seed_(settings.seed) {}
+        seed_(settings.seed),
+        sampler_(settings.sampler) {}
 
   [[nodiscard]] SampleRandom random(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
-    return {seed_, y * width_ + x, sample};
+    return {seed_, y * width_ + x, sample, sampler_};
   }
 
   /// Returns the spheres, which the accelerator is made from.
@@ -116,6 +117,7 @@ class ScalarKernel final : public Kernel {
   RadianceScale scale_;
   std::uint32_t width_;
   std::uint64_t seed_;
+  Sampler sampler_;
 };
 
 }  // namespace parray
