@@ -250,7 +250,7 @@ int compare(const CompareCommand& command) {
   }
   if (!command.verification.empty()) {
     const DeferredInterrupts deferred;
-    write_image(command.verification, verification.drawn(), {}, check_interrupted);
+    write_image(command.verification, verification.drawn(), {}, {}, check_interrupted);
   }
   if (command.as_json) {
     print_json(document(command, reference, comparisons, verification.largest()));
