@@ -98,6 +98,7 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
   void send(const PeerId& peer, const Message& message);
+  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                     const std::string& message);
 

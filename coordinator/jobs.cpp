@@ -49,11 +49,9 @@ void Coordinator::restore_jobs() {
 }
 
 void Coordinator::finish_job(Time now, Job& job) {
-  const Image image = resolve_image(job.work->framebuffer, job.work->largest_radiance);
-  job.record.report = make_report(job, image_sha256(image), now).dump();
-  const auto pixels = std::as_bytes(std::span(image.rgb));
-  store_.put_picture(job.record.id,
-                     std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  const FinishedPicture picture = finish_picture(job, now);
+  job.record.report = picture.report.dump();
+  store_.put_picture(job.record.id, picture_to_bytes(picture.image, picture.statistics));
   close_job(job, JobState::done, "");
 }
 

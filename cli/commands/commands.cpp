@@ -13,6 +13,7 @@ void add_commands(CLI::App& app, Action& chosen) {
   add_workers(app, chosen);
   add_validate(app, chosen);
   add_convert(app, chosen);
+  add_compare(app, chosen);
   add_doctor(app, chosen);
 }
 

@@ -81,16 +81,14 @@ void KeptJob::keep(const RowBlock& block) {
   store_->commit();
 }
 
-void KeptJob::keep_picture(const Image& image, const nlohmann::json& report) {
+void KeptJob::keep_picture(const Picture& picture) {
   if (!named_) {
     return;
   }
   open_store();
   job_.record.state = JobState::done;
-  job_.record.report = report.dump();
-  const auto pixels = std::as_bytes(std::span(image.rgb));
-  store_->put_picture(job_.record.id,
-                      std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  job_.record.report = picture.report.dump();
+  store_->put_picture(job_.record.id, picture_to_bytes(picture.image, picture.statistics));
   store_->put_job(job_.record);
   store_->drop_work(job_.record.id);
   store_->commit();

@@ -33,7 +33,7 @@ class KeptJob {
 
   /// The job is done. In a directory that the user has named its picture and report take the place
   /// of its rows.
-  void keep_picture(const Image& image, const nlohmann::json& report);
+  void keep_picture(const Picture& picture);
 
   /// The picture is written: a directory that the user has not named goes.
   void forget();

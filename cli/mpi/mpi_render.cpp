@@ -207,8 +207,10 @@ class Locator {
     if (!kernel_) {
       kernel_ = make_kernel(scene_from_bytes(job_.scene_bytes), job_.settings);
     }
-    return locate_nonfinite(*kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
-                            {cell.sample_begin, cell.sample_end}, cell.position);
+    return locate_nonfinite(
+        *kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
+        std::vector<SampleRange>(cell.pixels(), {cell.sample_begin, cell.sample_end}),
+        cell.position);
   }
 
  private:
@@ -257,9 +259,10 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
   WindowLedger& ledger = coordinator.ledger();
   note_ranks(done, parts.facts, parts.layout, ledger);
   done.work->isa = team.built().isa;
-  rendered.picture.image = resolve_image(done.work->framebuffer, done.work->largest_radiance);
+  FinishedPicture finished = finish_picture(done, coordinator.finished());
+  rendered.picture = {std::move(finished.image), std::move(finished.statistics),
+                      std::move(finished.report)};
   nlohmann::json& report = rendered.picture.report;
-  report = make_report(done, image_sha256(rendered.picture.image), coordinator.finished());
   report["mpi"] = mpi_report(done, parts.transport, job.mode, parts.facts, parts.layout, ledger,
                              report.at("seconds").at("render"), options.row_seconds);
   rendered.mismatches = ledger.tally().mismatches;
@@ -285,8 +288,12 @@ auto together(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, KeptJob& kept, Rendered& rendered, Time started) {
-  kept.keep_picture(rendered.picture.image, rendered.picture.report);
+int finish(const MpiOptions& options, KeptJob& kept, const MpiJob& job, Rendered& rendered,
+           Time started) {
+  kept.keep_picture(rendered.picture);
+  const int threads = static_cast<int>(rendered.parts->options.threads);
+  add_channels(rendered.picture,
+               extra_channels(options.output.paths().aovs, job.settings, job.scene_bytes, threads));
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
   kept.forget();
   if (rendered.mismatches > 0) {
@@ -309,7 +316,8 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   }
   const DeferredInterrupts deferred;
   Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
-  const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
+  const int status =
+      run_action(program, [&] { return finish(options, *kept, job, rendered, started); });
   if (!rendered.all_answer || !world.meet(last_meeting)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);

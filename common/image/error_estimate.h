@@ -24,6 +24,8 @@ struct ErrorEstimate {
 /// From the differences of each pixel's two replicates, whatever the sampler; see
 /// common/image/pixel_sums.h. Deterministic.
 ErrorEstimate estimate_error(const PictureState& state);
+/// The same without half-widths, which cost most of the time.
+ErrorEstimate estimate_rmse(const PictureState& state);
 
 /// Of ErrorEstimate, as reports name it.
 inline constexpr std::string_view error_method = "replicates";

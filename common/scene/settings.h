@@ -63,6 +63,7 @@ struct RenderSettings {
   Isa isa = Isa::automatic;  ///< a worker that lacks it takes the best it has
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
+  bool progressive = false;  ///< first one sample of every pixel, so that there is a picture early
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };

@@ -8,8 +8,10 @@
 
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
+#include "common/image/sample_range.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
+#include "common/trace/ray.h"
 
 namespace parray {
 
@@ -20,13 +22,14 @@ struct PixelRun {
   std::uint32_t x_end = 0;
 };
 
-/// Half-open range of sample indices of a pixel.
-struct SampleRange {
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
+/// What the camera ray of a sample meets.
+struct FirstHit {
+  std::uint32_t sphere = no_sphere;  ///< place in Scene::spheres; no_sphere: the sky
+  double distance = 0;               ///< along the ray, from the lens
+  Vec3d direction{};                 ///< of the ray; unit length but for rounding
+  Vec3d normal{};                    ///< unit, on the side that the ray comes from; 0: the sky
 
-  [[nodiscard]] std::uint32_t count() const { return end - begin; }
-  friend bool operator==(const SampleRange&, const SampleRange&) = default;
+  friend bool operator==(const FirstHit&, const FirstHit&) = default;
 };
 
 /// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
@@ -63,6 +66,11 @@ class Kernel {
   /// The same with a range of samples for each pixel.
   virtual void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                          TraceCounts& counts) const = 0;
+
+  /// What the camera rays of the same samples meet: of all samples of a pixel, then of the next.
+  /// `hits` has samples.count() elements for each pixel of `run`.
+  virtual void first_hits(const PixelRun& run, const SampleRange& samples,
+                          std::span<FirstHit> hits) const = 0;
 
   /// Memory of the accelerator, positions and radii included.
   [[nodiscard]] virtual std::size_t accelerator_bytes() const = 0;

@@ -105,4 +105,20 @@ struct Workspace {
   alignas(64) std::uint32_t stack_child[stack_entries];
 };
 
+/// The spheres that a point of the lens lies in, as a list in `inside`.
+template <typename Real, typename Store, int W>
+PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene,
+                                      const Vec3<Real>& origin, InsideLists& inside) {
+  std::uint32_t head = InsideLists::none;
+  for (std::uint32_t k = 0; k < scene.around_lens_count; ++k) {
+    const std::uint32_t slot = scene.around_lens[k];
+    const auto sphere = sphere_at<Real>(scene.blocks, slot);
+    const Vec3<Real> from_center = origin - sphere.center;
+    if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
+      head = inside.push(head, slot);
+    }
+  }
+  return head;
+}
+
 }  // namespace parray

@@ -32,6 +32,14 @@ View<Real> make_view(const Scene& scene, const RenderSettings& settings, const V
 /// Spheres that some point of the lens may lie inside of; each sample then decides for itself.
 std::vector<std::uint32_t> spheres_around_lens(const Scene& scene);
 
+/// `sphere` is the one of `hit`, the first along a camera ray.
+template <typename Real>
+FirstHit first_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere) {
+  const Vec3<Real> outward = normal_at(ray, sphere, hit.leaving);
+  return {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
+          vec_cast<double>(hit.leaving ? -outward : outward)};
+}
+
 /// The kernel of a scalar accelerator: one path after the other, any accelerator of
 /// accelerator.h. What it computes is what every other kernel has to compute, to the bit.
 /// `Store` is the type that positions are rounded to: float, with Real double, is precision mixed.
@@ -47,11 +55,24 @@ class ScalarKernel final : public Kernel {
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
       const SampleRange range = samples[x - run.x_begin];
       for (std::uint32_t s = range.begin; s < range.end; ++s) {
-        const SampleRandom random(seed_, run.y * width_ + x, s, sampler_);
         const Vec3<Real> radiance =
-            trace_sample(scene_, accelerator_, x, run.y, random, sides, counts);
+            trace_sample(scene_, accelerator_, x, run.y, random(x, run.y, s), sides, counts);
         add_sample(vec_cast<double>(radiance), scale_, s, sums[x - run.x_begin], counts);
       }
+    }
+  }
+
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    Sides<Real> sides;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const std::uint32_t x = run.x_begin + static_cast<std::uint32_t>(i / samples.count());
+      const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
+      const Ray<Real> ray = scene_.view.template ray<Real>(x, run.y, random(x, run.y, s));
+      start_sides(scene_, ray.origin, sides);
+      const Hit<Real> hit = first_crossing(scene_, accelerator_, ray, sides);
+      hits[i] =
+          hit.sphere == no_sphere ? FirstHit{} : first_hit(ray, hit, scene_.spheres[hit.sphere]);
     }
   }
 
@@ -72,6 +93,10 @@ class ScalarKernel final : public Kernel {
         width_(settings.width),
         seed_(settings.seed),
         sampler_(settings.sampler) {}
+
+  [[nodiscard]] SampleRandom random(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
+    return {seed_, y * width_ + x, sample, sampler_};
+  }
 
   /// Returns the spheres, which the accelerator is made from.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene, const Vec3d& origin) {

@@ -79,7 +79,7 @@ class Wavefront {
     if constexpr (Sides) {
       space_.inside.clear();
       for (std::uint32_t i = 0; i < batch.count; ++i) {
-        paths.inside[i] = inside_at(paths.origin[i]);
+        paths.inside[i] = inside_at(scene_, paths.origin[i], space_.inside);
       }
     }
   }
@@ -91,20 +91,6 @@ class Wavefront {
       radiance_.lost += TraceCounts::lost_of(
           static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
     }
-  }
-
-  /// The spheres that a point of the lens lies in.
-  PARRAY_INLINE std::uint32_t inside_at(const Vec3<Real>& origin) {
-    std::uint32_t head = InsideLists::none;
-    for (std::uint32_t k = 0; k < scene_.around_lens_count; ++k) {
-      const std::uint32_t slot = scene_.around_lens[k];
-      const auto sphere = sphere_at<Real>(scene_.blocks, slot);
-      const Vec3<Real> from_center = origin - sphere.center;
-      if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
-        head = space_.inside.push(head, slot);
-      }
-    }
-    return head;
   }
 
   /// Moves every path to the hits of its material's type, or of the sky.

@@ -38,9 +38,9 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--accelerator", "--isa", "--schedule", "--row-order"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--output", "--report", "--threads", "--quiet"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--report", "--priority",
-                                              "--quiet"],
+    "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet"],
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--aov", "--report",
+                                              "--priority", "--quiet"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
     "watch": COORDINATOR + ["--quiet"],
@@ -49,6 +49,7 @@ OPTIONS = {
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],
+    "compare": ["--output", "--json"],
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
@@ -107,7 +108,8 @@ class Refusals(CliTest):
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
                                     ("--isa", "avx215", "avx2"),
                                     ("--schedule", "guidd", "guided"),
-                                    ("--row-order", "sequentially", "sequential")):
+                                    ("--row-order", "sequentially", "sequential"),
+                                    ("--aov", "depth,normls", "normal")):
             self.refused("render", self.scene, *output, option, value, mentions=option + ":")
             self.refused("render", self.scene, *output, option, value, mentions=hint)
         self.refused("render", self.scene, *output, "--widht", "5", mentions="--width")

@@ -51,6 +51,10 @@ class LyingKernel final : public Kernel {
     kernel_->trace_run(run, samples, sums, counts);
     if (run.y == 3) lie_(sums, counts);
   }
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    kernel_->first_hits(run, samples, hits);
+  }
   [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
   [[nodiscard]] std::string_view isa() const override { return kernel_->isa(); }
 

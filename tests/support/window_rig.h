@@ -100,11 +100,7 @@ inline Framebuffer made_framebuffer(const RenderSettings& settings,
 }
 
 inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
-  bool same = a.pixels() == b.pixels() && a.counts() == b.counts();
-  for (std::uint32_t row = 0; row < a.height(); ++row) {
-    same = same && a.samples_in_row(row) == b.samples_in_row(row);
-  }
-  return same;
+  return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples();
 }
 
 /// Memory for a window, of zeros, aligned to words.

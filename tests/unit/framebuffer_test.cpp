@@ -98,9 +98,8 @@ TEST_CASE("any split into rectangles, merged in any order, gives the same sums")
     }
     REQUIRE(merged.pixels() == at_once.pixels());
     REQUIRE(merged.counts() == at_once.counts());
-    for (std::uint32_t row = 0; row < settings.height; ++row) {
-      REQUIRE(merged.samples_in_row(row) == settings.samples_per_pixel);
-    }
+    REQUIRE(merged.samples() ==
+            std::vector<std::uint32_t>(merged.pixels().size(), settings.samples_per_pixel));
     CHECK(image_sha256(resolve_image(merged, 1)) == image_sha256(resolve_image(at_once, 1)));
   }
 }
@@ -125,7 +124,7 @@ TEST_CASE("a block's rows land where the row order says, and count their samples
   framebuffer.merge(block);
   for (std::uint32_t row = 0; row < 5; ++row) {
     const PixelSums* pixels = framebuffer.pixels().data() + std::size_t{row} * 2;
-    CHECK(framebuffer.samples_in_row(row) == (row == row_at[3] ? 3U : 0U));
+    CHECK(framebuffer.samples()[std::size_t{row} * 2] == (row == row_at[3] ? 3U : 0U));
     CHECK(pixels[0].sum[0] == 0);
     CHECK(pixels[1].sum[0] == (row == row_at[3] ? 7U : 0U));
   }
@@ -220,6 +219,24 @@ TEST_CASE("fixed point keeps order and errs by half a unit at most") {
     CHECK_UNARY((value >= before) == (scale.to_fixed(value) >= scale.to_fixed(before)));
     before = value;
   }
+}
+
+TEST_CASE("a pass gives each pixel samples of its own, and a block counts what pixels have of it") {
+  const auto settings = sized(2, 2, 8, RowOrder::sequential);
+  Framebuffer framebuffer(settings);
+  framebuffer.begin_pass({4, 4, 4, 4});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 0, 4});
+  CHECK(framebuffer.samples_of({0, 2, 0, 4}).empty());  // all alike
+  framebuffer.merge({{0, 2, 0, 4}, 2, {16, 16, 0, 0}, std::vector<PixelSums>(4)});
+  framebuffer.begin_pass({4, 10, 6, 20});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 4, 20});
+  CHECK(framebuffer.samples_of({0, 2, 5, 12}) ==
+        std::vector<SampleRange>{{5, 5}, {5, 10}, {5, 6}, {5, 12}});
+  CHECK(framebuffer.sample_count({0, 2, 5, 12}) == 13);
+  framebuffer.merge({{0, 2, 5, 12}, 2, {13, 13, 0, 0}, std::vector<PixelSums>(4)});
+  CHECK(framebuffer.samples() == std::vector<std::uint32_t>{4, 9, 5, 11});
+  CHECK_THROWS_AS(framebuffer.begin_pass({4, 9, 5, 10}), std::logic_error);
+  CHECK_THROWS_AS(framebuffer.begin_pass({99, 99}), std::logic_error);
 }
 
 TEST_CASE("sums of squares give the variance of a sample") {

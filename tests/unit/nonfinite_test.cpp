@@ -41,6 +41,8 @@ class HoleyKernel final : public Kernel {
       }
     }
   }
+  void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
+                  std::span<FirstHit> /*hits*/) const override {}
   [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
   [[nodiscard]] std::string_view isa() const override { return "none"; }
 };
@@ -77,10 +79,12 @@ std::uint64_t holes() {
 }
 
 TEST_CASE("every sample that is not finite is found, with its pixel and its number") {
-  const auto found = locate_nonfinite(HoleyKernel(), {2, 4, 9}, {3, 11}, 77);
+  const auto found =
+      locate_nonfinite(HoleyKernel(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}), 77);
   REQUIRE(found.size() == 1);
   CHECK(found[0] == ExcludedSamples{77, 7, 6, 2});  // samples 6 and 10
-  CHECK(locate_nonfinite(HoleyKernel(), {2, 0, 7}, {0, spp}, 0).empty());
+  CHECK(
+      locate_nonfinite(HoleyKernel(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp}), 0).empty());
 }
 
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
@@ -147,7 +151,7 @@ TEST_CASE("the report says which pixels lack samples") {
   job.start_work(std::make_shared<const std::string>(scene_to_bytes(scene)));
   job.work->framebuffer.merge(traced(job.record.settings, {0, height, 0, spp}, 1));
   job.work->started = Time(0);
-  const auto report = make_report(job, "", seconds(1));
+  const auto report = finish_picture(job, seconds(1)).report;
   CHECK(report.at("nonfinite_samples") == holes());
   CHECK(report.at("nonfinite_pixels") == 3);
   REQUIRE(report.at("nonfinite").size() == 3);
