@@ -7,8 +7,9 @@
 
 namespace parray {
 
-/// Where the samples of a picture serve best, from what the pixels around each have shown: never
-/// from the pixel's own samples, whose mean would be biased if their luck decided their number.
+/// Where the samples of a picture serve best, from what the pixels around each have shown. A
+/// pixel's own samples have a say only as far as their number makes them: their mean would be
+/// biased if their luck decided how many follow.
 ///
 /// For the least mean square error a pixel's count is in proportion to the deviation of its samples
 /// (Neyman, "On the two different aspects of the representative method", 1934), for equal
@@ -29,7 +30,6 @@ class Allocation {
  private:
   /// Samples, all pixels together, if a pixel of weight w has at least level * w.
   [[nodiscard]] double total_at(double level) const;
-  [[nodiscard]] double square_error_at(double level) const;
   /// The level at which the pixels have `total` samples.
   [[nodiscard]] double level_for(double total) const;
 
