@@ -24,9 +24,10 @@ Allocation::Allocation(const PictureState& state, bool equal_half_widths)
     double most = 0;
     double sum = 0;
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      const double bright = noise.own.mean[channel] * counts_[i] / state.largest_radiance;
-      const double share = std::min(1.0, bias_allowed * bright);
       const Surroundings& around = noise.around[channel];
+      const double radiance = std::min(noise.own.mean[channel], around.radiance);
+      const double share =
+          std::min(1.0, bias_allowed * radiance * counts_[i] / state.largest_radiance);
       const double square = (1 - share) * model.expected_square(around) +
                             share * model.own_square(noise.own.variance[channel]);
       most = std::max(most, model.half_width_square(square, around));
@@ -71,15 +72,25 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   const double level = level_for(total);
   std::vector<std::uint32_t> counts = counts_;
   double owed = 0;
+  std::size_t last = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double wanted = level * weights_[i];
     if (wanted <= counts_[i]) {
       continue;
     }
-    const double exactly = std::min<double>(wanted + owed, limits::max_samples_per_pixel);
-    const auto even = static_cast<std::uint32_t>(std::max(exactly, 0.0)) / 2 * 2;
-    counts[i] = std::max(counts_[i], even);
+    const double exactly = wanted + owed;
+    const double possible = std::clamp<double>(exactly, 0, limits::max_samples_per_pixel);
+    counts[i] = std::max(counts_[i], static_cast<std::uint32_t>(possible) / 2 * 2);
     owed = exactly - counts[i];
+    last = i;
+  }
+  // Rounding may have lost the last pair, and a pixel that is full leaves more over.
+  for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
+    std::uint32_t& count = counts[(last + k) % counts.size()];
+    const double room = (limits::max_samples_per_pixel - count) / 2 * 2;
+    const double given = std::min(room, 2 * std::floor(owed / 2 + 0.5));
+    count += static_cast<std::uint32_t>(given);
+    owed -= given;
   }
   return counts;
 }

@@ -19,7 +19,8 @@ class Allocation {
   /// Each pixel of `state` has at least 2 samples.
   Allocation(const PictureState& state, bool equal_half_widths);
 
-  /// Counts of `total` samples, all pixels together, or 1 less; each even if it grows.
+  /// Counts of `total` samples, all pixels together. What a pixel gets is even; so is `total`, and
+  /// it is met exactly unless limits::max_samples_per_pixel is in the way.
   [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
 
   /// Samples, all pixels together, that are expected to bring the mean square error, or the square

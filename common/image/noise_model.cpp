@@ -8,6 +8,8 @@ namespace parray {
 namespace {
 
 constexpr double normal_95 = 1.959964;  ///< half the width of a normal's 95 % interval
+/// A pixel much noisier than its surroundings keeps that share of what its own variance says.
+constexpr double alone = 0.8;
 /// Of that many pixels at least, a large picture is asked.
 constexpr std::size_t asked = 1 << 17;
 /// A level with fewer values borrows from the levels next to it.
@@ -143,9 +145,11 @@ void NoiseModel::calibrate_around(std::size_t place) {
   const double share = found[ratio] > 0 ? rest / found[ratio] : 0;
   const double quantile = begin + (end - begin) * share;
   const double factor = (quantile * values + normal_95 * prior) / (values + prior);
-  around_factor_[place] = factor * factor;
+
   const double gain = variances > 0 ? squares / variances : 1;
   expected_factor_[place] = (gain * values + prior) / (values + prior);
+  // Where nearly all differences are 0, the few that are not count.
+  around_factor_[place] = std::max(factor * factor, expected_factor_[place]);
 }
 
 void NoiseModel::calibrate_own(std::size_t level) {
@@ -169,7 +173,9 @@ double NoiseModel::half_width(double own_variance, const Surroundings& around,
 }
 
 double NoiseModel::half_width_square(double own_square, const Surroundings& around) const {
-  return (normal_95 * normal_95 * own_square + around_square(around)) / 2;
+  const double by_own = normal_95 * normal_95 * own_square;
+  const double by_around = around_square(around);
+  return std::max((by_own + by_around) / 2, alone * by_own);
 }
 
 double NoiseModel::own_square(double own_variance) const {

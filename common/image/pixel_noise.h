@@ -30,7 +30,8 @@ PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceS
 /// What the up to 8 pixels around a pixel say about its noise, of one channel: all that can be
 /// known of it without asking its own samples, whose luck would decide the answer.
 struct Surroundings {
-  double mean = 0;  ///< variance
+  double radiance = 0;  ///< mean
+  double mean = 0;      ///< variance
   /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
   double ridge = 0;
 };
@@ -77,6 +78,7 @@ void visit_noise(const PictureState& state, std::size_t stride, Visit&& visit) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
         Surroundings& around = nearby.around[channel];
         const auto add = [&](const PixelNoise& one, const PixelNoise& opposite) {
+          around.radiance += (one.mean[channel] + opposite.mean[channel]) / 8;
           around.mean += (one.variance[channel] + opposite.variance[channel]) / 8;
           around.ridge =
               std::max(around.ridge, std::min(one.variance[channel], opposite.variance[channel]));

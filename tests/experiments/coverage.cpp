@@ -40,15 +40,17 @@ void for_seeds(std::uint32_t seeds, const Make& make, const Take& take) {
 }
 
 struct Trial {
-  NoisyPicture picture;
+  GrowingPicture picture;
   ErrorEstimate error;
   StopReason stop;
 };
 
 Trial trial_of(const NoisyScene& scene, RenderSettings settings) {
   const auto kernel = make_kernel(scene.scene, settings);
-  NoisyPicture picture(scene.scene, settings);
-  const StopReason stop = trace_in_passes(*kernel, settings, picture);
+  GrowingPicture picture(settings, largest_radiance(scene.scene));
+  const StopReason stop = grow_in_passes(
+      settings, picture,
+      [&](const std::vector<std::uint32_t>& until) { picture.trace(*kernel, until); });
   ErrorEstimate error = estimate_error(picture.state());
   return {std::move(picture), std::move(error), stop};
 }
