@@ -60,6 +60,7 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("width").get_to(job.width);
     map.at("height").get_to(job.height);
     map.at("samples_per_pixel").get_to(job.samples_per_pixel);
+    map.at("sampler").get_to(job.sampler);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }

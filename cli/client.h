@@ -42,6 +42,7 @@ struct JobStatus {
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;
+  std::string sampler;
 
   /// Done, failed or cancelled: nothing more will happen.
   [[nodiscard]] bool ended() const;

@@ -58,7 +58,8 @@ json job_summary(const Job& job, Time now) {
                   {"reason", record.reason},
                   {"width", record.settings.width},
                   {"height", record.settings.height},
-                  {"samples_per_pixel", record.settings.samples_per_pixel}};
+                  {"samples_per_pixel", record.settings.samples_per_pixel},
+                  {"sampler", name_of(record.settings.sampler)}};
   if (!job.open()) {
     return summary;
   }
@@ -100,7 +101,7 @@ json make_report(const Job& job, const std::string& image_sha256, Time finished)
           {"precision_reason", job.record.precision_reason},
           {"accelerator", name_of(s.accelerator)},
           {"isa", work.isa},
-          {"sampler", "independent"},
+          {"sampler", name_of(s.sampler)},
           {"schedule", name_of(s.schedule)},
           {"row_order", name_of(s.row_order)},
           {"scene_sha256", job.record.scene},

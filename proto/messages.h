@@ -19,7 +19,7 @@ namespace parray {
 inline constexpr std::uint32_t protocol_version = 1;
 
 /// Raised with every change to the bits of a sample.
-inline constexpr std::uint32_t trace_version = 2;
+inline constexpr std::uint32_t trace_version = 3;
 
 namespace msg {
 

@@ -39,6 +39,7 @@ json settings_to_json(const RenderSettings& s) {
           {"samples_per_pixel", s.samples_per_pixel},
           {"max_depth", s.max_depth},
           {"seed", s.seed},
+          {"sampler", name_of(s.sampler)},
           {"precision", name_of(s.precision)},
           {"accelerator", name_of(s.accelerator)},
           {"isa", name_of(s.isa)},
@@ -57,6 +58,8 @@ RenderSettings settings_from_json(const json& map) {
   value.max_depth = number<std::uint32_t>(map, "max_depth");
   value.seed = number<std::uint64_t>(map, "seed");
   try {
+    value.sampler =
+        map.contains("sampler") ? sampler_from(word(map, "sampler")) : Sampler::independent;
     value.precision = precision_from(word(map, "precision"));
     value.accelerator = accelerator_from(word(map, "accelerator"));
     value.isa = map.contains("isa") ? isa_from(word(map, "isa")) : Isa::automatic;

@@ -118,6 +118,10 @@ void RenderOptions::add_to(CLI::App& command) {
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
       ->group(settings_group);
+  add_choice(command, "--sampler", "independent|sobol", sampler_from, sampler_,
+             "Random numbers of a pixel's samples: independent of each other, or evenly spread "
+             "(Owen-scrambled Sobol)",
+             settings_group);
   add_choice(
       command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
       "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
@@ -141,6 +145,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   settings.samples_per_pixel = samples_per_pixel_.value_or(settings.samples_per_pixel);
   settings.max_depth = max_depth_.value_or(settings.max_depth);
   settings.seed = seed_.value_or(settings.seed);
+  settings.sampler = sampler_.value_or(settings.sampler);
   settings.precision = precision_.value_or(settings.precision);
   settings.accelerator = accelerator_.value_or(settings.accelerator);
   settings.isa = isa_.value_or(settings.isa);

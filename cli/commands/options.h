@@ -48,6 +48,7 @@ class RenderOptions {
   std::optional<std::uint32_t> samples_per_pixel_;
   std::optional<std::uint32_t> max_depth_;
   std::optional<std::uint64_t> seed_;
+  std::optional<Sampler> sampler_;
   std::optional<Precision> precision_;
   std::optional<AcceleratorKind> accelerator_;
   std::optional<Isa> isa_;

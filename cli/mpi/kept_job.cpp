@@ -63,7 +63,7 @@ bool KeptJob::same_picture(const JobRecord& kept) const {
   const RenderSettings& b = kept.settings;
   return kept.scene == job_.record.scene && a.width == b.width && a.height == b.height &&
          a.samples_per_pixel == b.samples_per_pixel && a.max_depth == b.max_depth &&
-         a.seed == b.seed && a.precision == b.precision;
+         a.seed == b.seed && a.sampler == b.sampler && a.precision == b.precision;
 }
 
 void KeptJob::open_store() {

@@ -17,6 +17,7 @@ namespace {
 constexpr std::array<std::string_view, 4> precision_names{"auto", "f32", "f64", "mixed"};
 constexpr std::array<std::string_view, 4> accelerator_names{"auto", "linear", "bvh", "octree"};
 constexpr std::array<std::string_view, 4> isa_names{"auto", "scalar", "avx2", "avx512"};
+constexpr std::array<std::string_view, 2> sampler_names{"independent", "sobol"};
 constexpr std::array<std::string_view, 4> schedule_names{"static", "guided", "factoring",
                                                          "weighted"};
 constexpr std::array<std::string_view, 3> row_order_names{"auto", "sequential", "interleaved"};
@@ -60,6 +61,7 @@ void check_known(std::string_view what, Names names, Enum value) {
 std::string_view name_of(Precision value) { return name_in(precision_names, value); }
 std::string_view name_of(AcceleratorKind value) { return name_in(accelerator_names, value); }
 std::string_view name_of(Isa value) { return name_in(isa_names, value); }
+std::string_view name_of(Sampler value) { return name_in(sampler_names, value); }
 std::string_view name_of(SchedulePolicy value) { return name_in(schedule_names, value); }
 std::string_view name_of(RowOrder value) { return name_in(row_order_names, value); }
 
@@ -71,6 +73,10 @@ AcceleratorKind accelerator_from(std::string_view name) {
   return value_in<AcceleratorKind>(accelerator_names, "accelerator", name);
 }
 Isa isa_from(std::string_view name) { return value_in<Isa>(isa_names, "instruction set", name); }
+
+Sampler sampler_from(std::string_view name) {
+  return value_in<Sampler>(sampler_names, "sampler", name);
+}
 
 SchedulePolicy schedule_from(std::string_view name) {
   return value_in<SchedulePolicy>(schedule_names, "schedule", name);
@@ -91,6 +97,7 @@ void check_settings(const RenderSettings& settings) {
   }
   check_range("samples_per_pixel", settings.samples_per_pixel, limits::max_samples_per_pixel);
   check_range("max_depth", settings.max_depth, limits::max_depth);
+  check_known("sampler", sampler_names, settings.sampler);
   check_known("precision", precision_names, settings.precision);
   check_known("isa", isa_names, settings.isa);
   check_known("accelerator", accelerator_names, settings.accelerator);

@@ -22,6 +22,8 @@ enum class SchedulePolicy : std::uint8_t {                                      
   factoring = 2,
   weighted = 3
 };
+/// Where random numbers come from: see common/trace/random.h.
+enum class Sampler : std::uint8_t { independent = 0, sobol = 1 };  // wire values
 enum class RowOrder : std::uint8_t {
   automatic = 0,
   sequential = 1,
@@ -38,6 +40,7 @@ struct RenderSettings {
   std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
   std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
+  Sampler sampler = Sampler::sobol;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
   // When to stop before samples_per_pixel, whichever comes first, and where the samples go: see
   // common/image/passes.h. 0: no such limit.
@@ -68,6 +71,7 @@ struct RenderSettings {
 std::string_view name_of(Precision);
 std::string_view name_of(AcceleratorKind);
 std::string_view name_of(Isa);
+std::string_view name_of(Sampler);
 std::string_view name_of(SchedulePolicy);
 std::string_view name_of(RowOrder);
 
@@ -75,6 +79,7 @@ std::string_view name_of(RowOrder);
 Precision precision_from(std::string_view name);
 AcceleratorKind accelerator_from(std::string_view name);
 Isa isa_from(std::string_view name);
+Sampler sampler_from(std::string_view name);
 SchedulePolicy schedule_from(std::string_view name);
 RowOrder row_order_from(std::string_view name);
 

@@ -45,6 +45,7 @@ class LaneKernel final : public Kernel {
     tables_.width = settings.width;
     tables_.max_depth = settings.max_depth;
     tables_.seed = settings.seed;
+    tables_.sampler = settings.sampler;
     tables_.to_fixed = RadianceScale(largest_radiance(scene)).factor();
     tables_.features = options.general ? KernelFeatures{} : features_of(scene, around_lens_);
     tables_.surfaces = surfaces_.data();

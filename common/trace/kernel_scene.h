@@ -73,6 +73,7 @@ struct KernelScene {
   std::uint32_t width = 0;  ///< of the picture, pixels
   std::uint32_t max_depth = 1;
   std::uint64_t seed = 0;
+  Sampler sampler = Sampler::independent;
   double to_fixed = 1;  ///< RadianceScale::factor()
   KernelFeatures features;
 

@@ -47,7 +47,7 @@ class ScalarKernel final : public Kernel {
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
       const SampleRange range = samples[x - run.x_begin];
       for (std::uint32_t s = range.begin; s < range.end; ++s) {
-        const SampleRandom random(seed_, run.y * width_ + x, s);
+        const SampleRandom random(seed_, run.y * width_ + x, s, sampler_);
         const Vec3<Real> radiance =
             trace_sample(scene_, accelerator_, x, run.y, random, sides, counts);
         add_sample(vec_cast<double>(radiance), scale_, s, sums[x - run.x_begin], counts);
@@ -70,7 +70,8 @@ class ScalarKernel final : public Kernel {
         accelerator_(fill(scene, origin)),
         scale_(largest_radiance(scene)),
         width_(settings.width),
-        seed_(settings.seed) {}
+        seed_(settings.seed),
+        sampler_(settings.sampler) {}
 
   /// Returns the spheres, which the accelerator is made from.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene, const Vec3d& origin) {
@@ -91,6 +92,7 @@ class ScalarKernel final : public Kernel {
   RadianceScale scale_;
   std::uint32_t width_;
   std::uint64_t seed_;
+  Sampler sampler_;
 };
 
 }  // namespace parray

@@ -61,7 +61,8 @@ class Wavefront {
       const Uint column = Uint::load(&batch.column[i]);
       const Uint pixel = Uint(batch.y * scene_.width) + column;
       pixel.store(&space_.pixel[i]);
-      const RandomAddress<Uint> random(scene_.seed, pixel, Uint::load(&batch.sample[i]));
+      const RandomAddress<Uint> random(scene_.seed, pixel, Uint::load(&batch.sample[i]),
+                                       scene_.sampler);
       const Ray<L> ray = scene_.view.template ray<L>(column, Uint(batch.y), random);
       paths.origin.store(i, ray.origin);
       paths.direction.store(i, ray.direction);
@@ -244,7 +245,7 @@ class Wavefront {
                                               std::uint32_t present) const {
     const Uint sample = select_bits(present, Uint::load(&hits.sample[i]), Uint(0U));
     return {scene_.seed, Uint::gather(space_.pixel.at, sample),
-            Uint::gather(space_.sample_number, sample)};
+            Uint::gather(space_.sample_number, sample), scene_.sampler};
   }
 
   /// Column `k` of the materials' rows (see Surface).

@@ -16,6 +16,7 @@ inline std::vector<Message> sample_messages() {
   settings.samples_per_pixel = 40;
   settings.max_depth = 50;
   settings.seed = 0xFEDCBA9876543210;
+  settings.sampler = Sampler::sobol;
   settings.precision = Precision::f64;
   settings.accelerator = AcceleratorKind::bvh;
   settings.schedule = SchedulePolicy::factoring;
