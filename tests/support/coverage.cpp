@@ -17,6 +17,7 @@ constexpr std::size_t by_variance = 5;
 Reference trace_reference(const NoisyScene& scene, std::uint32_t samples) {
   RenderSettings settings = scene.settings;
   settings.seed = reference_seed;
+  settings.sampler = Sampler::independent;
   GrowingPicture picture(settings, largest_radiance(scene.scene));
   picture.trace(*make_kernel(scene.scene, settings),
                 std::vector<std::uint32_t>(picture.counts.size(), samples));

@@ -287,9 +287,8 @@ TEST_CASE("passes: adaptive ones do not darken rare bright samples") {
     }
   }
   const double mean = total / (pictures * side * side / 2.0);
-  // Standard error: that of pictures * side^2 / 2 * about 60 samples, 0.26 %.
+  // Its standard error is 0.26 %; of 600 such pictures, the mean was 0.05 +- 0.05 % too low.
   CHECK(std::abs(mean / rare - 1) < 0.01);
-  MESSAGE("bias ", mean / rare - 1);
 }
 
 }  // namespace
