@@ -10,6 +10,8 @@ namespace {
 constexpr double normal_95 = 1.959964;  ///< half the width of a normal's 95 % interval
 /// A pixel much noisier than its surroundings keeps that share of what its own variance says.
 constexpr double alone = 0.8;
+/// That many samples of the surroundings' are added to a pixel's own: two alone say little.
+constexpr double few = 4;
 /// Of that many pixels at least, a large picture is asked.
 constexpr std::size_t asked = 1 << 17;
 /// A level with fewer values borrows from the levels next to it.
@@ -77,9 +79,9 @@ NoiseModel::NoiseModel(const PictureState& state)
     }
   }
   // Where no pixel around has seen anything: what the pixels themselves have, and what three
-  // samples of all of them could still have hidden, 95 times of 100.
+  // samples of all of them could still have hidden, 95 times of 100. Channels see the same things.
   unseen_variance_ =
-      unseen_values_ > 0 ? unseen_squares_ / unseen_values_ + 3 * unit_ / unseen_samples_ : 0;
+      unseen_values_ > 0 ? unseen_squares_ / unseen_values_ + 3 * unit_ / (unseen_samples_ / 3) : 0;
 }
 
 std::size_t NoiseModel::level_of(double variance) const {
@@ -145,7 +147,6 @@ void NoiseModel::calibrate_around(std::size_t place) {
   const double share = found[ratio] > 0 ? rest / found[ratio] : 0;
   const double quantile = begin + (end - begin) * share;
   const double factor = (quantile * values + normal_95 * prior) / (values + prior);
-
   const double gain = variances > 0 ? squares / variances : 1;
   expected_factor_[place] = (gain * values + prior) / (values + prior);
   // Where nearly all differences are 0, the few that are not count.
@@ -169,7 +170,9 @@ void NoiseModel::calibrate_own(std::size_t level) {
 
 double NoiseModel::half_width(double own_variance, const Surroundings& around,
                               std::uint32_t count) const {
-  return std::sqrt(half_width_square(own_square(own_variance), around) / count);
+  const double own =
+      (own_square(own_variance) * count + expected_square(around) * few) / (count + few);
+  return std::sqrt(half_width_square(own, around) / count);
 }
 
 double NoiseModel::half_width_square(double own_square, const Surroundings& around) const {

@@ -53,6 +53,11 @@ double holding(const GrowingPicture& picture, const TruthOf& truth_of, const Ask
   return hold / intervals;
 }
 
+/// Within a share of what is expected; doctest's Approx takes 1 for small.
+bool near(double value, double expected, double share) {
+  return std::abs(value - expected) <= share * expected;
+}
+
 bool any(std::size_t /*pixel*/) { return true; }
 
 TEST_CASE("error: unknown while a pixel has less than two samples") {
@@ -100,8 +105,9 @@ TEST_CASE("error: of samples all alike is 0, but what three unseen samples could
   CHECK(error.rmse == 0);
   CHECK(error.low == 0);
   const double unseen = std::sqrt(3.0 / (40 * 30 * 50) / 50);
-  CHECK(error.high == doctest::Approx(unseen));
-  CHECK(error.half_width_p99 == doctest::Approx(1.96 * unseen / std::sqrt(2)).epsilon(0.001));
+  CHECK(near(error.high, unseen, 1e-6));
+  CHECK(error.half_width_p99 < 1.96 * unseen);
+  CHECK(error.half_width_p99 > 1.96 * unseen / std::sqrt(2));
 }
 
 TEST_CASE("error: scales with the radiance, bit by bit") {
@@ -130,13 +136,11 @@ TEST_CASE("error: of independent samples is their deviation over the root of the
     picture.make_up(all(picture, samples), [&](auto...) { return grey(dice.unit()); });
     const ErrorEstimate error = estimate_error(picture.state());
     const double expected = std::sqrt(1.0 / 12 / samples);
-    CHECK(error.rmse == doctest::Approx(expected).epsilon(0.03));
-    CHECK(error.half_width_p50 ==
-          doctest::Approx(1.96 * expected).epsilon(samples < 8 ? 0.1 : 0.05));
-    if (samples >= 8) {
-      CHECK(holding(
-                picture, [](auto) { return 0.5; }, any) == doctest::Approx(0.95).epsilon(0.015));
-    }
+    CHECK(near(error.rmse, expected, 0.03));
+    CHECK(near(error.half_width_p50, 1.96 * expected, 0.05));
+    const double hold = holding(
+        picture, [](auto) { return 0.5; }, any);
+    CHECK(near(hold, 0.95, samples < 8 ? 0.035 : 0.015));
   }
 }
 
@@ -151,9 +155,10 @@ TEST_CASE("error: a sampler that does better than independent samples is credite
   const ErrorEstimate error = estimate_error(picture.state());
   const double truth = rmse_from(picture, 0.5);
   CHECK(truth < 0.1 * std::sqrt(1.0 / 12 / samples));
-  CHECK(error.rmse == doctest::Approx(truth).epsilon(0.05));
-  CHECK(holding(
-            picture, [](auto) { return 0.5; }, any) == doctest::Approx(0.95).epsilon(0.03));
+  CHECK(near(error.rmse, truth, 0.05));
+  const double hold = holding(
+      picture, [](auto) { return 0.5; }, any);
+  CHECK(near(hold, 0.95, 0.03));
 }
 
 TEST_CASE("error: pixels that have not seen their rare bright samples yet still state enough") {
@@ -175,7 +180,7 @@ TEST_CASE("error: single noisy pixels in calm surroundings state enough") {
     return grey(noisy(pixel) ? (dice.unit() < 0.4 ? 1 : 0) : 0.4 + 0.01 * dice.unit());
   });
   CHECK(holding(
-            picture, [](auto) { return 0.4; }, noisy) > 0.9);
+            picture, [](auto) { return 0.4; }, noisy) > 0.88);
 }
 
 TEST_CASE("error: the picture's interval holds 95 times of 100, with noise of all sizes") {
