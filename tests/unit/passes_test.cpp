@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -235,6 +236,28 @@ TEST_CASE("passes: what a full pixel leaves goes to others") {
   const std::uint64_t whole = 2ULL * limits::max_samples_per_pixel;
   CHECK(counts_after_pass(picture.state(), settings, 1, whole - 64) ==
         std::vector<std::uint32_t>(2, limits::max_samples_per_pixel));
+}
+
+TEST_CASE("passes: counts and half-widths have the same bits with every compiler") {
+  RenderSettings settings = sized(97, 61, 300);
+  settings.adaptive = true;
+  settings.target_error = 1e-4;
+  GrowingPicture picture(settings, 1);
+  Dice dice(6);
+  std::uint64_t hash = 0;
+  const auto mix = [&hash](std::uint32_t value) { hash = (hash ^ value) * 1099511628211; };
+  grow_in_passes(settings, picture, [&](const std::vector<std::uint32_t>& until) {
+    std::for_each(until.begin(), until.end(), mix);
+    picture.make_up(until, [&](std::size_t pixel, auto) {
+      const double value = dice.unit() * static_cast<double>(pixel % 97) / 97;
+      const double rare = dice.unit() < 0.01 ? 1 : 0;
+      return Vec3d{value, value * value, rare};
+    });
+  });
+  for (const float half_width : estimate_error(picture.state()).half_width) {
+    mix(std::bit_cast<std::uint32_t>(half_width));
+  }
+  CHECK(hash == 452113128021221905);
 }
 
 TEST_CASE("passes: how many samples a pixel gets is hardly up to its own") {
