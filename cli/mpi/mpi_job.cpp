@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -15,12 +16,7 @@ using nlohmann::json;
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
   std::string header;
   if (job != nullptr) {
-    json rects = json::array();
-    for (const WorkRect& r : job->pending) {
-      rects.push_back({r.row_begin, r.row_end, r.sample_begin, r.sample_end});
-    }
     header = json{{"settings", settings_to_json(job->settings)},
-                  {"pending", std::move(rects)},
                   {"mode", static_cast<int>(job->mode)},
                   {"tile", job->tile},
                   {"fingerprint", job->fingerprint}}
@@ -33,9 +29,6 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
   const json map = json::parse(header);
   MpiJob received;
   received.settings = settings_from_json(map.at("settings"));
-  for (const json& r : map.at("pending")) {
-    received.pending.push_back({r.at(0), r.at(1), r.at(2), r.at(3)});
-  }
   received.mode = static_cast<MpiMode>(map.at("mode").get<int>());
   received.tile = map.at("tile");
   received.fingerprint = map.at("fingerprint");
@@ -45,6 +38,28 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
     received.scene_bytes = job->scene_bytes;
   }
   return received;
+}
+
+namespace {
+
+/// Elements without padding, as they lie in memory: all ranks run the same build.
+template <typename Element>
+std::vector<Element> broadcast_list(const MpiWorld& world, const std::vector<Element>& list) {
+  const std::string bytes =
+      world.broadcast({reinterpret_cast<const char*>(list.data()), list.size() * sizeof(Element)});
+  std::vector<Element> received(bytes.size() / sizeof(Element));
+  std::memcpy(received.data(), bytes.data(), bytes.size());
+  return received;
+}
+
+}  // namespace
+
+std::optional<MpiPass> broadcast_pass(const MpiWorld& world, const MpiPass* pass) {
+  if (world.broadcast(pass != nullptr ? "pass" : "").empty()) {
+    return {};
+  }
+  const MpiPass own = pass != nullptr ? *pass : MpiPass{};
+  return MpiPass{broadcast_list(world, own.pending), broadcast_list(world, own.samples)};
 }
 
 std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_threads,

@@ -20,7 +20,6 @@ namespace parray {
 /// What every rank has to know of a job before it can begin.
 struct MpiJob {
   RenderSettings settings;
-  std::vector<WorkRect> pending;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
   std::string fingerprint;  ///< of rank 0's kernels
@@ -34,6 +33,15 @@ struct MpiJob {
 
 /// Collective. Rank 0 sends the job; without one, it sends that there is none.
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job);
+
+/// What is to be traced before rank 0 decides how to go on: the whole job, or one pass of it.
+struct MpiPass {
+  std::vector<WorkRect> pending;
+  std::vector<SampleRange> samples;  ///< of each pixel, image order; empty: all of `pending`
+};
+
+/// Collective. Rank 0 sends the pass; without one, it sends that the job is done.
+std::optional<MpiPass> broadcast_pass(const MpiWorld& world, const MpiPass* pass);
 
 /// A rank as the report names it.
 struct RankFacts {
