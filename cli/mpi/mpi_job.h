@@ -57,12 +57,16 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_thr
 /// The memory that leases and results go through, and how this rank reaches it.
 class Transport {
  public:
-  /// Collective, unless rank 0 is alone. Falls back from a window to messages when the window
-  /// cannot be had, or fails its trial.
-  Transport(const MpiWorld& world, MpiMode mode, const WindowLayout& layout);
+  /// `world` outlives the object.
+  Transport(const MpiWorld& world, const MpiJob& job);
   ~Transport() { static_cast<void>(mpi_window_.release()); }
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
+
+  /// Memory for a pass, as WindowLayout wants it; that of the pass before if it is large enough.
+  /// Nobody uses it any more. Collective, unless rank 0 is alone. Falls back from a window to
+  /// messages, for good, when the window cannot be had, or fails its trial.
+  void begin_pass(const WindowLayout& layout);
 
   /// "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
@@ -80,7 +84,13 @@ class Transport {
   void close() { mpi_window_.reset(); }
 
  private:
-  bool by_messages_ = false;
+  void open_window(const WindowLayout& layout);
+  void clear(std::size_t zeroed);
+
+  const MpiWorld& world_;
+  const bool alone_;
+  bool by_messages_;
+  std::size_t bytes_ = 0;  ///< of the memory, in rank 0
   std::string fallback_reason_;
   std::unique_ptr<MpiWindow> mpi_window_;
   std::vector<std::uint64_t> local_memory_;  // words, for their alignment

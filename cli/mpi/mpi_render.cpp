@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "cli/commands/rendering.h"
@@ -74,48 +75,38 @@ struct Crew {
   std::vector<RankFacts> facts;
 };
 
-/// What every rank that takes part builds alike from a pass. Making it is collective.
+/// What every rank that takes part builds alike, pass by pass.
 struct Parts {
-  Parts(const MpiWorld& world, const Crew& crew, const MpiJob& job, MpiMode mode, MpiPass pass)
-      : plan(std::make_shared<const WorkPlan>(job.settings, std::move(pass.pending), job.tile,
-                                              std::move(pass.samples))),
-        layout(*plan, crew.ranks),
-        transport(world, mode, layout) {
-    if (world.first()) {
+  Parts(const MpiWorld& world, const MpiJob& job) : transport(world, job) {}
+
+  /// Collective.
+  void begin_pass(const Crew& crew, const MpiJob& job, MpiPass pass) {
+    leases.clear();
+    plan = std::make_shared<const WorkPlan>(job.settings, std::move(pass.pending), job.tile,
+                                            std::move(pass.samples));
+    layout.emplace(*plan, crew.ranks);
+    transport.begin_pass(*layout);
+    if (crew.options.rank == 0) {
       make_leases(crew);
     }
   }
-
   void make_leases(const Crew& crew);
 
-  std::shared_ptr<const WorkPlan> plan;
-  WindowLayout layout;
   Transport transport;
+  std::shared_ptr<const WorkPlan> plan;
+  std::optional<WindowLayout> layout;
   /// Of every rank that rank 0 takes leases for: itself, and all where they send messages.
   std::vector<std::unique_ptr<WindowLeases>> leases;
 };
 
 void Parts::make_leases(const Crew& crew) {
-  const std::uint32_t count = transport.by_messages() ? layout.ranks() : 1;
+  const std::uint32_t count = transport.by_messages() ? crew.ranks : 1;
   for (std::uint32_t rank = 0; rank < count; ++rank) {
     WindowLeaseOptions options = crew.options;
     options.rank = rank;
     options.threads = crew.facts[rank].threads;
-    leases.push_back(std::make_unique<WindowLeases>(*plan, layout, *transport.window(), options));
+    leases.push_back(std::make_unique<WindowLeases>(*plan, *layout, *transport.window(), options));
   }
-}
-
-/// The window of the next pass takes the place of the one before. A window that has failed once is
-/// not tried again. Collective.
-void begin_pass(std::unique_ptr<Parts>& parts, const MpiWorld& world, const Crew& crew,
-                const MpiJob& job, MpiPass pass) {
-  const bool by_messages = parts && parts->transport.by_messages();
-  if (parts) {
-    parts->transport.close();
-    parts.reset();  // before the next one is there: two may not fit
-  }
-  parts = std::make_unique<Parts>(world, crew, job, by_messages ? MpiMode::messages : job.mode,
-                                  std::move(pass));
 }
 
 void tell_of_accelerator(LeaseSource& leases, const ThreadCellTeam& team) {
@@ -158,7 +149,7 @@ RankTally work_on_pass(const MpiWorld& world, Parts& parts, const Crew& crew, Th
   if (parts.transport.by_messages()) {
     leases = std::make_unique<MessageLeases>(world.comm());
   } else {
-    leases = std::make_unique<WindowLeases>(*parts.plan, parts.layout, *parts.transport.window(),
+    leases = std::make_unique<WindowLeases>(*parts.plan, *parts.layout, *parts.transport.window(),
                                             crew.options);
   }
   team.change_plan(parts.plan);
@@ -202,15 +193,15 @@ int work(const MpiOptions& options, const MpiWorld& world) {
   const Crew crew(world, options, *job);
   ThreadCellTeam team(scene_from_bytes(job->scene_bytes), job->settings, nullptr,
                       static_cast<int>(crew.options.threads));
-  std::unique_ptr<Parts> parts;
+  Parts parts(world, *job);
   RankTally tally;
   while (auto pass = broadcast_pass(world, nullptr)) {
-    begin_pass(parts, world, crew, *job, std::move(*pass));
-    tally = work_on_pass(world, *parts, crew, team, tally, dog);
+    parts.begin_pass(crew, *job, std::move(*pass));
+    tally = work_on_pass(world, parts, crew, team, tally, dog);
     dog.pet();
   }
   world.meet(for_ever, [&dog] { dog.pet(); });  // while rank 0 writes the picture
-  parts->transport.close();
+  parts.transport.close();
   return 0;
 }
 
@@ -268,25 +259,26 @@ struct Rendered {
   bool all_answer = true;
   std::uint64_t mismatches = 0;
   int threads = 1;
-  std::unique_ptr<Parts> parts;  ///< of the last pass
+  std::unique_ptr<Parts> parts;
 };
 
 /// Pass after pass, in rank 0; the first is the whole job, as a rule.
 void run_passes(const MpiWorld& world, const Crew& crew, const JobWork& work, const MpiJob& job,
-                MpiCoordinator& coordinator, ThreadCellTeam& team, std::unique_ptr<Parts>& parts) {
+                MpiCoordinator& coordinator, ThreadCellTeam& team, Parts& parts) {
   for (bool goes_on = true; goes_on;) {
     MpiPass pass = pass_of(work);
     if (!job.alone()) {
       broadcast_pass(world, &pass);
     }
-    begin_pass(parts, world, crew, job, std::move(pass));
-    if (!parts->transport.fallback_reason().empty()) {
+    const bool by_messages = parts.transport.by_messages();
+    parts.begin_pass(crew, job, std::move(pass));
+    if (parts.transport.by_messages() && !by_messages) {
       std::cerr << std::string(program) + ": no MPI window here (" +
-                       parts->transport.fallback_reason() + "): ranks send messages instead\n";
+                       parts.transport.fallback_reason() + "): ranks send messages instead\n";
     }
-    team.change_plan(parts->plan);
-    goes_on = coordinator.run_pass(*parts->plan, parts->layout, parts->transport, parts->leases);
-    tell_of_accelerator(*parts->leases[0], team);
+    team.change_plan(parts.plan);
+    goes_on = coordinator.run_pass(*parts.plan, *parts.layout, parts.transport, parts.leases);
+    tell_of_accelerator(*parts.leases[0], team);
     if (goes_on && !job.alone()) {
       coordinator.meet_ranks();
     }
@@ -312,20 +304,21 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
                               .checkpoint = seconds(options.checkpoint),
                               .quiet = options.quiet});
   Job& done = kept.job();
-  std::unique_ptr<Parts>& parts = rendered.parts;
+  rendered.parts = std::make_unique<Parts>(world, job);
+  Parts& parts = *rendered.parts;
   run_passes(world, crew, *done.work, job, coordinator, team, parts);
   rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)));
   if (rendered.all_answer && !job.alone()) {
     broadcast_pass(world, nullptr);
   }
   WindowLedger& ledger = coordinator.ledger();
-  note_ranks(done, crew.facts, parts->layout, ledger);
+  note_ranks(done, crew.facts, *parts.layout, ledger);
   done.work->isa = team.built().isa;
   FinishedPicture finished = finish_picture(done, coordinator.finished());
   rendered.picture = {std::move(finished.image), std::move(finished.statistics),
                       std::move(finished.report)};
   nlohmann::json& report = rendered.picture.report;
-  report["mpi"] = mpi_report(done, parts->transport, job.mode, crew.facts, parts->layout, ledger,
+  report["mpi"] = mpi_report(done, parts.transport, job.mode, crew.facts, *parts.layout, ledger,
                              report.at("seconds").at("render"), options.row_seconds);
   rendered.mismatches = ledger.tally().mismatches;
   return rendered;
