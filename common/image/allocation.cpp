@@ -19,8 +19,12 @@ constexpr double bias_allowed = 0.0015;
 
 Allocation::Allocation(const PictureState& state, bool equal_half_widths)
     : counts_(state.counts.begin(), state.counts.end()), weights_(state.pixels.size()) {
-  const NoiseModel model(state);
+  // A pixel is judged by the other half of the picture, in which its own samples are not.
+  const NoiseModel white(state, NoiseModel::Asked::white);
+  const NoiseModel black(state, NoiseModel::Asked::black);
   visit_noise(state, 1, [&](std::size_t i, const NoiseNearby& noise) {
+    const bool is_white = NoiseModel::is_white(i % state.width, i / state.width);
+    const NoiseModel& model = is_white ? black : white;
     double most = 0;
     double sum = 0;
     for (std::size_t channel = 0; channel < 3; ++channel) {

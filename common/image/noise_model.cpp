@@ -13,7 +13,7 @@ constexpr double alone = 0.8;
 /// That many samples of the surroundings' are added to a pixel's own: two alone say little.
 constexpr double few = 4;
 /// Of that many pixels at least, a large picture is asked.
-constexpr std::size_t asked = 1 << 17;
+constexpr std::size_t sample_size = 1 << 17;
 /// A level with fewer values borrows from the levels next to it.
 constexpr double enough = 600;
 /// That many values of a normal's are added to those found.
@@ -57,31 +57,32 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
-NoiseModel::NoiseModel(const PictureState& state)
+NoiseModel::NoiseModel(const PictureState& state, Asked asked)
     : unit_(state.largest_radiance * state.largest_radiance),
       per_unit_(1 / unit_),
       around_(places) {
-  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
+  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / sample_size);
   visit_noise(state, stride, [&](std::size_t i, const NoiseNearby& noise) {
+    if (asked != Asked::all &&
+        is_white(i % state.width, i / state.width) != (asked == Asked::white)) {
+      return;
+    }
     for (std::size_t channel = 0; channel < 3; ++channel) {
       add(noise.own.variance[channel], noise.around[channel], noise.own.difference[channel],
           state.counts[i]);
     }
   });
   for (std::size_t place = 1; place < places; ++place) {
-    if (around_[place].values > 0) {
-      calibrate_around(place);
-    }
+    calibrate_around(place);
   }
   for (std::size_t level = 1; level < levels; ++level) {
-    if (own_[level].values > 0) {
-      calibrate_own(level);
-    }
+    calibrate_own(level);
   }
   // Where no pixel around has seen anything: what the pixels themselves have, and what three
   // samples of all of them could still have hidden, 95 times of 100. Channels see the same things.
-  unseen_variance_ =
-      unseen_values_ > 0 ? unseen_squares_ / unseen_values_ + 3 * unit_ / (unseen_samples_ / 3) : 0;
+  const double seen = unseen_values_ > 0 ? unseen_squares_ / unseen_values_ : 0;
+  const double samples = unseen_values_ > 0 ? unseen_samples_ : samples_;
+  unseen_variance_ = seen + (samples > 0 ? 3 * unit_ / (samples / 3) : unit_);
 }
 
 std::size_t NoiseModel::level_of(double variance) const {
@@ -105,6 +106,7 @@ void NoiseModel::add(double own_variance, const Surroundings& around, double dif
   own.values += 1;
   own.differences += difference * difference;
   own.variances += own_variance / count;
+  samples_ += count;
   const std::size_t place = place_of(around);
   if (place == 0) {
     unseen_squares_ += difference * difference * count;
@@ -130,6 +132,9 @@ void NoiseModel::calibrate_around(std::size_t place) {
   double squares = 0;
   double variances = 0;
   for (std::size_t i = first; i < last; ++i) {
+    if (kind[i].values == 0) {
+      continue;
+    }
     values += kind[i].values;
     squares += kind[i].squares;
     variances += kind[i].variances;

@@ -15,8 +15,12 @@ namespace parray {
 /// channel; all are added before any is asked for.
 class NoiseModel {
  public:
+  /// Which pixels are asked: all, or one half of a chessboard of blocks.
+  enum class Asked : std::uint8_t { all, white, black };
+  static bool is_white(std::size_t x, std::size_t y) { return (x / 8 + y / 8) % 2 == 0; }
+
   /// Each pixel has at least 2 samples. Of large pictures every few rows are asked.
-  explicit NoiseModel(const PictureState& state);
+  explicit NoiseModel(const PictureState& state, Asked asked = Asked::all);
 
   /// Half the width of the 95 % interval. Two answers, averaged as squares. By the variance around
   /// the pixel: what covers 95 % of the pixels with such surroundings; a pixel that has seen none
@@ -26,7 +30,7 @@ class NoiseModel {
                                   std::uint32_t count) const;
 
   // All of the following is to be divided by a pixel's count.
-  /// Mean square error by what surrounds a pixel: no luck of its own samples is in it.
+  /// Mean square error by what surrounds a pixel.
   [[nodiscard]] double expected_square(const Surroundings& around) const;
   /// Mean square error by the pixel's own variance.
   [[nodiscard]] double own_square(double own_variance) const;
@@ -65,6 +69,7 @@ class NoiseModel {
   std::array<double, places> around_factor_{};
   std::array<double, levels> own_factor_{};
   std::array<double, places> expected_factor_{};
+  double samples_ = 0;  ///< of all values
   // Level 0.
   double unseen_squares_ = 0;  ///< of differences, times count
   double unseen_values_ = 0;
