@@ -37,7 +37,7 @@ class KeptJob {
   void commit();
 
   /// Everything pending is merged: begins the next pass, as Job::next_pass() does; false if there
-  /// is none. Before any of its rows, those of this pass have to be kept, every one.
+  /// is none. All rows of the pass before have to be kept before any of the next.
   bool next_pass(Time now);
   /// Not every one was: rows of later passes would be worthless, and are not kept.
   void keep_no_more() { closed_ = true; }

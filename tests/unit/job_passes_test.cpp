@@ -125,6 +125,24 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a row of a pass before that was not kept is traced again, and no pass is decided anew") {
+  CrashStore undisturbed = new_store(record_of(adaptive_settings()));
+  Life whole(undisturbed);
+  REQUIRE(whole.go_on(for_ever, false));
+  JobRecord record = record_of(adaptive_settings());
+  record.passes = whole.job.record.passes;
+  record.passes[1] += 100;  // not what would be decided now
+  CrashStore store = new_store(record);
+  Life(store).go_on(3, false);  // of the first pass's four blocks
+  Life life(store);
+  REQUIRE(life.job.work->passes == 1);
+  REQUIRE(life.go_on(for_ever, false));
+  CHECK(life.job.record.passes[1] == record.passes[1]);
+  RenderSettings settings = adaptive_settings();
+  settings.passes = life.job.record.passes;
+  CHECK(image_of(life.job) == reference_passes_sha256(small_scene(), settings));
+}
+
 TEST_CASE("a coordinator finishes a job of which everything is kept but the picture") {
   for (const bool in_passes : {false, true}) {
     RenderSettings settings = adaptive_settings();
