@@ -61,7 +61,7 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking = widths ? std::max((total - traced) * 1.1, traced / 8)
                                 : std::max((total - traced) * 1.03, traced / 32);
-  return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) : most,
+  return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most,
           StopReason::samples};
 }
 
@@ -90,7 +90,7 @@ PassSize within_time(PassSize wanted, std::uint64_t traced, std::uint64_t afford
 PassSize whole_pairs(PassSize size, const RenderSettings& settings, std::uint64_t left,
                      std::uint64_t pixels, std::uint64_t affordable) {
   if (size.samples == 0 || settings.adaptive) {
-    size.samples = size.samples > 0 ? std::max<std::uint64_t>(size.samples, 2) : 0;
+    size.samples = size.samples > 0 ? std::max<std::uint64_t>(size.samples / 2 * 2, 2) : 0;
     return size;
   }
   const std::uint64_t pairs = (size.samples + 2 * pixels - 1) / (2 * pixels);
@@ -128,8 +128,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
   const std::uint64_t pixels = pixels_of(state);
   const std::uint64_t traced = samples_of(state);
   const std::uint64_t total = pixels * settings.samples_per_pixel;
-  // Counts are even: an adaptive pass may leave a sample out.
-  if (traced + (settings.adaptive ? 2 : 0) >= total) {
+  // Adaptive passes trace pairs.
+  if (traced + (settings.adaptive ? 1 : 0) >= total) {
     return {0, StopReason::samples};
   }
   const std::uint64_t left = total - traced;
@@ -137,8 +137,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
     return {left, StopReason::samples};
   }
   if (traced == 0) {
-    return {std::clamp(affordable / 2, std::min(2 * pixels, left), std::min(pilot * pixels, left)),
-            StopReason::samples};
+    const std::uint64_t pairs = std::clamp<std::uint64_t>(affordable / 4 / pixels, 1, pilot / 2);
+    return {std::min(left, pairs * 2 * pixels), StopReason::samples};
   }
   PassSize wanted{left, StopReason::samples};
   if (settings.target_error > 0 || settings.target_half_width > 0) {

@@ -155,15 +155,22 @@ class FarmTest(unittest.TestCase):
 
     def test_a_preview_shows_the_picture_before_it_is_done(self):
         with Farm() as farm:
-            job = farm.submit(SCENE, *LONG)
             preview = farm.directory / "preview.png"
             farm.start_worker("w1")
+            job = farm.submit(SCENE, *ENDLESS)
             watch = farm.start_client("watch", job, "--preview", preview)
-            wait_for(preview.exists, "the preview")
-            self.assertLess(farm.job(job)["progress"], 1)
-            self.assertGreater(preview.stat().st_size, 10000)
-            farm.finish(job)
-            self.assertEqual(watch.wait(60), 0)
+            wait_for(preview.exists, "the preview of a job that somebody else has begun")
+            farm.client("cancel", job)
+            self.assertEqual(watch.wait(60), 1)
+            first = preview.read_bytes()
+            picture = farm.directory / "picture.exr"
+            submit = farm.start_client("submit", SCENE, *ENDLESS, "--wait", "-o", picture,
+                                       "--preview", preview)
+            wait_for(lambda: preview.read_bytes() != first, "the preview of a progressive job")
+            self.assertGreater(preview.stat().st_size, 10000)  # noise everywhere
+            farm.client("cancel", job + 1)
+            self.assertEqual(submit.wait(60), 1)
+            self.assertFalse(picture.exists())
 
     def test_two_coordinators_cannot_share_a_state(self):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state):
