@@ -25,6 +25,7 @@ using namespace parray;
 constexpr std::array<std::uint32_t, 4> sample_counts{16, 64, 256, 1024};
 constexpr std::array<Sampler, 2> samplers{Sampler::independent, Sampler::sobol};
 constexpr std::uint32_t least_seeds = 8;
+constexpr std::uint64_t most_pixels = 60'000;  ///< of larger pictures only some rows are traced
 
 /// Variance over pictures, of each pixel and channel; their mean.
 class Spread {
@@ -51,12 +52,17 @@ class Spread {
   std::vector<double> sum_, square_;
 };
 
-/// Means of all pixels and channels.
+/// Rows between two that are traced.
+std::uint32_t row_step(const RenderSettings& settings) {
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  return static_cast<std::uint32_t>((pixels + most_pixels - 1) / most_pixels);
+}
+
+/// Means of all pixels and channels of the rows that are traced.
 std::vector<double> picture_of(const Kernel& kernel, const RenderSettings& settings,
                                const RadianceScale& scale) {
   std::vector<double> picture;
-  picture.reserve(std::size_t{3} * settings.width * settings.height);
-  for (std::uint32_t y = 0; y < settings.height; ++y) {
+  for (std::uint32_t y = 0; y < settings.height; y += row_step(settings)) {
     std::vector<PixelSums> row(settings.width);
     TraceCounts counts;
     kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel}, row, counts);
@@ -71,7 +77,9 @@ std::vector<double> picture_of(const Kernel& kernel, const RenderSettings& setti
 
 void measure(const std::string& name, const Scene& scene, RenderSettings settings,
              std::uint64_t budget) {
-  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  const std::uint32_t step = row_step(settings);
+  const std::uint64_t pixels =
+      std::uint64_t{settings.width} * ((settings.height + step - 1) / step);
   const RadianceScale scale(largest_radiance(scene));
   const std::uint64_t seeds =
       std::max<std::uint64_t>(least_seeds, budget / (pixels * settings.samples_per_pixel));

@@ -148,7 +148,7 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
   Sides<Real> sides;
   for (std::uint32_t pixel = 0; pixel < settings.width * settings.height; ++pixel) {
     for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
-      const SampleRandom random(settings.seed, pixel, s);
+      const SampleRandom random(settings.seed, pixel, s, settings.sampler);
       const Ray<Real> ray =
           traced.view.template ray<Real>(pixel % settings.width, pixel / settings.width, random);
       start_sides(traced, ray.origin, sides);
