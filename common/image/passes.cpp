@@ -11,10 +11,6 @@
 namespace parray {
 namespace {
 
-/// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to
-/// know of its noise.
-constexpr std::uint64_t pilot = 32;
-
 std::uint64_t pixels_of(const PictureState& state) {
   return std::uint64_t{state.width} * state.height;
 }
@@ -59,18 +55,10 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
   const double total = expected_total(state, settings, share * share);
   const auto traced = static_cast<double>(samples_of(state));
   // Half-widths of single pixels are harder to foresee than the error of them all.
-  const double lacking = widths ? std::max((total - traced) * 1.1, traced / 8)
-                                : std::max((total - traced) * 1.03, traced / 32);
+  const double lacking =
+      widths ? std::max((total - traced) * 1.1, traced / 8) : lacking_for_error(total, traced);
   return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) : most,
           StopReason::samples};
-}
-
-/// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
-std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
-  if (lacking > 7 * traced) {
-    return 3 * traced;
-  }
-  return lacking > 2 * traced ? traced : lacking;
 }
 
 /// As much of `wanted` samples as the time left allows: at most half of it until there is little,
@@ -103,6 +91,17 @@ PassSize whole_pairs(PassSize size, const RenderSettings& settings, std::uint64_
 }
 
 }  // namespace
+
+double lacking_for_error(double total, double traced) {
+  return std::max((total - traced) * 1.03, traced / 32);
+}
+
+std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
+  if (lacking > 7 * traced) {
+    return 3 * traced;
+  }
+  return lacking > 2 * traced ? traced : lacking;
+}
 
 std::string_view name_of(StopReason reason) {
   switch (reason) {
@@ -137,7 +136,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
     return {left, StopReason::samples};
   }
   if (traced == 0) {
-    return {std::clamp(affordable / 2, std::min(2 * pixels, left), std::min(pilot * pixels, left)),
+    return {std::clamp(affordable / 2, std::min(2 * pixels, left),
+                       std::min(pilot_samples * pixels, left)),
             StopReason::samples};
   }
   PassSize wanted{left, StopReason::samples};
