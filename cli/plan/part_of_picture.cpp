@@ -35,7 +35,7 @@ std::uint32_t tiles(double wanted, std::uint32_t room) {
 }  // namespace
 
 PartOfPicture::PartOfPicture(const Kernel& kernel, std::uint32_t width, std::uint32_t height,
-                             std::uint64_t pixels)
+                             std::uint64_t pixels, Tile tile)
     : kernel_(kernel) {
   const double all = static_cast<double>(width) * height;
   if (static_cast<double>(pixels) > 0.7 * all) {
@@ -43,10 +43,11 @@ PartOfPicture::PartOfPicture(const Kernel& kernel, std::uint32_t width, std::uin
     row_ = all_places(height);
     return;
   }
-  const std::uint32_t wide = std::min(tile_side, width);
-  const std::uint32_t high = std::min(tile_side, height);
+  const std::uint32_t wide = std::min(tile.width, width);
+  const std::uint32_t high = std::min(tile.height, height);
   const double count = static_cast<double>(pixels) / wide / high;
-  const std::uint32_t across = tiles(std::sqrt(count * width / height), width / wide);
+  const std::uint32_t across =
+      tiles(std::sqrt(count * high * width / (static_cast<double>(wide) * height)), width / wide);
   const std::uint32_t down = tiles(count / across, height / high);
   column_ = stretches(width, wide, across);
   row_ = stretches(height, high, down);

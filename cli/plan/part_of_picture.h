@@ -11,12 +11,15 @@ namespace parray {
 /// pixels are the picture's own: their samples, noise and cost.
 class PartOfPicture final : public Kernel {
  public:
-  static constexpr std::uint32_t tile_side = 32;
+  struct Tile {
+    std::uint32_t width = 32;
+    std::uint32_t height = 32;
+  };
 
-  /// Of about `pixels` pixels; all of the picture if that is not much more. `kernel` makes the
-  /// picture and outlives this.
+  /// Of about `pixels` pixels, one tile at least; all of the picture if that is not much more.
+  /// `kernel` makes the picture and outlives this.
   PartOfPicture(const Kernel& kernel, std::uint32_t width, std::uint32_t height,
-                std::uint64_t pixels);
+                std::uint64_t pixels, Tile tile);
 
   [[nodiscard]] std::uint32_t width() const { return static_cast<std::uint32_t>(column_.size()); }
   [[nodiscard]] std::uint32_t height() const { return static_cast<std::uint32_t>(row_.size()); }

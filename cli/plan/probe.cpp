@@ -28,12 +28,17 @@ namespace {
 namespace fs = std::filesystem;
 
 // Samples a pixel.
-constexpr double warm_up = 4;
+constexpr double look_samples = 4;
 constexpr double comparison = 8;  ///< of a sampler that only its speed is asked of
 constexpr double adaptive_least = 128;
 constexpr double adaptive_most = 4096;
-/// Pixels of the part, at least.
+/// Pixels of a part, at least.
 constexpr double least_pixels = 49152;
+/// How much of the time to look around, and in tiles of which size; and in which to watch noise
+/// fall, where pixels need their neighbours.
+constexpr double look_share = 0.2;
+constexpr PartOfPicture::Tile look_tile{8, 1};
+constexpr PartOfPicture::Tile noise_tile{32, 32};
 
 /// What is known of Owen-scrambled Sobol points before a scene is: errors fall as n^-(1/2 + d).
 constexpr ExponentPrior sobol_uniform{0.09, 0.05};
@@ -52,6 +57,7 @@ struct Stage {
   double samples = 0;  ///< a pixel
   double rmse = 0;
   double relative = 0;  ///< standard error of rmse / rmse
+  double traced = 0;    ///< in the pass
   Effort effort;        ///< of the pass, a sample
 };
 
@@ -76,9 +82,9 @@ Stage stage_of(const PictureState& state) {
   const ErrorEstimate error = estimate_rmse(state);
   const double least = state.largest_radiance / RadianceScale::one / 2;
   if (error.rmse < least) {
-    return {0, least, 0, {}};
+    return {0, least, 0, 0, {}};
   }
-  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
+  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, 0, {}};
 }
 
 /// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
@@ -141,17 +147,18 @@ class Prober {
     build();
     choose_part();
     const std::vector<Stage> uniform = stages(main_, false, {8, 8, 16});
-    const double variance = variance_of(render_->state(), uniform.back().rmse);
+    error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
+    cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
     Effort other_sample;
     if (other_) {
       other_sample = stages(*other_, false, {comparison}).back().effort;
     }
-    const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes(variance));
+    const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
     result_.stated_adaptive = stated_high(render_->state(), pixels_);
-    add_main(uniform, adaptive, variance);
+    add_main(uniform, adaptive);
     if (other_) {
-      add_other(other_sample, variance);
+      add_other(cost_scale_ * other_sample);
     }
     measure_finish();
     result_.seconds = (effort_now() - began_).wall;
@@ -189,9 +196,12 @@ class Prober {
   void cut_part(double pixels) {
     const RenderSettings& s = request_.settings;
     const auto most = static_cast<std::uint64_t>(std::min(pixels, pixels_));
-    main_.part = std::make_unique<PartOfPicture>(*main_.kernel, s.width, s.height, most);
+    const auto cut = [&](Candidate& one) {
+      one.part = std::make_unique<PartOfPicture>(*one.kernel, s.width, s.height, most, noise_tile);
+    };
+    cut(main_);
     if (other_) {
-      other_->part = std::make_unique<PartOfPicture>(*other_->kernel, s.width, s.height, most);
+      cut(*other_);
     }
   }
 
@@ -199,15 +209,32 @@ class Prober {
   /// pixels can have in time.
   void choose_part() {
     cut_part(least_pixels);
-    stages(main_, false, {warm_up});  // touches memory for the first time
+    stages(main_, false, {look_samples});  // touches memory for the first time
     if (other_) {
-      stages(*other_, false, {warm_up});
+      stages(*other_, false, {look_samples});
     }
-    const Stage look = stages(main_, false, {warm_up}).back();
-    const double variance = variance_of(render_->state(), look.rmse);
-    const double depth = adaptive_depth(variance);
-    const double each = 32 + (other_ ? comparison : 0) + 1.3 * depth;
-    cut_part(std::max(least_pixels, seconds_left() / look.effort.wall / each));
+    look_around();
+    const double each = 32 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
+    cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
+  }
+
+  /// A few samples everywhere: what tiles are to be compared with.
+  void look_around() {
+    const double affordable = look_share * request_.seconds / sample_.wall / look_samples;
+    const RenderSettings& s = request_.settings;
+    const PartOfPicture everywhere(
+        *main_.kernel, s.width, s.height,
+        static_cast<std::uint64_t>(std::min(pixels_, std::max(affordable, least_pixels))),
+        look_tile);
+    const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
+    variance_ = variance_of(render_->state(), look.rmse);
+    rays_ = rays_of(*render_);
+  }
+
+  /// Segments of a path.
+  static double rays_of(const DirectRender& render) {
+    const TraceCounts& counts = render.framebuffer.counts();
+    return static_cast<double>(counts.rays) / static_cast<double>(counts.samples);
   }
 
   [[nodiscard]] double seconds_left() const {
@@ -215,15 +242,15 @@ class Prober {
   }
 
   /// As many samples a pixel as the wanted error will take, within reason.
-  [[nodiscard]] double adaptive_depth(double variance) const {
-    const double wanted = request_.error > 0 ? variance / request_.error / request_.error : 0;
+  [[nodiscard]] double adaptive_depth() const {
+    const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
     return std::clamp(0.6 * wanted, adaptive_least, adaptive_most);
   }
 
   /// Four times as many samples after each, until time or use ends.
-  [[nodiscard]] std::vector<double> adaptive_passes(double variance) const {
+  [[nodiscard]] std::vector<double> adaptive_passes() const {
     const double each = 1.3 * sample_.wall * pixels_of_part();
-    const double most = std::min(adaptive_depth(variance), seconds_left() / each);
+    const double most = std::min(adaptive_depth(), seconds_left() / each);
     std::vector<double> passes = {pilot_samples};
     for (double total = pilot_samples; passes.size() < 2 || total < 0.7 * most;) {
       const double next = std::clamp(most, 2 * total, 4 * total);
@@ -237,26 +264,31 @@ class Prober {
     return static_cast<double>(main_.part->width()) * main_.part->height();
   }
 
-  [[nodiscard]] RenderSettings settings_of(const Candidate& one, bool adaptive,
-                                           const std::vector<double>& passes) const {
+  [[nodiscard]] RenderSettings settings_of(Sampler sampler, const PartOfPicture& part,
+                                           bool adaptive, const std::vector<double>& passes) const {
     RenderSettings settings = request_.settings;
-    settings.width = one.part->width();
-    settings.height = one.part->height();
-    settings.sampler = one.sampler;
+    settings.width = part.width();
+    settings.height = part.height();
+    settings.sampler = sampler;
     settings.adaptive = adaptive;
     settings.samples_per_pixel = limits::max_samples_per_pixel;
     settings.row_order = RowOrder::sequential;
     settings.progressive = false;
     for (const double samples : passes) {
-      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of_part()));
+      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of(settings)));
     }
     return settings;
   }
 
-  /// Renders the part in passes of so many samples a pixel; render_ is what comes of it.
   std::vector<Stage> stages(const Candidate& one, bool adaptive,
                             const std::vector<double>& passes) {
-    const RenderSettings settings = settings_of(one, adaptive, passes);
+    return stages(one.sampler, *one.part, adaptive, passes);
+  }
+
+  /// Renders the part in passes of so many samples a pixel; render_ is what comes of it.
+  std::vector<Stage> stages(Sampler sampler, const PartOfPicture& part, bool adaptive,
+                            const std::vector<double>& passes) {
+    const RenderSettings settings = settings_of(sampler, part, adaptive, passes);
     std::vector<Stage> found;
     Effort last{};
     double samples_before = 0;
@@ -264,10 +296,10 @@ class Prober {
       const Effort noting = effort_now();
       const Effort took = Effort{now.seconds, now.cpu_seconds} - last - counting_;
       const auto samples = static_cast<double>(now.framebuffer.counts().samples);
-      const Effort each = 1 / (samples - samples_before) * took;
       found.push_back(stage_of(now.state()));
       found.back().samples = now.samples_per_pixel();
-      found.back().effort = each;
+      found.back().traced = samples - samples_before;
+      found.back().effort = 1 / found.back().traced * took;
       if (adaptive && found.size() == 1) {
         measure_deciding(now.state(), settings);
       }
@@ -275,7 +307,7 @@ class Prober {
       last = Effort{now.seconds, now.cpu_seconds} + (effort_now() - noting);
     };
     counting_ = {};
-    render_ = render_directly(*one.part, *request_.scene, settings, request_.threads, stop_, note);
+    render_ = render_directly(part, *request_.scene, settings, request_.threads, stop_, note);
     if (!render_) {
       throw Stopped{};
     }
@@ -299,32 +331,31 @@ class Prober {
 
   // ---- What it says --------------------------------------------------------------------------
 
-  void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive,
-                double variance) {
+  void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive) {
     SamplerProbe found{
         main_.sampler,
-        ErrorLaw(ModelError::uniform(std::sqrt(variance)), measured(uniform),
+        ErrorLaw(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
                  prior_of(main_.sampler, sobol_uniform)),
         ErrorLaw(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
         {},
         {}};
     std::vector<Stage> equal = uniform;
     equal.push_back(adaptive.front());
-    found.uniform_sample = mean_effort(equal);
-    found.adaptive_sample = mean_effort({adaptive.begin() + 1, adaptive.end()});
+    found.uniform_sample = cost_scale_ * mean_effort(equal);
+    found.adaptive_sample = cost_scale_ * mean_effort({adaptive.begin() + 1, adaptive.end()});
     result_.timing_doubt = doubt_of(equal);
     result_.samplers.push_back(std::move(found));
   }
 
   /// Only its speed was measured: samples of any sampler show the same variance.
-  void add_other(Effort sample, double variance) {
+  void add_other(Effort sample) {
     const SamplerProbe& main = result_.samplers.front();
-    const double pilot_rmse = std::sqrt(variance / pilot_samples);
+    const double pilot_rmse = std::sqrt(variance_ / pilot_samples);
     const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
     SamplerProbe found{
         other_->sampler,
-        ErrorLaw(ModelError::uniform(std::sqrt(variance)),
-                 std::vector<MeasuredError>{{1, std::sqrt(variance), 0.01}}, none),
+        ErrorLaw(ModelError::uniform(std::sqrt(variance_)),
+                 std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
         ErrorLaw(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
                  none),
         sample,
@@ -334,10 +365,10 @@ class Prober {
     result_.samplers.insert(result_.samplers.begin(), std::move(found));
   }
 
-  static std::vector<MeasuredError> measured(const std::vector<Stage>& stages) {
+  [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
     std::vector<MeasuredError> errors;
     for (const Stage& stage : stages) {
-      errors.push_back({stage.samples, stage.rmse, stage.relative});
+      errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
     }
     return errors;
   }
@@ -345,10 +376,12 @@ class Prober {
   /// Of a sample, all stages together.
   static Effort mean_effort(const std::vector<Stage>& stages) {
     Effort sum;
+    double traced = 0;
     for (const Stage& stage : stages) {
-      sum = sum + stage.effort;
+      sum = sum + stage.traced * stage.effort;
+      traced += stage.traced;
     }
-    return 1 / static_cast<double>(stages.size()) * sum;
+    return 1 / traced * sum;
   }
 
   static double doubt_of(const std::vector<Stage>& stages) {
@@ -389,8 +422,12 @@ class Prober {
   std::optional<Candidate> other_;
   std::optional<DirectRender> render_;
   std::optional<ModelError> adaptive_model_;
-  Effort sample_;    ///< of the latest pass
-  Effort counting_;  ///< what counting the next pass's samples takes
+  double variance_ = 0;     ///< of a sample, mean over the picture
+  double rays_ = 0;         ///< of a sample, likewise
+  double error_scale_ = 1;  ///< the picture's error / the part's
+  double cost_scale_ = 1;   ///< of a sample, likewise
+  Effort sample_;           ///< of the latest pass
+  Effort counting_;         ///< what counting the next pass's samples takes
   Probe result_;
 };
 
