@@ -130,6 +130,7 @@ json document(const PlanCommand& command, const Plan& plan) {
             {"costs",
              {{"load", plan.load.wall},
               {"once", probe.fixed.wall},
+              {"collect", probe.collect.wall},
               {"pass", probe.pass.wall},
               {"finish", probe.finish.wall}}}}}};
 }

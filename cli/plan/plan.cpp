@@ -15,9 +15,6 @@ constexpr double most_samples = limits::max_samples_per_pixel;
 constexpr double normal_95 = 1.96;
 /// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
 constexpr double uniform_margin = 1.02;
-/// Of its time limit, what passes use: see within_time() in common/image/passes.cpp.
-constexpr double used_of_limit = 0.985;
-
 Expected around(double value, double relative) {
   const double factor = std::exp(normal_95 * relative);
   return {value, value / factor, value * factor};
@@ -32,10 +29,9 @@ class Chooser {
         pixels_(static_cast<double>(settings.width) * settings.height) {}
 
   [[nodiscard]] Choice uniform(const SamplerProbe& sampler) const {
-    const double exactly =
-        goal_.error > 0
-            ? sampler.uniform.samples_for(goal_.error / uniform_margin)
-            : affordable(sampler.uniform_sample, goal_.seconds - fixed_.wall - probe_.finish.wall);
+    const double exactly = goal_.error > 0
+                               ? sampler.uniform.samples_for(goal_.error / uniform_margin)
+                               : affordable(sampler.uniform_sample, goal_.seconds - least().wall);
     // Replicates are halves; a picture of less than two samples a pixel does not know its error.
     const double even = 2 * (goal_.error > 0 ? std::ceil(exactly / 2) : std::floor(exactly / 2));
     Choice choice;
@@ -52,7 +48,7 @@ class Chooser {
     return goal_.error > 0 ? to_error(sampler) : in_time(sampler);
   }
 
-  [[nodiscard]] Effort least() const { return fixed_ + probe_.finish; }
+  [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.finish; }
 
  private:
   [[nodiscard]] double affordable(Effort sample, double seconds) const {
@@ -103,32 +99,23 @@ class Chooser {
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
     choice.time_limit = std::max(goal_.seconds - probe_.finish.wall, ranges::time_limit.least);
-    const double seconds = used_of_limit * choice.time_limit - fixed_.wall;
-    const double pilot = std::min(affordable(sampler.uniform_sample, seconds / 2),
-                                  static_cast<double>(pilot_samples));
-    int passes = 1;
-    double samples = std::max(pilot, 2.0);
-    for (int round = 0; round < 3; ++round) {  // more passes take more time from samples
-      passes = passes_in_time(samples);
-      const double rest =
-          seconds - passes * probe_.pass.wall - samples_cost(sampler.uniform_sample, pilot);
-      samples = std::max(pilot + affordable(sampler.adaptive_sample, rest), 2.0);
-    }
+    const PassCosts costs{pixels_ * sampler.uniform_sample.wall,
+                          pixels_ * sampler.adaptive_sample.wall,
+                          probe_.pass.wall + probe_.collect.wall};
+    const Forecast forecast = forecast_time(costs, choice.time_limit - fixed_.wall, most_samples);
+    const double samples = forecast.samples;
     const bool known = samples > pilot_samples;
     const ErrorLaw& law = known ? sampler.adaptive : sampler.uniform;
     choice.samples = around(samples, probe_.timing_doubt);
     choice.error =
         around(law.at(samples), std::hypot(law.relative_at(samples), 0.5 * probe_.timing_doubt));
-    add_time(choice, tracing(sampler, samples), passes);
+    add_time(choice, tracing(sampler, samples), forecast.passes);
     return choice;
   }
 
-  [[nodiscard]] double samples_cost(Effort sample, double samples) const {
-    return samples * pixels_ * sample.wall;
-  }
-
   void add_time(Choice& choice, Effort tracing, int passes) const {
-    const Effort rest = fixed_ + passes * probe_.pass + probe_.finish;
+    const Effort rest =
+        fixed_ + std::max(passes, 1) * probe_.collect + passes * probe_.pass + probe_.finish;
     const double total = rest.wall + tracing.wall;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;
     const double doubt =

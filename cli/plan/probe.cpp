@@ -21,6 +21,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
 #include "common/trace/fingerprint.h"
+#include "proto/messages.h"
 
 namespace parray {
 namespace {
@@ -146,7 +147,7 @@ class Prober {
     began_ = effort_now();
     build();
     choose_part();
-    const std::vector<Stage> uniform = stages(main_, false, {8, 8, 16});
+    const std::vector<Stage> uniform = stages(main_, false, {12, 12, 8, 16});
     error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
@@ -160,6 +161,7 @@ class Prober {
     if (other_) {
       add_other(cost_scale_ * other_sample);
     }
+    measure_collecting(settings_of(main_.sampler, *main_.part, false, {1}));
     measure_finish();
     result_.seconds = (effort_now() - began_).wall;
     return std::move(result_);
@@ -214,7 +216,7 @@ class Prober {
       stages(*other_, false, {look_samples});
     }
     look_around();
-    const double each = 32 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
+    const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
     cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
   }
 
@@ -244,7 +246,9 @@ class Prober {
   /// As many samples a pixel as the wanted error will take, within reason.
   [[nodiscard]] double adaptive_depth() const {
     const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
-    return std::clamp(0.6 * wanted, adaptive_least, adaptive_most);
+    // Adaptive passes take about 0.6 of it, those of evenly spread points half of that.
+    const double share = main_.sampler == Sampler::sobol ? 0.3 : 0.6;
+    return std::clamp(share * wanted, adaptive_least, adaptive_most);
   }
 
   /// Four times as many samples after each, until time or use ends.
@@ -392,6 +396,19 @@ class Prober {
     }
     const auto count = static_cast<double>(stages.size());
     return std::max(0.03, std::sqrt(squares / (count * (count - 1))));
+  }
+
+  /// What a coordinator and its worker do with what was traced.
+  void measure_collecting(const RenderSettings& settings) {
+    const Effort began = effort_now();
+    const Framebuffer& traced = render_->framebuffer;
+    const WorkRect rect{0, traced.height(), 0, 1};
+    const std::string bytes =
+        row_block_to_bytes({rect, traced.width(), traced.counts(), traced.pixels()});
+    const std::string kept = bytes;
+    Framebuffer fresh(settings);
+    fresh.merge(row_block_from_bytes(bytes));
+    result_.collect = pixels_ / pixels_of_part() * (effort_now() - began);
   }
 
   /// What comes after the last sample, from the part's picture.

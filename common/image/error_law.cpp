@@ -12,6 +12,8 @@ namespace {
 constexpr double doubt_per_octave = 0.02;
 constexpr double least_relative = 0.005;
 
+constexpr double unit = 1 << 20;  ///< of samples in whole numbers, which passes count in
+
 constexpr double least_samples = -7;  ///< logarithms: bounds of every search
 constexpr double most_samples = 60;
 
@@ -122,7 +124,6 @@ double StatedHigh::of(double rmse, double samples) const {
 
 Forecast forecast_target(const ErrorLaw& law, const StatedHigh& stated, double target,
                          double most_samples) {
-  constexpr double unit = 1 << 20;  // samples as whole numbers, as passes have them
   Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
   for (;; ++now.passes) {
     now.rmse = law.at(now.samples);
@@ -140,10 +141,25 @@ Forecast forecast_target(const ErrorLaw& law, const StatedHigh& stated, double t
   }
 }
 
-int passes_in_time(double samples) {
-  // The first pass, then ever larger ones, then some that use up what is left.
-  const double pilot = pilot_samples;
-  return samples <= pilot ? 3 : 4 + static_cast<int>(std::log2(samples / pilot) / 2);
+Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples) {
+  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
+  double left = seconds - now.samples * costs.pilot_sample - costs.pass;
+  double sample = costs.pilot_sample;  // of the pass before: what the passes go by
+  for (; left > 0; ++now.passes) {
+    const auto traced = static_cast<std::uint64_t>(now.samples * unit);
+    const auto lacking = static_cast<std::uint64_t>((most_samples - now.samples) * unit);
+    const auto affordable =
+        static_cast<std::uint64_t>(std::min(left / sample, most_samples) * unit);
+    const std::uint64_t more = within_time(part_of(lacking, traced), traced, affordable);
+    if (more == 0) {
+      break;
+    }
+    const double samples = static_cast<double>(more) / unit;
+    now.samples += samples;
+    left -= samples * costs.later_sample + costs.pass;
+    sample = costs.later_sample;
+  }
+  return now;
 }
 
 }  // namespace parray

@@ -88,7 +88,15 @@ struct StatedHigh {
 Forecast forecast_target(const ErrorLaw& law, const StatedHigh& stated, double target,
                          double most_samples);
 
-/// Number of passes that a time limit makes of `samples` a pixel, about.
-int passes_in_time(double samples);
+/// Seconds that passes take.
+struct PassCosts {
+  double pilot_sample = 0;  ///< of one sample of each pixel in the first pass
+  double later_sample = 0;  ///< in those after it
+  double pass = 0;          ///< of a pass, whatever its size
+};
+
+/// Where adaptive passes end that have a time limit, `seconds` of which are left for them. Its
+/// rmse is 0: it does not matter to them.
+Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples);
 
 }  // namespace parray

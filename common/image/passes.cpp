@@ -61,19 +61,6 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
           StopReason::samples};
 }
 
-/// As much of `wanted` samples as the time left allows: at most half of it until there is little,
-/// or it is enough for all.
-PassSize within_time(PassSize wanted, std::uint64_t traced, std::uint64_t affordable) {
-  if (wanted.samples <= affordable / 2) {
-    return wanted;
-  }
-  if (affordable < traced / 32) {
-    return {0, StopReason::time};
-  }
-  const std::uint64_t part = affordable < traced / 4 ? affordable / 8 * 7 : affordable / 2;
-  return {std::min(wanted.samples, part), StopReason::samples};
-}
-
 /// Uniform passes give every pixel the same, in pairs but for the last sample of an odd number.
 PassSize whole_pairs(PassSize size, const RenderSettings& settings, std::uint64_t left,
                      std::uint64_t pixels, std::uint64_t affordable) {
@@ -101,6 +88,16 @@ std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
     return 3 * traced;
   }
   return lacking > 2 * traced ? traced : lacking;
+}
+
+std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable) {
+  if (wanted <= affordable / 2) {
+    return wanted;
+  }
+  if (affordable < traced / 32) {
+    return 0;
+  }
+  return std::min(wanted, affordable < traced / 4 ? affordable / 8 * 7 : affordable / 2);
 }
 
 std::string_view name_of(StopReason reason) {
@@ -149,7 +146,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
   }
   wanted.samples = part_of(wanted.samples, traced);
   if (settings.time_limit > 0) {
-    wanted = within_time(wanted, traced, affordable);
+    wanted = {within_time(wanted.samples, traced, affordable), StopReason::samples};
+    wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
   return whole_pairs(wanted, settings, left, pixels, affordable);
 }
