@@ -116,6 +116,11 @@ double Allocation::total_for_square_error(double share) const {
   return total_at(level);
 }
 
+double Allocation::share_of_square_error(double total) const {
+  const double now = square_error_at(0);
+  return now > 0 ? square_error_at(level_for(total)) / now : 1;
+}
+
 double Allocation::total_for_square_half_width(double share) const {
   // The pixel whose half-width 99 % of the pixels keep below.
   std::vector<double> levels(counts_.size());
