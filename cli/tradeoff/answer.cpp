@@ -11,10 +11,12 @@
 namespace parray::tradeoff {
 namespace {
 
-/// How a depth or a precision changes what uniform samples of the scene's own settings give.
+/// How another depth, precision or accelerator changes what uniform samples of the scene's own
+/// settings give.
 struct Turn {
   std::uint32_t depth = 0;
   Precision precision = Precision::automatic;
+  AcceleratorKind accelerator = AcceleratorKind::automatic;
   double time = 1;      ///< factor
   double variance = 1;  ///< factor
   double bias_square = 0;
@@ -35,33 +37,40 @@ const Row* like(const std::vector<Row>& rows, const RenderSettings& settings) {
   return found == rows.end() ? nullptr : &*found;
 }
 
-double bias_square_of(const Row& row, const PairedBiases& biases) {
-  const auto depth = biases.depth.find(row.settings.max_depth);
-  const auto precision = biases.precision.find(row.settings.precision);
+double bias_square_of(const RenderSettings& settings, const PairedBiases& biases) {
+  const auto depth = biases.depth.find(settings.max_depth);
+  const auto precision = biases.precision.find(settings.precision);
   return (depth == biases.depth.end() ? 0 : square(depth->second.rms())) +
          (precision == biases.precision.end() ? 0 : square(precision->second.rms()));
 }
 
-/// The scene's own depth and precision first, then the others that were measured.
+Turn own_turn(const RenderSettings& base) {
+  Turn own;
+  own.depth = base.max_depth;
+  own.precision = base.precision;
+  own.accelerator = base.accelerator;
+  return own;
+}
+
+/// The scene's own first, then what else was measured.
 std::vector<Turn> turns_of(const std::vector<Row>& rows, const RenderSettings& base,
                            const PairedBiases& biases) {
-  std::vector<Turn> turns(1);
-  turns[0].depth = base.max_depth;
-  turns[0].precision = base.precision;
+  std::vector<Turn> turns = {own_turn(base)};
+  turns[0].bias_square = bias_square_of(base, biases);
   for (const Row& row : rows) {
-    const bool own =
-        row.settings.max_depth == base.max_depth && row.settings.precision == base.precision;
-    if ((row.knob != Knob::depth && row.knob != Knob::precision) || own) continue;
     RenderSettings without = row.settings;
     without.max_depth = base.max_depth;
     without.precision = base.precision;
+    without.accelerator = base.accelerator;
     const Row* plain = like(rows, without);
-    if (plain == nullptr || !(plain->budget.monte_carlo > 0)) continue;
-    turns.push_back(
-        {row.settings.max_depth, row.settings.precision, row.seconds.median / plain->seconds.median,
-         square(row.budget.monte_carlo / plain->budget.monte_carlo), bias_square_of(row, biases)});
+    const bool turned =
+        row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator;
+    if (!turned || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
+    turns.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
+                     row.seconds.median / plain->seconds.median,
+                     square(row.budget.monte_carlo / plain->budget.monte_carlo),
+                     bias_square_of(row.settings, biases)});
   }
-  turns[0].bias_square = bias_square_of(Row{.settings = base}, biases);
   return turns;
 }
 
@@ -115,6 +124,7 @@ std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, do
   RenderSettings& settings = candidate.settings;
   settings.max_depth = turn.depth;
   settings.precision = turn.precision;
+  settings.accelerator = turn.accelerator;
   double spent = 0;
   if (family.targeted) {
     settings.target_error = target_from(std::sqrt(left));
@@ -159,10 +169,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base) {
   for (const Family& family : families_of(rows, base)) {
     if (family.settings.sampler == base.sampler && !family.targeted) {
-      Turn own;
-      own.depth = base.max_depth;
-      own.precision = base.precision;
-      return candidate_of(family, own, error);
+      return candidate_of(family, own_turn(base), error);
     }
   }
   return std::nullopt;
