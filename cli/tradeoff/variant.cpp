@@ -16,6 +16,8 @@ namespace {
 constexpr std::uint32_t least_samples = 16;
 constexpr std::uint32_t most_samples = 4096;
 constexpr double shorter_side = 200;
+/// A hundredth of what a slow machine traces.
+constexpr double samples_a_second = 250'000;
 
 std::string stop_options(const RenderSettings& settings) {
   if (settings.target_error > 0) {
@@ -60,14 +62,15 @@ class Planner {
   Planner(const RenderSettings& base, const Pilot& pilot, double seconds)
       : base_(base), pilot_(pilot), seconds_(seconds) {}
 
-  /// `samples`: a pixel, as expected. False if there is no time for it.
+  /// `samples`: a pixel, as expected. False if there is no time for it; known ones are no news.
   bool add(Knob knob, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
     if (known_.count(options) > 0) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second);
     const std::uint32_t runs = runs_of(one, knob == Knob::scene);
     if (runs == 0) {
-      sweep_.left_out.push_back(options + ": a render would take about " + duration_text(one));
+      sweep_.left_out.push_back(options);
+      known_.insert(options);
       return false;
     }
     known_.insert(options);
@@ -93,7 +96,7 @@ class Planner {
   [[nodiscard]] std::uint32_t runs_of(double one, bool needed) const {
     if (16 * one <= seconds_ / 60) return 16;
     if (8 * one <= seconds_ / 25) return 8;
-    return 4 * one <= seconds_ / 12 || needed ? 4 : 0;
+    return 4 * one <= seconds_ / 12 ? 4 : needed ? 2 : 0;
   }
 
   const RenderSettings& base_;
@@ -171,11 +174,14 @@ std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair) {
   return seed_for(2, base, pair);
 }
 
-RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height) {
+RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height,
+                         double seconds) {
   const double across = settings.width;
   const double down = settings.height;
   if (width == 0 && height == 0) {
-    const double factor = std::min(1.0, shorter_side / std::min(across, down));
+    const double most = std::max(seconds * samples_a_second / settings.samples_per_pixel, 2000.0);
+    const double factor =
+        std::min({1.0, shorter_side / std::min(across, down), std::sqrt(most / (across * down))});
     settings.width = scaled_side(settings.width, factor);
     settings.height = scaled_side(settings.height, factor);
     return settings;

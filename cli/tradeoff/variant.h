@@ -35,9 +35,11 @@ std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::u
 std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk);
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair);
 
-/// `settings` with pixels scaled down so that the shorter side has at most 200, unless sides are
-/// given (0: not); one side alone keeps the shape.
-RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height);
+/// `settings` with the picture scaled down to 200 pixels on the shorter side at most, and further,
+/// to 2000 pixels at least, so that a picture with the scene's own samples fits a time of `seconds`
+/// many times; unless sides are given (0: not): one side alone keeps the shape.
+RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height,
+                         double seconds);
 
 /// What is known of a scene on this machine before the sweep.
 struct Pilot {
@@ -54,7 +56,7 @@ inline constexpr std::size_t most_octree = 100'000;
 
 struct Sweep {
   std::vector<Variant> variants;      ///< each with a canonical form of its own
-  std::vector<std::string> left_out;  ///< lines for people: what would have taken too long
+  std::vector<std::string> left_out;  ///< canonical forms: what would have taken too long
 };
 /// Not the product of all knobs, but a line along each through the scene's own settings `base`:
 /// samples a pixel from 16 on by doubling, of each sampler; targets of adaptive passes likewise;
