@@ -1,6 +1,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <tuple>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/loading.h"
@@ -70,7 +71,11 @@ class Meter {
 tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& file) {
   tradeoff::Request request;
   request.scene = resolve_settings(requirements_of(file.scene), file.settings).settings;
-  request.base = tradeoff::with_size(request.scene, command.width, command.height);
+  request.base = tradeoff::with_size(request.scene, command.width, command.height, command.seconds);
+  const auto before = tradeoff::size_in(command.directory);
+  if (before && command.width == 0 && command.height == 0 && !command.restart) {
+    std::tie(request.base.width, request.base.height) = *before;
+  }
   check_settings(request.base);
   if (command.error > 0) request.error = command.error;
   request.seconds = command.seconds;
@@ -152,7 +157,8 @@ void add_tradeoff(CLI::App& app, Action& chosen) {
   };
   number(
       "--width", limits::max_image_side, options->width,
-      "Pixels across to measure at (default: the scene's shape, 200 on the shorter side at most)");
+      "Pixels across to measure at (default: the scene's shape, 200 on the shorter side at most: "
+      "the error of a pixel hardly depends on how many there are)");
   number("--height", limits::max_image_side, options->height, "Pixels down");
   number("--threads", 4096, options->threads,
          "Threads to trace with (default: every processor that may be used)");

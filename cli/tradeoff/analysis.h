@@ -28,6 +28,7 @@ struct Run {
   double samples = 0;       ///< a pixel, mean
   double rays = 0;          ///< a sample, mean
   double mse = 0;           ///< against the true picture; may fall below 0 by chance
+  double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
   double mse_8bit = 0;      ///< of the PNG
   double quantisation = 0;  ///< mean square of what 8 bits change
   double bias = 0;          ///< mean error
@@ -71,7 +72,7 @@ struct Row {
   RenderSettings settings;
   std::string options;
   std::size_t runs = 0;
-  Quartiles seconds;
+  Quartiles seconds;       ///< Timing::seconds_of()
   double cpu_seconds = 0;  ///< median
   double samples = 0;
   double rays = 0;
@@ -89,6 +90,8 @@ struct Row {
   bool on_front = false;
   std::string dominated_by;  ///< canonical; empty on the front
 
+  double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
+
   [[nodiscard]] double ratio() const { return rmse > 0 ? budget.predicted() / rmse : 0; }
   [[nodiscard]] double ratio_8bit() const {
     return rmse_8bit > 0 ? budget.predicted_8bit() / rmse_8bit : 0;
@@ -99,8 +102,20 @@ struct Row {
   }
 };
 
+/// How the time of a render is told.
+struct Timing {
+  bool busy = false;  ///< others use the processors, too: the clock on the wall says little
+  int threads = 1;
+  /// Of a render that has the processors for itself.
+  [[nodiscard]] double seconds_of(const Run& run) const {
+    return busy ? run.cpu_seconds / threads : run.seconds;
+  }
+};
+/// Busy: the threads had less than 85 % of the time that they asked for.
+Timing timing_of(const std::vector<Run>& runs, int threads);
+
 /// Precondition: `runs` are of these settings, and not empty.
-Row row_of(const Variant& variant, const std::vector<const Run*>& runs);
+Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
 /// Marks the rows that no other is faster and more accurate than; the others learn which one is:
 /// of those that dominate them the fastest.

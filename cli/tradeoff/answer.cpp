@@ -218,6 +218,9 @@ std::string sentence_of(const Answer& answer) {
   }
   text += "; measured RMSE " + formatted("%.3g", pick.rmse) + " +- " +
           formatted("%.1g", pick.rmse_deviation) + ")";
+  if (answer.own_options == options_against(pick.settings, answer.scene)) {
+    return text + "; nothing else that was measured is faster.";
+  }
   if (answer.own_options.empty() || !(pick.seconds.median > 0)) return text + ".";
   const double times = answer.own_seconds / pick.seconds.median;
   return text + "; the scene's own settings" +

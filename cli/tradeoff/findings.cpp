@@ -58,14 +58,14 @@ double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*
 }  // namespace
 
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
-                         const PairedBiases& biases) {
+                         const PairedBiases& biases, const Timing& timing) {
   std::map<std::string, std::vector<const Run*>> by_options;
   for (const Run& run : runs) by_options[run.options].push_back(&run);
   std::vector<Row> rows;
   for (const Variant& variant : variants) {
     const auto found = by_options.find(options_of(variant.settings));
     if (found == by_options.end()) continue;
-    Row row = row_of(variant, found->second);
+    Row row = row_of(variant, found->second, timing);
     by_options.erase(found);  // a variant listed twice is one row
     if (const auto bias = biases.depth.find(row.settings.max_depth); bias != biases.depth.end()) {
       row.budget.depth = bias->second.rms();

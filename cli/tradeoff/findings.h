@@ -31,21 +31,22 @@ struct Findings {
   std::string scene_file;
   RenderSettings scene;  ///< its own, its own size
   RenderSettings base;   ///< as measured
-  int threads = 1;
+  Timing timing;
   std::vector<Row> rows;
   PairedBiases biases;
   std::vector<Convergence> convergence;
   std::vector<Calibration> calibration;
   double reference_samples = 0;
   double reference_rmse = 0;
-  std::vector<std::string> notes;  ///< sentences about what is limited
+  std::vector<std::string> left_out;  ///< canonical forms
+  std::vector<std::string> notes;     ///< sentences about what is limited
   std::string answer;
   nlohmann::json answer_facts;
 };
 
 /// Rows of `runs`, as `variants` order them, with their budgets and the front.
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
-                         const PairedBiases& biases);
+                         const PairedBiases& biases, const Timing& timing);
 std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 

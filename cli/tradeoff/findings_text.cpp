@@ -35,6 +35,7 @@ const std::vector<Field>& fields() {
       {"seconds_q3", [](const Row& r) { return r.seconds.q3; }},
       {"cpu_seconds", [](const Row& r) { return r.cpu_seconds; }},
       {"mse", [](const Row& r) { return r.mse; }},
+      {"mse_scatter", [](const Row& r) { return r.mse_scatter; }},
       {"mse_sd", [](const Row& r) { return r.mse_deviation; }},
       {"rmse", [](const Row& r) { return r.rmse; }},
       {"rmse_sd", [](const Row& r) { return r.rmse_deviation; }},
@@ -170,13 +171,15 @@ json json_of(const Findings& findings) {
           {"scene", findings.scene_file},
           {"scene_settings", json_of(findings.scene)},
           {"measured_settings", json_of(findings.base)},
-          {"threads", findings.threads},
+          {"threads", findings.timing.threads},
+          {"time", findings.timing.busy ? "cpu / threads" : "wall"},
           {"reference",
            {{"samples_per_pixel", findings.reference_samples}, {"rmse", findings.reference_rmse}}},
           {"rows", rows},
           {"biases", to_json(findings.biases)},
           {"convergence", convergence},
           {"calibration", calibration},
+          {"left_out", findings.left_out},
           {"notes", findings.notes},
           {"answer", findings.answer_facts},
           {"sentence", findings.answer}};
@@ -186,7 +189,7 @@ std::string text_of(const Findings& findings) {
   const RenderSettings& base = findings.base;
   std::string text = printable(findings.scene_file, 500) + ": " + std::to_string(base.width) +
                      " x " + std::to_string(base.height) + " pixels, " +
-                     counted(static_cast<std::uint64_t>(findings.threads), "thread") + ", " +
+                     counted(static_cast<std::uint64_t>(findings.timing.threads), "thread") + ", " +
                      counted(findings.rows.size(), "setting") + " measured against " +
                      formatted("%.0f", findings.reference_samples) + " samples a pixel (RMSE " +
                      rough(findings.reference_rmse) + ", taken off)\n\n";

@@ -11,6 +11,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/partial_file.h"
+#include "common/scene/limits.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -24,12 +25,13 @@ constexpr const char* state_name = "state.json";
 constexpr int format_version = 1;
 
 /// The numbers of a run, in the order of the file's columns.
-constexpr std::array<std::pair<const char*, double Run::*>, 12> columns = {
+constexpr std::array<std::pair<const char*, double Run::*>, 13> columns = {
     {{"seconds", &Run::seconds},
      {"cpu_seconds", &Run::cpu_seconds},
      {"samples_per_pixel", &Run::samples},
      {"rays_per_sample", &Run::rays},
      {"mse", &Run::mse},
+     {"mse_scatter", &Run::mse_scatter},
      {"mse_8bit", &Run::mse_8bit},
      {"quantisation", &Run::quantisation},
      {"bias", &Run::bias},
@@ -75,6 +77,24 @@ std::string read_file(const fs::path& path) {
 }
 
 }  // namespace
+
+std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(const fs::path& directory) {
+  if (!fs::exists(directory / state_name)) return std::nullopt;
+  const json state = json::parse(read_file(directory / state_name), nullptr, false);
+  const auto side = [&](const char* name) -> std::uint64_t {
+    const json::json_pointer at(std::string("/identity/") + name);
+    const bool there =
+        !state.is_discarded() && state.contains(at) && state[at].is_number_unsigned();
+    return there ? state[at].get<std::uint64_t>() : 0;
+  };
+  const auto fits = [](std::uint64_t pixels) {
+    return pixels >= 1 && pixels <= limits::max_image_side;
+  };
+  const std::uint64_t width = side("width");
+  const std::uint64_t height = side("height");
+  if (!fits(width) || !fits(height)) return std::nullopt;
+  return {{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}};
+}
 
 std::string csv_line(const Run& run) {
   std::string line = run.options + "," + std::to_string(run.seed);

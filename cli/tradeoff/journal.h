@@ -59,6 +59,10 @@ class Journal {
   std::set<std::pair<std::string, std::uint64_t>> known_;
 };
 
+/// Width and height of the trade in a directory; none if there is none.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(
+    const std::filesystem::path& directory);
+
 /// A line of runs.csv, without its end, and the other way round (throws std::runtime_error).
 std::string csv_line(const Run& run);
 Run run_of_csv(const std::string& line);

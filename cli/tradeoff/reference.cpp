@@ -116,6 +116,7 @@ Run Reference::compare(const DirectRender& picture) const {
   const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
   const ErrorEstimate estimate = estimate_error(picture.state());
   Run run;
+  double scatter = 0;
   for (std::size_t i = 0; i < square_.size(); ++i) {
     const double value = image.rgb[i];
     const double coded = through_8bit(value);
@@ -126,9 +127,13 @@ Run Reference::compare(const DirectRender& picture) const {
     run.mse_8bit += (coded - first) * (coded - second);
     run.quantisation += (coded - value) * (coded - value);
     run.bias += value - mean;
+    const double of_reference = std::max(square_[i] - mean * mean, 0.0) / samples();
+    // Of (e - u)(e - w): u + w and uw have variances 4 and 4 times that of the mean, and its
+    // square.
+    const double square = std::max((value - first) * (value - second), 0.0);
+    scatter += 4 * (square + of_reference) * of_reference;
     if (estimate.half_width.empty()) continue;
     const double own = estimate.half_width[i] / normal_quantile[3];
-    const double of_reference = std::max(square_[i] - mean * mean, 0.0) / samples();
     const double deviation = std::sqrt(own * own + of_reference);
     // Pixels of sky hold values that agree but for the last bit of a float.
     const double error = std::max(std::abs(value - mean) - 1e-6 * mean, 0.0);
@@ -139,6 +144,7 @@ Run Reference::compare(const DirectRender& picture) const {
   const auto values = static_cast<double>(square_.size());
   for (double* sum : {&run.mse, &run.mse_8bit, &run.quantisation, &run.bias}) *sum /= values;
   for (double& share : run.coverage) share /= values;
+  run.mse_scatter = std::sqrt(3 * scatter) / values;  // as if a pixel's channels were one
   run.claimed = std::max(estimate.rmse, 0.0);
   run.low = std::max(estimate.low, 0.0);
   run.high = std::max(estimate.high, 0.0);

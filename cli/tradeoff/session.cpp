@@ -92,7 +92,6 @@ Findings Session::measure() {
   Findings findings;
   findings.scene = request_.scene;
   findings.base = request_.base;
-  findings.threads = bench_.threads();
   findings.biases = biases_;
   findings.reference_samples = reference_.samples();
   findings.reference_rmse = reference_.rmse();
@@ -244,7 +243,8 @@ void Session::measure_biases() {
 // ---- Answer ------------------------------------------------------------------------------------
 
 void Session::refresh(Findings& findings) const {
-  findings.rows = rows_of(sweep_.variants, journal_.runs(), biases_);
+  findings.timing = timing_of(journal_.runs(), bench_.threads());
+  findings.rows = rows_of(sweep_.variants, journal_.runs(), biases_, findings.timing);
   findings.convergence = convergence_of(findings.rows, request_.base);
   findings.calibration = calibration_of(findings.rows);
 }
@@ -355,7 +355,17 @@ void Session::add_notes(Findings& findings) const {
     findings.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
                              " left out; the same command again goes on");
   }
-  for (const std::string& line : sweep_.left_out) findings.notes.push_back("left out: " + line);
+  findings.left_out = sweep_.left_out;
+  if (!sweep_.left_out.empty()) {
+    findings.notes.push_back(
+        "settings whose renders would take too long are left out (" +
+        std::to_string(sweep_.left_out.size()) +
+        "; tradeoff.json lists them): a longer --time-budget has room for more");
+  }
+  if (findings.timing.busy) {
+    findings.notes.push_back(
+        "other programs kept this machine busy: seconds are processor time divided by threads");
+  }
 }
 
 }  // namespace parray::tradeoff
