@@ -8,8 +8,8 @@
 
 namespace parray {
 
-/// Extra channels that are traced from the scene, by whoever writes the picture: no farm knows of
-/// them. Without any, nothing of the scene is kept.
+/// Extra channels of a picture. Most are traced from the scene, by whoever writes the picture: no
+/// farm knows of them. Without any of these, nothing of the scene is kept.
 struct ExtraChannels {
   Aovs aovs;
   RenderSettings settings;  ///< resolved
@@ -21,8 +21,11 @@ struct ExtraChannels {
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
                              const std::string& scene_bytes, int threads);
 
-/// Traces them and adds them to the picture. Its report gets `aovs`, their names, and
-/// `seconds.aovs`. Throws Interrupted (see cli/interrupt.h).
+/// Whether the picture has to come with its statistics.
+bool wants_statistics(const Aovs& aovs);
+
+/// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
+/// their names, and `seconds.aovs`. Throws Interrupted (see cli/interrupt.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray

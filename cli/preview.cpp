@@ -13,7 +13,9 @@ Preview::Preview(std::filesystem::path file) : file_(std::move(file)) {
 }
 
 void Preview::follow(Time now, Client& client, const JobStatus& status) {
-  if (!wanted() || !status.whole || status.ended() || now < next_) return;
+  if (!wanted() || status.ended() || now < next_) return;
+  began_ = began_.value_or(now);
+  if (!status.whole && (status.progress == 0 || now - *began_ < seconds(1))) return;
   const SteadyClock clock;
   const Time begin = clock.now();
   write_image(file_, client.fetch_partial(status.id), {{"parray:partial", "true"}}, {},

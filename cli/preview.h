@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include "cli/client.h"
 
@@ -21,11 +22,13 @@ class Preview {
   [[nodiscard]] bool wanted() const { return !file_.empty(); }
 
   /// Writes what there is of the picture, when it is time to: first as soon as every pixel has a
-  /// sample, then after at least ten times as long as writing takes.
+  /// sample, or after a second of waiting for that (only progressive jobs begin with a sample of
+  /// each); then after at least ten times as long as writing takes.
   void follow(Time now, Client& client, const JobStatus& status);
 
  private:
   std::filesystem::path file_;
+  std::optional<Time> began_;
   Time next_{};
 };
 

@@ -258,8 +258,9 @@ void OutputOptions::add_aov_to(CLI::App& command) {
             }
           },
           "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
-          "of what is first seen; cost in ray segments a sample")
-      ->type_name("depth|normal|albedo|sphere|cost,...")
+          "of what is first seen; cost in ray segments a sample; samples of each pixel; half-width "
+          "of its 95 % interval")
+      ->type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
       ->take_last()
       ->needs(image_option_);
 }

@@ -74,7 +74,7 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<Time> started) {
   wait_until_done(client, job, following);
-  Picture picture = client.fetch(job);
+  Picture picture = client.fetch(job, wants_statistics(extra.aovs));
   add_channels(picture, extra);
   return deliver(std::move(picture), outputs, started);
 }

@@ -10,7 +10,8 @@
 namespace parray {
 namespace {
 
-constexpr std::array<std::string_view, 5> aov_names{"depth", "normal", "albedo", "sphere", "cost"};
+constexpr std::array<std::string_view, 7> aov_names{"depth", "normal",  "albedo",    "sphere",
+                                                    "cost",  "samples", "half-width"};
 
 Aov aov_from(std::string_view name) {
   const auto* const found = std::find(aov_names.begin(), aov_names.end(), name);

@@ -21,8 +21,11 @@ struct Channel {
 using Channels = std::vector<Channel>;
 
 /// What a picture can show beside radiance ("arbitrary output variables").
-enum class Aov : std::uint8_t { depth, normal, albedo, sphere, cost };
+enum class Aov : std::uint8_t { depth, normal, albedo, sphere, cost, samples, half_width };
 using Aovs = std::set<Aov>;
+
+/// Known once the picture is rendered; the others are traced from the scene.
+inline bool is_statistic(Aov aov) { return aov == Aov::samples || aov == Aov::half_width; }
 
 /// Names as they stand in options and reports.
 std::string_view name_of(Aov aov);

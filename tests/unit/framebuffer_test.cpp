@@ -221,6 +221,24 @@ TEST_CASE("fixed point keeps order and errs by half a unit at most") {
   }
 }
 
+TEST_CASE("a pass gives each pixel samples of its own, and a block counts what pixels have of it") {
+  const auto settings = sized(2, 2, 8, RowOrder::sequential);
+  Framebuffer framebuffer(settings);
+  framebuffer.begin_pass({4, 4, 4, 4});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 0, 4});
+  CHECK(framebuffer.samples_of({0, 2, 0, 4}).empty());  // all alike
+  framebuffer.merge({{0, 2, 0, 4}, 2, {16, 16, 0, 0}, std::vector<PixelSums>(4)});
+  framebuffer.begin_pass({4, 10, 6, 20});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 4, 20});
+  CHECK(framebuffer.samples_of({0, 2, 5, 12}) ==
+        std::vector<SampleRange>{{5, 5}, {5, 10}, {5, 6}, {5, 12}});
+  CHECK(framebuffer.sample_count({0, 2, 5, 12}) == 13);
+  framebuffer.merge({{0, 2, 5, 12}, 2, {13, 13, 0, 0}, std::vector<PixelSums>(4)});
+  CHECK(framebuffer.samples() == std::vector<std::uint32_t>{4, 9, 5, 11});
+  CHECK_THROWS_AS(framebuffer.begin_pass({4, 9, 5, 10}), std::logic_error);
+  CHECK_THROWS_AS(framebuffer.begin_pass({99, 99}), std::logic_error);
+}
+
 TEST_CASE("sums of squares give the variance of a sample") {
   for (const double largest : {1.0, 3.0, 0.01}) {
     const RadianceScale scale(largest);

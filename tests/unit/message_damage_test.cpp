@@ -306,6 +306,27 @@ TEST_CASE("a row block that contradicts itself is refused") {
   CHECK(block_refused(with(bytes, 36, std::uint64_t{12})));  // more than it accounts for
 }
 
+TEST_CASE("a grant's sample ranges must fit its rectangle") {
+  msg::Grant grant;
+  grant.scene = std::string(64, 'a');
+  grant.settings = std::get<msg::Grant>(sample_messages()[6]).settings;
+  grant.settings.adaptive = true;
+  grant.rect = {0, 2, 10, 30};
+  const auto with_ranges = [&](std::size_t count, const SampleRange& odd_one) {
+    grant.samples.assign(count, {10, 30});
+    grant.samples.back() = odd_one;
+    return encode(grant);
+  };
+  const std::size_t pixels = std::size_t{2} * grant.settings.width;
+  CHECK_FALSE(refused(with_ranges(pixels, {12, 12})));
+  CHECK_FALSE(refused(with_ranges(pixels, {0, 0})));  // nothing, wherever
+  CHECK(refused(with_ranges(pixels - 1, {12, 20})));
+  CHECK(refused(with_ranges(pixels + 1, {12, 20})));
+  CHECK(refused(with_ranges(pixels, {9, 20})));
+  CHECK(refused(with_ranges(pixels, {12, 31})));
+  CHECK(refused(with_ranges(pixels, {20, 12})));
+}
+
 TEST_CASE("an image's data must fit its size") {
   msg::ImageData image{1, json::object(), 2, 3, false, std::string(72, '\0')};
   CHECK_FALSE(refused(encode(image)));
