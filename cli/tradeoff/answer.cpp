@@ -175,7 +175,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
   return std::nullopt;
 }
 
-std::optional<RenderSettings> corrected(const Row& row, double error) {
+std::optional<Candidate> corrected(const Row& row, double error) {
   const double ratio = row.rmse / error;
   const bool targeted = row.settings.target_error > 0;
   if (!(ratio > 0) || (ratio <= 1.005 && (targeted || ratio > 0.97))) return std::nullopt;
@@ -186,7 +186,7 @@ std::optional<RenderSettings> corrected(const Row& row, double error) {
     settings.samples_per_pixel = samples_from(settings.samples_per_pixel * square(ratio));
   }
   if (options_of(settings) == row.options) return std::nullopt;
-  return settings;
+  return Candidate{settings, row.seconds.median * square(ratio)};
 }
 
 const Row* fastest_within(double error, const std::vector<Row>& rows) {

@@ -29,7 +29,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
 
 /// Settings like those of `row`, which were to reach `error`, corrected by what came of them; none
 /// if that is near enough.
-std::optional<RenderSettings> corrected(const Row& row, double error);
+std::optional<Candidate> corrected(const Row& row, double error);
 
 /// The fastest of the rows with at most that RMSE; null if there is none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);

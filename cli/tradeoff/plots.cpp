@@ -174,7 +174,8 @@ Plot budget_plot(const Findings& findings) {
   plot.data = data.text();
   plot.commands =
       "set style data histogram\nset style histogram rowstacked\nset boxwidth 0.8\n"
-      "set style fill solid\nset xtics rotate by 60 right font 'sans,9'\nset yrange [0:*]\n"
+      "set style fill solid\nset bmargin 9\nset xtics rotate by 60 right font 'sans,9'\nset yrange "
+      "[0:*]\n"
       "set ylabel \"part of the PNG's measured MSE (%)\"\nset key outside top horizontal\n"
       "plot data using 1:xtic(5) lc rgb '#56B4E9' title 'noise', \\\n"
       "     data using 2 lc rgb '#D55E00' title 'depth', \\\n"

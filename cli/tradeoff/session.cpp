@@ -217,7 +217,7 @@ void Session::sweep() {
     for (const Variant& variant : sweep_.variants) {
       if (variant.runs <= round) continue;
       const double took = to_seconds(clock_.now() - began) / (sweep_share * request_.seconds);
-      if (took > 2 || (took > 1 && round >= 3)) {
+      if (took > 1.5 || (took > 1 && round >= 2)) {
         runs_missing_ = planned - done;
         return;
       }
@@ -287,10 +287,9 @@ void Session::find_answer(Findings& findings) {
   // Those that should be the fastest are put to the test; what is promised has been measured.
   const double affordable = answer_share * request_.seconds / 2;
   for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 2); ++i) {
-    std::optional<RenderSettings> next = candidates[i].settings;
-    for (int attempt = 0; next && attempt < 3; ++attempt) {
-      if (attempt == 0 && candidates[i].seconds > affordable) break;
-      const Row* row = measured(*next, findings);
+    std::optional<Candidate> next = candidates[i];
+    for (int attempt = 0; next && next->seconds < affordable && attempt < 3; ++attempt) {
+      const Row* row = measured(next->settings, findings);
       next = row == nullptr ? std::nullopt : corrected(*row, answer.error);
     }
   }
