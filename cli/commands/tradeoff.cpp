@@ -7,6 +7,7 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
+#include "cli/commands/rendering.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/tradeoff/plots.h"
@@ -32,6 +33,7 @@ struct TradeoffCommand {
   double seconds = 120;
   std::uint32_t width = 0;  ///< 0: not given
   std::uint32_t height = 0;
+  std::vector<std::string> also;
   RenderOptions none;  ///< the scene's own settings are what is judged
   std::uint32_t threads = 0;
   bool restart = false;
@@ -68,6 +70,31 @@ class Meter {
   Progress progress_;
 };
 
+/// The scene's settings with some options of `parray render` laid over them, in the size of `base`.
+RenderSettings also_settings(const std::string& options, const SceneFile& file,
+                             const RenderSettings& base) {
+  CLI::App app;
+  RenderOptions render;
+  render.add_to(app);
+  RenderSettings settings;
+  try {
+    app.parse(options);
+    settings = resolve_settings(requirements_of(file.scene), render.over(file.settings)).settings;
+  } catch (const CLI::ParseError& error) {
+    throw InputError("--also '" + printable(options, 200) + "': " + printable(error.what(), 300));
+  } catch (const InputError& error) {
+    throw InputError("--also '" + printable(options, 200) + "': " + error.what());
+  }
+  if (settings.time_limit > 0 || settings.target_half_width > 0 || !settings.passes.empty()) {
+    throw InputError("--also '" + printable(options, 200) +
+                     "': of limits only --spp and --target-error can be measured");
+  }
+  check_isa(settings.isa);
+  settings.width = base.width;
+  settings.height = base.height;
+  return settings;
+}
+
 tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& file) {
   tradeoff::Request request;
   request.scene = resolve_settings(requirements_of(file.scene), file.settings).settings;
@@ -77,6 +104,9 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
     std::tie(request.base.width, request.base.height) = *before;
   }
   check_settings(request.base);
+  for (const std::string& options : command.also) {
+    request.also.push_back(also_settings(options, file, request.base));
+  }
   if (command.error > 0) request.error = command.error;
   request.seconds = command.seconds;
   return request;
@@ -162,6 +192,13 @@ void add_tradeoff(CLI::App& app, Action& chosen) {
   number("--height", limits::max_image_side, options->height, "Pixels down");
   number("--threads", 4096, options->threads,
          "Threads to trace with (default: every processor that may be used)");
+  command
+      ->add_option("--also", options->also,
+                   "More settings to measure, as options of parray render in quotes; may be given "
+                   "several times")
+      ->type_name("'OPTIONS'")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1);
   command->add_flag("--restart", options->restart, "Forget what DIR has from an earlier run");
   add_quiet(*command, options->quiet);
   add_json(*command, options->as_json);

@@ -156,12 +156,15 @@ std::optional<PowerLaw> fit_power_law(const std::vector<std::pair<double, double
   return law;
 }
 
-LogCurve::LogCurve(std::vector<std::pair<double, double>> points) {
+LogCurve::LogCurve(const std::vector<std::pair<double, double>>& points, double slope) {
   std::map<double, double> logarithms;
   for (const auto& [x, y] : points) {
     if (x > 0 && y > 0) logarithms[std::log(x)] = std::log(y);
   }
   points_.assign(logarithms.begin(), logarithms.end());
+  if (points_.size() == 1 && slope != 0) {
+    points_.emplace_back(points_[0].first + 1, points_[0].second + slope);
+  }
 }
 
 double LogCurve::at(double x) const {

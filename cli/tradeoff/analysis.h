@@ -134,8 +134,9 @@ std::optional<PowerLaw> fit_power_law(const std::vector<std::pair<double, double
 /// y(x) along straight lines between points in log-log, beyond them as the last ones go.
 class LogCurve {
  public:
-  /// Points with positive values count; of points with one x the last.
-  explicit LogCurve(std::vector<std::pair<double, double>> points);
+  /// Points with positive values count; of points with one x the last. A single point is a line of
+  /// slope `slope`; 0: that is not known.
+  explicit LogCurve(const std::vector<std::pair<double, double>>& points, double slope = 0);
   [[nodiscard]] bool known() const { return points_.size() >= 2; }
   /// Precondition: known(), x > 0.
   [[nodiscard]] double at(double x) const;

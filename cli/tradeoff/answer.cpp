@@ -24,8 +24,8 @@ struct Turn {
 
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
   return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&
-         a.accelerator == b.accelerator && (a.target_error > 0) == (b.target_error > 0) &&
-         a.adaptive == b.adaptive;
+         a.accelerator == b.accelerator && a.isa == b.isa &&
+         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive;
 }
 
 double square(double value) { return value * value; }
@@ -99,7 +99,9 @@ std::vector<Family> families_of(const std::vector<Row>& rows, const RenderSettin
         amount.emplace_back(row.budget.monte_carlo, spent);
         seconds.emplace_back(spent, row.seconds.median);
       }
-      families.push_back({settings, LogCurve(amount), LogCurve(seconds), targeted});
+      // What one row alone would go on like: noise halves with four times the samples.
+      families.push_back({settings, LogCurve(amount, targeted ? 1 : -2),
+                          LogCurve(seconds, targeted ? -2 : 1), targeted});
     }
   }
   return families;

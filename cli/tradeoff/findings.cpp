@@ -21,7 +21,7 @@ std::map<std::string, std::vector<const Row*>> families_of(const std::vector<Row
   for (const Row& row : rows) {
     const RenderSettings& s = row.settings;
     if (s.max_depth == base.max_depth && s.precision == base.precision &&
-        s.accelerator == base.accelerator) {
+        s.accelerator == base.accelerator && s.isa == base.isa) {
       families[family_of(s)].push_back(&row);
     }
   }

@@ -71,7 +71,7 @@ std::string family_of(const RenderSettings& settings) {
 
 bool own_but_samples(const RenderSettings& settings, const RenderSettings& base) {
   return settings.max_depth == base.max_depth && settings.precision == base.precision &&
-         settings.accelerator == base.accelerator;
+         settings.accelerator == base.accelerator && settings.isa == base.isa;
 }
 
 // Okabe and Ito's colours, which people with any colour vision tell apart.
@@ -101,7 +101,7 @@ Plot convergence_plot(const Findings& findings) {
       if (one.name != name || !one.mse) continue;
       curves += formatted(", sqrt(exp(%.9g + %.9g", one.mse->intercept, one.mse->slope) +
                 " * log(x))) lc rgb '" + colour + "' title " +
-                formatted("'RMSE ~ spp^{%.2f}'", one.mse->slope / 2);
+                formatted("'slope %.2f'", one.mse->slope / 2);
     }
     ++number;
   }
@@ -131,18 +131,27 @@ Plot front_plot(const Findings& findings) {
   for (const Row& row : findings.rows) {
     if (!row.on_front) add(row);
   }
-  data.block("the scene's own settings");
+  std::string others;
+  std::size_t number = 2;
   for (const Row& row : findings.rows) {
-    if (row.knob == Knob::scene) add(row);
+    if (row.knob != Knob::scene && row.knob != Knob::also) continue;
+    const bool own = row.knob == Knob::scene;
+    const std::string name =
+        own ? "the scene's own settings" : options_against(row.settings, findings.scene);
+    data.block(name);
+    add(row);
+    others += ", \\\n     data index " + std::to_string(number) +
+              " using 1:2 with points pt 6 ps 2 lw 2 lc rgb '" +
+              colours.at((number - 1) % colours.size()) + "' title \"" + name + "\"";
+    ++number;
   }
   plot.data = data.text();
   plot.commands =
-      "set logscale xy\nset xlabel 'seconds'\nset ylabel 'RMSE (linear radiance)'\n"
+      "set logscale xy\nset key below\nset xlabel 'seconds'\nset ylabel 'RMSE (linear radiance)'\n"
       "plot data index 1 using 1:2 with points pt 2 lc rgb '#999999' title 'dominated', \\\n"
       "     data index 0 using 1:2:3:4 with xerrorbars pt 7 ps 0.7 lc rgb '#0072B2' notitle, \\\n"
-      "     data index 0 using 1:2 with lines lw 2 lc rgb '#0072B2' title 'the front', \\\n"
-      "     data index 2 using 1:2 with points pt 6 ps 2 lw 2 lc rgb '#D55E00' "
-      "title \"the scene's own settings\"";
+      "     data index 0 using 1:2 with lines lw 2 lc rgb '#0072B2' title 'the front'" +
+      others;
   return plot;
 }
 

@@ -203,7 +203,7 @@ void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
 
 void Session::sweep() {
   const Stage stage{reference_share, sweep_share};
-  sweep_ = plan_sweep(request_.base, pilot_, sweep_share * request_.seconds);
+  sweep_ = plan_sweep(request_.base, request_.also, pilot_, sweep_share * request_.seconds);
   std::size_t planned = 0;
   std::uint32_t rounds = 0;
   for (const Variant& variant : sweep_.variants) {

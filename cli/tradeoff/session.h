@@ -16,10 +16,11 @@ namespace parray::tradeoff {
 
 /// What is to be measured.
 struct Request {
-  RenderSettings scene;         ///< the scene's own, resolved, with its own size
-  RenderSettings base;          ///< the same with the size to measure at
-  std::optional<double> error;  ///< RMSE asked for; none: that of the scene's own settings
-  double seconds = 120;         ///< for everything
+  RenderSettings scene;                ///< the scene's own, resolved, with its own size
+  RenderSettings base;                 ///< the same with the size to measure at
+  std::vector<RenderSettings> also{};  ///< more settings to measure
+  std::optional<double> error;         ///< RMSE asked for; none: that of the scene's own settings
+  double seconds = 120;                ///< for everything
 };
 
 /// Measures a trade, stage by stage, into a journal: what is there already is not measured again.

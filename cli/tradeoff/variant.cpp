@@ -28,6 +28,10 @@ std::string stop_options(const RenderSettings& settings) {
          std::to_string(settings.samples_per_pixel);
 }
 
+std::string isa_options(const RenderSettings& settings) {
+  return settings.isa == Isa::automatic ? "" : " --isa " + std::string(name_of(settings.isa));
+}
+
 std::string sampler_options(const RenderSettings& settings) {
   return "--sampler " + std::string(name_of(settings.sampler)) + stop_options(settings);
 }
@@ -67,7 +71,7 @@ class Planner {
     const std::string options = options_of(settings);
     if (known_.count(options) > 0) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second);
-    const std::uint32_t runs = runs_of(one, knob == Knob::scene);
+    const std::uint32_t runs = runs_of(one, knob == Knob::scene || knob == Knob::also);
     if (runs == 0) {
       sweep_.left_out.push_back(options);
       known_.insert(options);
@@ -120,6 +124,15 @@ RenderSettings targeted(RenderSettings settings, Sampler sampler, double target)
   return settings;
 }
 
+/// Of adaptive passes to `share` of the pilot's error.
+double expected_samples(double share) { return pilot_samples / (share * share) / 1.5; }
+
+double samples_of(const RenderSettings& settings, const Pilot& pilot) {
+  const bool targeted = settings.target_error > 0 && pilot.error > 0;
+  const double samples = targeted ? expected_samples(settings.target_error / pilot.error) : 1e9;
+  return std::min<double>(samples, settings.samples_per_pixel);
+}
+
 constexpr std::array samplers = {Sampler::independent, Sampler::sobol};
 
 void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planner) {
@@ -130,7 +143,7 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
     bool any = false;
     for (const Sampler sampler : samplers) {
       any |= planner.add(Knob::target, targeted(base, sampler, rounded(target)),
-                         pilot_samples / (share * share) / 1.5);
+                         expected_samples(share));
     }
     if (!any) break;
   }
@@ -139,15 +152,15 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
 }  // namespace
 
 std::string_view name_of(Knob knob) {
-  constexpr std::array<std::string_view, 7> names = {"scene",     "spp",         "target", "depth",
-                                                     "precision", "accelerator", "answer"};
+  constexpr std::array<std::string_view, 8> names = {"scene", "also",      "spp",         "target",
+                                                     "depth", "precision", "accelerator", "answer"};
   return names.at(static_cast<std::size_t>(knob));
 }
 
 std::string options_of(const RenderSettings& settings) {
   return sampler_options(settings) + " --max-depth " + std::to_string(settings.max_depth) +
          " --precision " + std::string(name_of(settings.precision)) + " --accelerator " +
-         std::string(name_of(settings.accelerator));
+         std::string(name_of(settings.accelerator)) + isa_options(settings);
 }
 
 std::string options_against(const RenderSettings& settings, const RenderSettings& base) {
@@ -161,7 +174,7 @@ std::string options_against(const RenderSettings& settings, const RenderSettings
   if (settings.accelerator != base.accelerator) {
     text += " --accelerator " + std::string(name_of(settings.accelerator));
   }
-  return text;
+  return text + isa_options(settings);
 }
 
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run) {
@@ -204,9 +217,15 @@ std::vector<std::uint32_t> depths_of(std::uint32_t base_depth) {
   return {depths.begin(), depths.end()};
 }
 
-Sweep plan_sweep(const RenderSettings& base, const Pilot& pilot, double seconds) {
+Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
+                 const Pilot& pilot, double seconds) {
   Planner planner(base, pilot, seconds);
   planner.add(Knob::scene, base, base.samples_per_pixel);
+  for (const RenderSettings& settings : also) {
+    const auto speed = pilot.other_speeds.find(settings.accelerator);
+    planner.add(Knob::also, settings, samples_of(settings, pilot),
+                speed == pilot.other_speeds.end() ? 0 : speed->second);
+  }
   const Sampler own = base.sampler;
   for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 2) {
     bool any = false;

@@ -12,7 +12,7 @@
 namespace parray::tradeoff {
 
 /// Why settings are tried.
-enum class Knob : std::uint8_t { scene, spp, target, depth, precision, accelerator, answer };
+enum class Knob : std::uint8_t { scene, also, spp, target, depth, precision, accelerator, answer };
 std::string_view name_of(Knob knob);
 
 /// Settings to be measured by several short renders with seeds of their own.
@@ -60,9 +60,10 @@ struct Sweep {
 };
 /// Not the product of all knobs, but a line along each through the scene's own settings `base`:
 /// samples a pixel from 16 on by doubling, of each sampler; targets of adaptive passes likewise;
-/// depths from 2 to four times the base's; precisions; accelerators. What takes longer than its
-/// share of `seconds` gets fewer runs (16, 8 or 4), or is left out.
-Sweep plan_sweep(const RenderSettings& base, const Pilot& pilot, double seconds);
+/// depths from 2 to twice the base's; precisions; accelerators. What takes longer than its share of
+/// `seconds` gets fewer runs (16, 8 or 4), or is left out; `base` and `also` get 2 at least.
+Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
+                 const Pilot& pilot, double seconds);
 
 /// Depths that are tried: ascending, base_depth among them, below reference_depth().
 std::vector<std::uint32_t> depths_of(std::uint32_t base_depth);
