@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <set>
-#include <stdexcept>
+#include <utility>
 
 #include "cli/text.h"
 #include "common/base/printable.h"
@@ -71,7 +71,8 @@ class Planner {
     const std::string options = options_of(settings);
     if (known_.count(options) > 0) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second);
-    const std::uint32_t runs = runs_of(one, knob == Knob::scene || knob == Knob::also);
+    const bool first = knob != Knob::accelerator && begun_.insert({knob, settings.sampler}).second;
+    const std::uint32_t runs = runs_of(one, first || knob == Knob::also);
     if (runs == 0) {
       sweep_.left_out.push_back(options);
       known_.insert(options);
@@ -108,6 +109,7 @@ class Planner {
   const double seconds_;
   Sweep sweep_;
   std::set<std::string> known_;
+  std::set<std::pair<Knob, Sampler>> begun_;
 };
 
 RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t samples) {

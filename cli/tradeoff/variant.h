@@ -61,7 +61,8 @@ struct Sweep {
 /// Not the product of all knobs, but a line along each through the scene's own settings `base`:
 /// samples a pixel from 16 on by doubling, of each sampler; targets of adaptive passes likewise;
 /// depths from 2 to twice the base's; precisions; accelerators. What takes longer than its share of
-/// `seconds` gets fewer runs (16, 8 or 4), or is left out; `base` and `also` get 2 at least.
+/// `seconds` gets fewer runs (16, 8 or 4), or is left out; `base`, `also` and the
+/// first settings of each knob but the last get 2 at least.
 Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
                  const Pilot& pilot, double seconds);
 

@@ -63,7 +63,7 @@ class Tradeoff(unittest.TestCase):
             table = list(csv.DictReader(file))
         self.assertEqual([row["options"] for row in rows], [row["options"] for row in table])
         self.assertEqual({row["sampler"] for row in rows}, {"independent", "sobol"})
-        for knob in ("scene", "spp", "target", "depth", "precision", "accelerator"):
+        for knob in ("scene", "spp", "target", "depth", "precision"):
             self.assertTrue(any(row["knob"] == knob for row in rows), knob)
         for row in rows:
             parts = [row[part] for part in ("eps_mc", "eps_depth", "eps_precision")]
