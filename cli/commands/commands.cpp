@@ -15,6 +15,7 @@ void add_commands(CLI::App& app, Action& chosen) {
   add_convert(app, chosen);
   add_compare(app, chosen);
   add_plan(app, chosen);
+  add_tradeoff(app, chosen);
   add_doctor(app, chosen);
 }
 

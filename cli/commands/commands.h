@@ -22,6 +22,7 @@ void add_validate(CLI::App& app, Action& chosen);
 void add_convert(CLI::App& app, Action& chosen);
 void add_compare(CLI::App& app, Action& chosen);
 void add_plan(CLI::App& app, Action& chosen);
+void add_tradeoff(CLI::App& app, Action& chosen);
 void add_doctor(CLI::App& app, Action& chosen);
 
 /// All of them, in the order of the help.
