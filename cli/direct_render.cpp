@@ -25,17 +25,24 @@ class Rendering {
     picture_.largest_radiance = largest_radiance(scene);
   }
 
-  std::optional<DirectRender> run() {
+  std::optional<DirectRender> run(const std::function<void(const DirectRender&)>& after_pass) {
     const double cpu_began = cpu_now();
+    const auto take_time = [&] {
+      picture_.seconds = to_seconds(clock_.now() - began_);
+      picture_.cpu_seconds = cpu_now() - cpu_began;
+    };
     began_ = clock_.now();
     if (settings_.in_passes()) {
-      while (!stop_ && next_pass()) trace_pass();
+      while (!stop_ && next_pass()) {
+        trace_pass();
+        take_time();
+        if (after_pass && !stop_) after_pass(picture_);
+      }
     } else {
       trace_pass();
     }
     if (stop_) return std::nullopt;
-    picture_.seconds = to_seconds(clock_.now() - began_);
-    picture_.cpu_seconds = cpu_now() - cpu_began;
+    take_time();
     return std::move(picture_);
   }
 
@@ -103,10 +110,10 @@ double DirectRender::samples_per_pixel() const {
          static_cast<double>(framebuffer.pixels().size());
 }
 
-std::optional<DirectRender> render_directly(const Kernel& kernel, const Scene& scene,
-                                            const RenderSettings& settings, int threads,
-                                            const std::atomic<bool>& stop) {
-  return Rendering(kernel, scene, settings, threads, stop).run();
+std::optional<DirectRender> render_directly(
+    const Kernel& kernel, const Scene& scene, const RenderSettings& settings, int threads,
+    const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass) {
+  return Rendering(kernel, scene, settings, threads, stop).run(after_pass);
 }
 
 StopWatch::StopWatch(std::function<bool()> asked)

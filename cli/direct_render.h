@@ -42,9 +42,10 @@ struct DirectRender {
 
 /// The very picture that `parray render` makes: passes are decided by the same functions. `kernel`
 /// was built for `scene` and `settings`. None if `stop` was set meanwhile, within milliseconds.
-std::optional<DirectRender> render_directly(const Kernel& kernel, const Scene& scene,
-                                            const RenderSettings& settings, int threads,
-                                            const std::atomic<bool>& stop);
+/// `after_pass` is called with what there is so far; its time counts for the passes, too.
+std::optional<DirectRender> render_directly(
+    const Kernel& kernel, const Scene& scene, const RenderSettings& settings, int threads,
+    const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});
 
 /// Sets stop() when `asked` says so, which is called from a thread of its own 50 times a second.
 class StopWatch {

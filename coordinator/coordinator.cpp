@@ -33,6 +33,7 @@ void Coordinator::receive(Time now, Delivery delivery) {
 }
 
 Time Coordinator::tick(Time now) {
+  finish_complete_jobs(now);
   std::vector<PeerId> lost;
   Time next = never;
   for (const auto& [peer, worker] : workers_) {

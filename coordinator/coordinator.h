@@ -120,6 +120,7 @@ class Coordinator final : public Actor {
   Job* job_of(JobId id);
   void restore_jobs();
   void finish_job(Time now, Job& job);
+  void finish_complete_jobs(Time now);
   void close_job(Job& job, JobState state, const std::string& reason);
   void make_room_for_job();
   void sort_open_jobs();

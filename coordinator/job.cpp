@@ -48,11 +48,15 @@ void Job::begin_pass(std::uint64_t samples) {
   }
 }
 
-/// What the time left allows, at the speed of the pass before.
+/// What the time left allows, at the speed of the pass before. Of how fast an earlier life was
+/// nothing is known: no more than it has done.
 std::uint64_t Job::affordable_samples(Time now) const {
   const double limit = record.settings.time_limit;
-  if (limit == 0 || work->started == never) {
+  if (limit == 0 || work->passes == 0) {
     return std::numeric_limits<std::uint64_t>::max();
+  }
+  if (work->started == never) {
+    return work->framebuffer.counts().samples;
   }
   const double left = limit - record.load_seconds - to_seconds(now - work->started);
   const double took = to_seconds(now - work->pass_began);
@@ -68,9 +72,11 @@ bool Job::next_pass(Time now) {
   if (!record.settings.in_passes()) {
     return false;
   }
+  const bool recorded = w.passes < record.passes.size();  // an earlier life has decided
   const PassSize next =
-      next_pass_size(w.framebuffer.state(w.largest_radiance), record.settings,
-                     static_cast<std::uint32_t>(w.passes), affordable_samples(now));
+      recorded ? PassSize{record.passes[w.passes], StopReason::samples}
+               : next_pass_size(w.framebuffer.state(w.largest_radiance), record.settings,
+                                static_cast<std::uint32_t>(w.passes), affordable_samples(now));
   w.stopped_by = next.stop;
   if (next.samples == 0) {
     return false;
@@ -81,7 +87,9 @@ bool Job::next_pass(Time now) {
   if (w.leases.done()) {
     return false;  // no pixel may have more
   }
-  record.passes.push_back(next.samples);
+  if (!recorded) {
+    record.passes.push_back(next.samples);
+  }
   return true;
 }
 
@@ -107,21 +115,29 @@ void Job::take_up(Store& store) {
     work->framebuffer.merge(block);
     begin_recorded();
   });
+  work->samples_before_pass = work->framebuffer.counts().samples;  // that this life will measure
+  if (work->leases.done() && next_pass(Time{})) {
+    store.put_job(record);
+  }
 }
 
-/// Of a picture that goes in passes nobody knows the end: what the limits say.
-static double progress_of(const Job& job, Time now) {
-  const RenderSettings& s = job.record.settings;
-  const JobWork& work = *job.work;
+void Job::note_all_merged() {
+  for (const WorkRect& rect : work->leases.pending()) {
+    work->leases.restore(rect);
+  }
+}
+
+double Job::progress(Time now) const {
+  const RenderSettings& s = record.settings;
   if (!s.in_passes()) {
-    return work.leases.progress();
+    return work->leases.progress();
   }
   const auto all = static_cast<double>(s.samples_per_pixel) * s.width * s.height;
-  double progress = static_cast<double>(work.framebuffer.counts().samples) / all;
-  if (s.time_limit > 0 && work.started != never) {
-    progress = std::max(progress, to_seconds(now - work.started) / s.time_limit);
+  double share = static_cast<double>(work->framebuffer.counts().samples) / all;
+  if (s.time_limit > 0 && work->started != never) {
+    share = std::max(share, to_seconds(now - work->started) / s.time_limit);
   }
-  return std::min(progress, 1.0);
+  return std::min(share, 1.0);
 }
 
 json job_summary(const Job& job, Time now) {
@@ -145,7 +161,7 @@ json job_summary(const Job& job, Time now) {
   const JobWork& work = *job.work;
   const std::vector<std::uint32_t>& pixels = work.framebuffer.samples();
   summary["whole"] = std::find(pixels.begin(), pixels.end(), 0U) == pixels.end();
-  summary["progress"] = progress_of(job, now);
+  summary["progress"] = job.progress(now);
   const std::uint64_t samples = work.framebuffer.counts().samples;
   if (work.started != never && now > work.started && samples > 0) {
     const double elapsed = to_seconds(now - work.started);

@@ -45,11 +45,17 @@ struct Job {
   /// bytes are no scene.
   void start_work(std::shared_ptr<const std::string> scene_bytes);
   /// Begins another life of a job that `store` has kept: merges what earlier ones have finished;
-  /// the rest is pending. Throws when what is kept is damaged.
+  /// the rest is pending: nothing only if the picture is complete. Throws when what is kept is
+  /// damaged.
   void take_up(Store& store);
   /// When all work is done: adds the next pass, for the store to remember, or finds that there is
   /// none; then the picture is complete.
   bool next_pass(Time now);
+  /// Marks all pending work as done: it has been merged, without leases of the table's.
+  void note_all_merged();
+  /// Share of the work that is done, 0 .. 1. Of a picture that goes in passes nobody knows the end:
+  /// what the limits say.
+  [[nodiscard]] double progress(Time now) const;
   /// Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
   [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life} << 32) + 1; }
 

@@ -48,6 +48,17 @@ void Coordinator::restore_jobs() {
   store_.commit();
 }
 
+/// Jobs of which an earlier life has kept everything but the picture.
+void Coordinator::finish_complete_jobs(Time now) {
+  const std::vector<Job*> open = open_jobs_;
+  for (Job* job : open) {
+    if (job->work->leases.done()) {
+      job->work->started = now;
+      finish_job(now, *job);
+    }
+  }
+}
+
 void Coordinator::finish_job(Time now, Job& job) {
   const FinishedPicture picture = finish_picture(job, now);
   job.record.report = picture.report.dump();

@@ -8,23 +8,34 @@
 #include "common/scene/limits.h"
 
 namespace parray {
+namespace {
+
+/// Bias that a pixel's own luck may bring, of its mean. If the pixel's count follows its own
+/// variance to a share s, the bias is up to s * third moment / (variance * count) <= s * largest /
+/// count.
+constexpr double bias_allowed = 0.0015;
+
+}  // namespace
 
 Allocation::Allocation(const PictureState& state, bool equal_half_widths)
     : counts_(state.counts.begin(), state.counts.end()), weights_(state.pixels.size()) {
-  NoiseModel model(state.largest_radiance);
-  visit_noise(state, [&](std::size_t i, const NoiseNearby& noise) {
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      model.add(noise.own.variance[channel], noise.around[channel], noise.own.difference[channel],
-                counts_[i]);
-    }
-  });
-  model.calibrate();
-  visit_noise(state, [&](std::size_t i, const NoiseNearby& noise) {
+  // A pixel is judged by the other half of the picture, in which its own samples are not.
+  const NoiseModel white(state, NoiseModel::Asked::white);
+  const NoiseModel black(state, NoiseModel::Asked::black);
+  visit_noise(state, 1, [&](std::size_t i, const NoiseNearby& noise) {
+    const bool is_white = NoiseModel::is_white(i % state.width, i / state.width);
+    const NoiseModel& model = is_white ? black : white;
     double most = 0;
     double sum = 0;
-    for (const Surroundings& around : noise.around) {
-      most = std::max(most, model.expected_half_width_square(around));
-      sum += model.expected_square(around);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const Surroundings& around = noise.around[channel];
+      const double radiance = std::min(noise.own.mean[channel], around.radiance);
+      const double share =
+          std::min(1.0, bias_allowed * radiance * counts_[i] / state.largest_radiance);
+      const double square = (1 - share) * model.expected_square(around) +
+                            share * model.own_square(noise.own.variance[channel]);
+      most = std::max(most, model.half_width_square(square, around));
+      sum += square;
     }
     weights_[i] = equal_half_widths ? most : std::sqrt(sum);
   });
@@ -36,14 +47,6 @@ double Allocation::total_at(double level) const {
     total += std::max<double>(counts_[i], level * weights_[i]);
   }
   return total;
-}
-
-double Allocation::square_error_at(double level) const {
-  double square = 0;
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
-  }
-  return square;
 }
 
 double Allocation::level_for(double total) const {
@@ -73,32 +76,49 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   const double level = level_for(total);
   std::vector<std::uint32_t> counts = counts_;
   double owed = 0;
+  std::size_t last = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double wanted = level * weights_[i];
     if (wanted <= counts_[i]) {
       continue;
     }
-    const double exactly = std::min<double>(wanted + owed, limits::max_samples_per_pixel);
-    const auto even = static_cast<std::uint32_t>(std::max(exactly, 0.0)) / 2 * 2;
-    counts[i] = std::max(counts_[i], even);
+    const double exactly = wanted + owed;
+    const double possible = std::clamp<double>(exactly, 0, limits::max_samples_per_pixel);
+    counts[i] = std::max(counts_[i], static_cast<std::uint32_t>(possible) / 2 * 2);
     owed = exactly - counts[i];
+    last = i;
+  }
+  // Rounding may have lost the last pair, and a pixel that is full leaves more over.
+  for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
+    std::uint32_t& count = counts[(last + k) % counts.size()];
+    const double room = (limits::max_samples_per_pixel - count) / 2 * 2;
+    const double given = std::min(room, 2 * std::floor(owed / 2 + 0.5));
+    count += static_cast<std::uint32_t>(given);
+    owed -= given;
   }
   return counts;
 }
 
 double Allocation::total_for_square_error(double share) const {
-  const double wanted = share * square_error_at(0);
-  double little = 0;
-  double enough = level_for(total_at(0) * 2);
-  while (square_error_at(enough) > wanted) {
-    little = enough;
-    enough *= 2;
+  double now = 0;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    now += weights_[i] * weights_[i] / counts_[i];
   }
-  for (int step = 0; step < 8; ++step) {
-    const double middle = (little + enough) / 2;
-    (square_error_at(middle) > wanted ? little : enough) = middle;
+  // The error at a level falls about as fast as the level rises.
+  double level = level_for(total_at(0) / share);
+  for (int step = 0; step < 4; ++step) {
+    double square = 0;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
+    }
+    level *= square / (share * now);
   }
-  return total_at(enough);
+  return total_at(level);
+}
+
+double Allocation::share_of_square_error(double total) const {
+  const double now = square_error_at(0);
+  return now > 0 ? square_error_at(level_for(total)) / now : 1;
 }
 
 double Allocation::total_for_square_half_width(double share) const {

@@ -22,7 +22,9 @@ struct ErrorEstimate {
 };
 
 /// From the differences of each pixel's two replicates, whatever the sampler; see
-/// common/image/pixel_sums.h. Deterministic.
+/// common/image/pixel_sums.h and, for the half-widths, common/image/noise_model.h. `high` includes
+/// what no sample has shown, by the rule of three. Samples that were not finite count as black. A
+/// function of its argument alone, in arithmetic that is the same everywhere.
 ErrorEstimate estimate_error(const PictureState& state);
 /// The same without half-widths, which cost most of the time.
 ErrorEstimate estimate_rmse(const PictureState& state);

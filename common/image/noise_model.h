@@ -15,12 +15,12 @@ namespace parray {
 /// channel; all are added before any is asked for.
 class NoiseModel {
  public:
-  /// `largest`: the largest radiance of a sample.
-  explicit NoiseModel(double largest);
+  /// Which pixels are asked: all, or one half of a chessboard of blocks.
+  enum class Asked : std::uint8_t { all, white, black };
+  static bool is_white(std::size_t x, std::size_t y) { return (x / 8 + y / 8) % 2 == 0; }
 
-  /// `count` >= 2.
-  void add(double own_variance, const Surroundings& around, double difference, std::uint32_t count);
-  void calibrate();
+  /// Each pixel has at least 2 samples. Of large pictures every few rows are asked.
+  explicit NoiseModel(const PictureState& state, Asked asked = Asked::all);
 
   /// Half the width of the 95 % interval. Two answers, averaged as squares. By the variance around
   /// the pixel: what covers 95 % of the pixels with such surroundings; a pixel that has seen none
@@ -29,12 +29,13 @@ class NoiseModel {
   [[nodiscard]] double half_width(double own_variance, const Surroundings& around,
                                   std::uint32_t count) const;
 
-  // What pixels with such surroundings have, to be divided by their counts: no luck of a pixel's
-  // own samples is in it, so that it may decide how many it gets.
-  /// Mean square error.
+  // All of the following is to be divided by a pixel's count.
+  /// Mean square error by what surrounds a pixel.
   [[nodiscard]] double expected_square(const Surroundings& around) const;
-  /// Mean square half-width.
-  [[nodiscard]] double expected_half_width_square(const Surroundings& around) const;
+  /// Mean square error by the pixel's own variance.
+  [[nodiscard]] double own_square(double own_variance) const;
+  /// Square of the half-width of a pixel whose own variance means `own_square`.
+  [[nodiscard]] double half_width_square(double own_square, const Surroundings& around) const;
 
  private:
   static constexpr std::size_t levels = 160;  ///< of variance, two to an octave; level 0: none
@@ -53,19 +54,22 @@ class NoiseModel {
     double variances = 0;    ///< sum, of means
   };
 
+  void add(double own_variance, const Surroundings& around, double difference, std::uint32_t count);
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(const Surroundings& around) const;
   void calibrate_around(std::size_t place);
   void calibrate_own(std::size_t level);
   [[nodiscard]] double around_square(const Surroundings& around) const;
 
-  double unit_;  ///< of variance: largest^2
+  double unit_;  ///< of variance: the largest radiance squared
+  double per_unit_;
   std::vector<Around> around_;
   std::array<Own, levels> own_{};
-  // Squares of half-widths, and of errors, for independent samples of variance 1.
+  // For independent samples of variance 1: squares of half-widths, and mean square errors.
   std::array<double, places> around_factor_{};
   std::array<double, levels> own_factor_{};
   std::array<double, places> expected_factor_{};
+  double samples_ = 0;  ///< of all values
   // Level 0.
   double unseen_squares_ = 0;  ///< of differences, times count
   double unseen_values_ = 0;

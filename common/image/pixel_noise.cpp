@@ -1,5 +1,6 @@
 #include "common/image/pixel_noise.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace parray {
@@ -9,19 +10,22 @@ PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceS
   if (count < 2) {
     return noise;
   }
-  const double odd_count = count / 2;
-  const double even_count = count - count / 2;
-  const double weight = std::sqrt(even_count * odd_count) / count;
+  const double odds = count / 2;
+  const double evens = count - odds;
+  const double unit = scale.mean(1, 1);
+  const double per_sample = 1.0 / count;
+  const double unbiased = count / (count - 1.0);
+  const double weight = unit / (count * std::sqrt(evens * odds));
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    const std::uint64_t sum = pixel.sum[channel];
-    const std::uint64_t odd = pixel.odd[channel];
-    const double mean = scale.mean(sum, count);
-    const double spread = scale.mean_square(pixel.sum_of_squares[channel], count) - mean * mean;
+    const auto sum = static_cast<double>(pixel.sum[channel]);
+    const auto odd = static_cast<double>(pixel.odd[channel]);
+    const auto even = static_cast<double>(pixel.sum[channel] - pixel.odd[channel]);
+    const double mean = sum * per_sample * unit;
+    const double square = scale.mean_square(pixel.sum_of_squares[channel], 1) * per_sample;
     // Squares are stored rounded down: samples that are all alike may seem to have less than none.
-    noise.variance[channel] = spread > 0 ? spread * count / (count - 1.0) : 0;
-    const double even_mean = static_cast<double>(sum - odd) / even_count;
-    const double odd_mean = static_cast<double>(odd) / odd_count;
-    noise.difference[channel] = (even_mean - odd_mean) * weight * scale.mean(1, 1);
+    noise.variance[channel] = std::max(0.0, (square - mean * mean) * unbiased);
+    noise.mean[channel] = mean;
+    noise.difference[channel] = (even * odds - odd * evens) * weight;
   }
   return noise;
 }

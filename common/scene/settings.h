@@ -40,7 +40,7 @@ struct RenderSettings {
   std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
   std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
-  Sampler sampler = Sampler::independent;
+  Sampler sampler = Sampler::sobol;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
   // When to stop before samples_per_pixel, whichever comes first, and where the samples go: see
   // common/image/passes.h. 0: no such limit.

@@ -164,7 +164,7 @@ class LaneKernel final : public Kernel {
     for (std::uint32_t i = 0; i < count; ++i) {
       const auto x = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
       const auto s = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
-      const SampleRandom random(tables_.seed, run.y * tables_.width + x, s);
+      const SampleRandom random(tables_.seed, run.y * tables_.width + x, s, tables_.sampler);
       const Ray<Real> ray = tables_.view.template ray<Real>(x, run.y, random);
       paths.origin.set(i, ray.origin);
       paths.direction.set(i, ray.direction);

@@ -22,14 +22,21 @@ struct Uniform4 {
   Real a, b, c, d;
 };
 
-/// Pairs of numbers that the Sobol sampler spreads evenly: those of the camera and of the first
-/// bounces. What comes after them gains nothing by it.
+/// The pairs of numbers that Sampler::sobol spreads evenly, those of the camera and of the first
+/// scatterings, each with an order of points of its own. Later bounces gained nothing by it.
+///
+/// The orders were found by random search, one set after the other, for the least variance (in the
+/// mean of its logarithm over 4, 8 .. 2048 points) of integrands to which all the numbers so far
+/// matter together: the mean over the points of the product of 1 + w f(number), where f is what a
+/// jump in that number costs, by Walsh coefficients that halve with each digit, and w is 0.5 for
+/// film and first scattering, 0.2 for the second, 0.1 for the others.
 struct SobolSets {
   static constexpr std::uint32_t bounces = 3;
-  // Found by search: TODO
   static constexpr PointOrder film{0, 0, 0, 0};
-  static constexpr PointOrder lens{0, 0, 0, 0};
-  static constexpr PointOrder scatter[bounces] = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}};
+  static constexpr PointOrder lens{0xA8B62E, 0xD29FB5, 0x20B893, 0x117364};
+  static constexpr PointOrder scatter[bounces] = {{0xC4504B, 0x9B7F34, 0x15FC1F, 0xF9C071},
+                                                  {0xD59E3C, 0xE6C489, 0x27054E, 0x7F3479},
+                                                  {0xCECBB2, 0x13E347, 0xF711E7, 0xA09E6C}};
 };
 
 /// The random numbers of one sample, or of lanes of samples, addressed by (seed, pixel, sample,
@@ -50,7 +57,7 @@ class RandomAddress {
         sample_(sample),
         sampler_(sampler) {}
 
-  /// `bounce` < 2^24. Of Purpose::scatter, only a and b are of use.
+  /// `bounce` < 2^24. Purpose::scatter has only a and b.
   template <typename Real>
   [[nodiscard]] PARRAY_INLINE Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
     if (sampler_ == Sampler::sobol) {
@@ -61,7 +68,7 @@ class RandomAddress {
       }
       if (purpose == Purpose::scatter && bounce < SobolSets::bounces) {
         const auto turn = pair<Real>(SobolSets::scatter[bounce], bounce, purpose, 1);
-        return {turn.a, turn.b, turn.a, turn.b};
+        return {turn.a, turn.b, Real(0), Real(0)};
       }
     }
     const PhiloxBlock<Uint> bits = block(sample_, bounce, purpose, 0);

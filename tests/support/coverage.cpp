@@ -17,7 +17,8 @@ constexpr std::size_t by_variance = 5;
 Reference trace_reference(const NoisyScene& scene, std::uint32_t samples) {
   RenderSettings settings = scene.settings;
   settings.seed = reference_seed;
-  NoisyPicture picture(scene.scene, settings);
+  settings.sampler = Sampler::independent;
+  GrowingPicture picture(settings, largest_radiance(scene.scene));
   picture.trace(*make_kernel(scene.scene, settings),
                 std::vector<std::uint32_t>(picture.counts.size(), samples));
   Reference reference{picture.means(), {}, static_cast<double>(samples)};
@@ -30,7 +31,7 @@ Reference trace_reference(const NoisyScene& scene, std::uint32_t samples) {
   return reference;
 }
 
-double true_rmse(const NoisyPicture& picture, const Reference& reference) {
+double true_rmse(const GrowingPicture& picture, const Reference& reference) {
   const std::vector<double> means = picture.means();
   double square = 0;
   for (std::size_t i = 0; i < means.size(); ++i) {
@@ -70,7 +71,7 @@ Coverage::Coverage(const std::vector<Reference>& references) : references_(refer
   }
 }
 
-void Coverage::add(std::size_t scene, const NoisyPicture& picture, const ErrorEstimate& error) {
+void Coverage::add(std::size_t scene, const GrowingPicture& picture, const ErrorEstimate& error) {
   const Reference& reference = references_[scene];
   const std::vector<double> means = picture.means();
   std::array<double, strata> errors{};

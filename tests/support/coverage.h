@@ -19,7 +19,7 @@ struct Reference {
 Reference trace_reference(const NoisyScene& scene, std::uint32_t samples);
 
 /// The picture's error against the reference, whose own error is taken off.
-double true_rmse(const NoisyPicture& picture, const Reference& reference);
+double true_rmse(const GrowingPicture& picture, const Reference& reference);
 
 /// How often the errors that pictures state hold, over many pictures of some scenes.
 class Coverage {
@@ -27,7 +27,7 @@ class Coverage {
   /// Pixels and channels of all scenes are sorted into strata, four by mean and five by variance.
   explicit Coverage(const std::vector<Reference>& references);
 
-  void add(std::size_t scene, const NoisyPicture& picture, const ErrorEstimate& error);
+  void add(std::size_t scene, const GrowingPicture& picture, const ErrorEstimate& error);
 
   [[nodiscard]] double pooled() const;           ///< share of intervals that hold
   [[nodiscard]] double least_of_strata() const;  ///< in the stratum where it is least

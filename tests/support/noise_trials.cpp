@@ -89,22 +89,22 @@ std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height) 
   return scenes;
 }
 
-NoisyPicture::NoisyPicture(const Scene& scene, const RenderSettings& settings)
-    : pixels(std::size_t{settings.width} * settings.height),
-      counts(pixels.size()),
-      width(settings.width),
-      largest_radiance(parray::largest_radiance(scene)) {}
+GrowingPicture::GrowingPicture(const RenderSettings& settings, double largest)
+    : width(settings.width),
+      largest_radiance(largest),
+      pixels(std::size_t{settings.width} * settings.height),
+      counts(pixels.size()) {}
 
-PictureState NoisyPicture::state() const {
+PictureState GrowingPicture::state() const {
   return {width, static_cast<std::uint32_t>(pixels.size() / width), pixels, counts,
           largest_radiance};
 }
 
-std::uint64_t NoisyPicture::samples() const {
+std::uint64_t GrowingPicture::samples() const {
   return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-void NoisyPicture::trace(const Kernel& kernel, const std::vector<std::uint32_t>& until) {
+void GrowingPicture::trace(const Kernel& kernel, const std::vector<std::uint32_t>& until) {
   TraceCounts ignored;
   std::vector<SampleRange> ranges(width);
   for (std::uint32_t y = 0; y < pixels.size() / width; ++y) {
@@ -118,7 +118,7 @@ void NoisyPicture::trace(const Kernel& kernel, const std::vector<std::uint32_t>&
   counts = until;
 }
 
-std::vector<double> NoisyPicture::means() const {
+std::vector<double> GrowingPicture::means() const {
   const RadianceScale scale(largest_radiance);
   std::vector<double> values;
   values.reserve(pixels.size() * 3);
@@ -128,17 +128,6 @@ std::vector<double> NoisyPicture::means() const {
     }
   }
   return values;
-}
-
-StopReason trace_in_passes(const Kernel& kernel, const RenderSettings& settings,
-                           NoisyPicture& picture) {
-  for (std::uint32_t pass = 0;; ++pass) {
-    const PassSize size = next_pass_size(picture.state(), settings, pass);
-    if (size.samples == 0) {
-      return size.stop;
-    }
-    picture.trace(kernel, counts_after_pass(picture.state(), settings, pass, size.samples));
-  }
 }
 
 }  // namespace parray::test

@@ -13,6 +13,7 @@
 #include "common/schedule/work_plan.h"
 #include "proto/clock.h"
 #include "proto/window.h"
+#include "tests/support/dice.h"
 #include "worker/cell_team.h"
 
 /// A job over a window without a tracer: its samples are made-up numbers, which depend on row,
@@ -53,9 +54,10 @@ inline std::vector<std::byte> made_record(const WorkPlan& plan, std::uint64_t in
   const Cell cell = plan.cell(index);
   std::vector<PixelSums> pixels(plan.cell_pixels());
   TraceCounts counts;
-  for (std::uint32_t x = cell.x_begin; x < cell.x_end; ++x) {
-    for (std::uint32_t s = cell.sample_begin; s < cell.sample_end; ++s) {
-      add_made_sample(cell.position, x, s, pixels[x - cell.x_begin], counts);
+  for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+    const SampleRange samples = cell.samples_of(i);
+    for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+      add_made_sample(cell.position, cell.x_begin + i, s, pixels[i], counts);
     }
   }
   const CellHeader header{counts.rays, counts.nonfinite, counts.lost, nanoseconds};
@@ -75,13 +77,15 @@ inline std::vector<std::byte> made_records(const WorkPlan& plan, const CellRange
   return records;
 }
 
-/// The made-up samples of a rectangle of work.
-inline RowBlock made_block(const RenderSettings& settings, const WorkRect& rect) {
+/// The made-up samples of a rectangle of work; `samples`: what each of its pixels has, empty: all.
+inline RowBlock made_block(const RenderSettings& settings, const WorkRect& rect,
+                           const std::vector<SampleRange>& samples = {}) {
   RowBlock block{rect, settings.width, {}, {}};
   for (std::uint32_t row = rect.row_begin; row < rect.row_end; ++row) {
     for (std::uint32_t x = 0; x < settings.width; ++x) {
+      const SampleRange own = samples.empty() ? rect.sample_range() : samples[block.pixels.size()];
       PixelSums& pixel = block.pixels.emplace_back();
-      for (std::uint32_t s = rect.sample_begin; s < rect.sample_end; ++s) {
+      for (std::uint32_t s = own.begin; s < own.end; ++s) {
         add_made_sample(row, x, s, pixel, block.counts);
       }
     }
@@ -101,6 +105,17 @@ inline Framebuffer made_framebuffer(const RenderSettings& settings,
 
 inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
   return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples();
+}
+
+/// Samples of each pixel after a pass that gives some none, most a few and some very many.
+inline std::vector<std::uint32_t> ragged_counts(Dice& dice,
+                                                const std::vector<std::uint32_t>& before,
+                                                std::uint32_t most) {
+  std::vector<std::uint32_t> counts = before;
+  for (std::uint32_t& count : counts) {
+    count += dice.one_in(3) ? 0 : dice.below32(dice.one_in(20) ? most : most / 16 + 2);
+  }
+  return counts;
 }
 
 /// Memory for a window, of zeros, aligned to words.

@@ -148,7 +148,7 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
   Sides<Real> sides;
   for (std::uint32_t pixel = 0; pixel < settings.width * settings.height; ++pixel) {
     for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
-      const SampleRandom random(settings.seed, pixel, s);
+      const SampleRandom random(settings.seed, pixel, s, settings.sampler);
       const Ray<Real> ray =
           traced.view.template ray<Real>(pixel % settings.width, pixel / settings.width, random);
       start_sides(traced, ray.origin, sides);
@@ -200,15 +200,19 @@ TEST_CASE("every kernel's sums and counts are those of the scalar reference") {
     CAPTURE(named.name);
     for (const Precision precision : precisions) {
       CAPTURE(name_of(precision));
-      const RenderSettings settings = settings_of(precision);
-      const ReferenceSums expected = reference_sums(named.scene, settings);
-      for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
-        const ReferenceSums found = sums_of(kernel, settings);
-        CHECK(found.counts.samples == expected.counts.samples);
-        CHECK(found.counts.rays == expected.counts.rays);
-        CHECK(found.counts.nonfinite == expected.counts.nonfinite);
-        CHECK_UNARY(found.pixels == expected.pixels);
-      });
+      for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+        CAPTURE(name_of(sampler));
+        RenderSettings settings = settings_of(precision);
+        settings.sampler = sampler;
+        const ReferenceSums expected = reference_sums(named.scene, settings);
+        for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
+          const ReferenceSums found = sums_of(kernel, settings);
+          CHECK(found.counts.samples == expected.counts.samples);
+          CHECK(found.counts.rays == expected.counts.rays);
+          CHECK(found.counts.nonfinite == expected.counts.nonfinite);
+          CHECK_UNARY(found.pixels == expected.pixels);
+        });
+      }
     }
   }
 }
