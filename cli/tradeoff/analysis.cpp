@@ -109,9 +109,10 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
 }
 
 void mark_front(std::vector<Row>& rows) {
+  constexpr double as_accurate = 1.001;
   const auto dominates = [](const Row& a, const Row& b) {
-    return a.seconds.median <= b.seconds.median && a.rmse <= b.rmse &&
-           (a.seconds.median < b.seconds.median || a.rmse < b.rmse);
+    return a.seconds.median <= b.seconds.median && a.rmse <= b.rmse * as_accurate &&
+           (a.seconds.median < b.seconds.median || a.rmse * as_accurate < b.rmse);
   };
   for (Row& row : rows) {
     const Row* fastest = nullptr;

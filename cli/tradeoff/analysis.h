@@ -117,8 +117,8 @@ Timing timing_of(const std::vector<Run>& runs, int threads);
 /// Precondition: `runs` are of these settings, and not empty.
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
-/// Marks the rows that no other is faster and more accurate than; the others learn which one is:
-/// of those that dominate them the fastest.
+/// Marks the rows than which no other is faster and, but for a thousandth, as accurate; the others
+/// learn which one is: of those that dominate them the fastest.
 void mark_front(std::vector<Row>& rows);
 
 /// ln y = intercept + slope ln x, by least squares.

@@ -227,7 +227,7 @@ std::string sentence_of(const Answer& answer) {
   const double times = answer.own_seconds / pick.seconds.median;
   return text + "; the scene's own settings" +
          (answer.asked ? " reach it with " + answer.own_options + " and take " : " take ") +
-         formatted("%.2g", times) + " x as long.";
+         formatted(times < 10 ? "%.1f" : "%.0f", times) + " x as long.";
 }
 
 }  // namespace parray::tradeoff

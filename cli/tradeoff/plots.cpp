@@ -147,7 +147,8 @@ Plot front_plot(const Findings& findings) {
   }
   plot.data = data.text();
   plot.commands =
-      "set logscale xy\nset key below\nset xlabel 'seconds'\nset ylabel 'RMSE (linear radiance)'\n"
+      "set logscale xy\nset key bmargin center vertical Left reverse maxrows 8 width -12 font "
+      "',10'\nset xlabel 'seconds'\nset ylabel 'RMSE (linear radiance)'\n"
       "plot data index 1 using 1:2 with points pt 2 lc rgb '#999999' title 'dominated', \\\n"
       "     data index 0 using 1:2:3:4 with xerrorbars pt 7 ps 0.7 lc rgb '#0072B2' notitle, \\\n"
       "     data index 0 using 1:2 with lines lw 2 lc rgb '#0072B2' title 'the front'" +

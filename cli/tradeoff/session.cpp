@@ -354,6 +354,12 @@ void Session::add_notes(Findings& findings) const {
     findings.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
                              " left out; the same command again goes on");
   }
+  if (findings.calibration.empty()) {
+    findings.notes.push_back(
+        "no calibration of intervals: everywhere more than a fifth of the error is systematic, "
+        "from "
+        "--max-depth or --precision");
+  }
   findings.left_out = sweep_.left_out;
   if (!sweep_.left_out.empty()) {
     findings.notes.push_back(

@@ -19,7 +19,7 @@ SCENE = {
     "camera": {"look_from": [0, 1, 6], "look_at": [0, 0.8, 0], "up": [0, 1, 0], "vfov": 40, "aperture": 0.1,
                "focus_distance": 6},
     "image": {"width": 64, "height": 48},
-    "render": {"samples_per_pixel": 64, "max_depth": 6, "seed": 3},
+    "render": {"samples_per_pixel": 64, "max_depth": 16, "seed": 3},
     "materials": {"grey": {"type": "diffuse", "albedo": [0.6, 0.5, 0.4]},
                   "glass": {"type": "dielectric", "ior": 1.5},
                   "mirror": {"type": "metal", "albedo": [0.9, 0.9, 0.9], "fuzz": 0.1}},
