@@ -32,6 +32,9 @@ class Allocation {
   [[nodiscard]] double share_of_square_error(double total) const;
 
  private:
+  /// Sum of the expected square errors of all pixels if one of weight w has at least level * w
+  /// samples.
+  [[nodiscard]] double square_error_at(double level) const;
   /// Samples, all pixels together, if a pixel of weight w has at least level * w.
   [[nodiscard]] double total_at(double level) const;
   /// The level at which the pixels have `total` samples.
