@@ -151,15 +151,18 @@ class Prober {
     error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
-    Effort other_sample;
+    Effort other_share;
     if (other_) {
-      other_sample = stages(*other_, false, {comparison}).back().effort;
+      // Beside the main sampler's first pass: short ones, both, with the same overhead.
+      const Effort other = stages(*other_, false, {comparison}).back().effort;
+      other_share = {other.wall / uniform.front().effort.wall,
+                     other.cpu / uniform.front().effort.cpu};
     }
     const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
     result_.stated_adaptive = stated_high(render_->state(), pixels_);
     add_main(uniform, adaptive);
     if (other_) {
-      add_other(cost_scale_ * other_sample);
+      add_other(other_share);
     }
     measure_collecting(settings_of(main_.sampler, *main_.part, false, {1}));
     measure_finish();
@@ -351,9 +354,13 @@ class Prober {
     result_.samplers.push_back(std::move(found));
   }
 
-  /// Only its speed was measured: samples of any sampler show the same variance.
-  void add_other(Effort sample) {
-    const SamplerProbe& main = result_.samplers.front();
+  /// Only its speed was measured, as a share of the main sampler's: samples of any sampler show the
+  /// same variance.
+  void add_other(Effort share) {
+    const SamplerProbe main = result_.samplers.front();
+    const auto share_of = [share](Effort effort) {
+      return Effort{share.wall * effort.wall, share.cpu * effort.cpu};
+    };
     const double pilot_rmse = std::sqrt(variance_ / pilot_samples);
     const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
     SamplerProbe found{
@@ -362,10 +369,7 @@ class Prober {
                  std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
         ErrorLaw(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
                  none),
-        sample,
-        {}};
-    found.adaptive_sample = {main.adaptive_sample.wall * sample.wall / main.uniform_sample.wall,
-                             main.adaptive_sample.cpu * sample.cpu / main.uniform_sample.cpu};
+        share_of(main.uniform_sample), share_of(main.adaptive_sample)};
     result_.samplers.insert(result_.samplers.begin(), std::move(found));
   }
 
@@ -402,7 +406,8 @@ class Prober {
   void measure_collecting(const RenderSettings& settings) {
     const Effort began = effort_now();
     const Framebuffer& traced = render_->framebuffer;
-    const WorkRect rect{0, traced.height(), 0, 1};
+    const WorkRect rect{0, traced.height(), 0,
+                        *std::max_element(traced.samples().begin(), traced.samples().end())};
     const std::string bytes =
         row_block_to_bytes({rect, traced.width(), traced.counts(), traced.pixels()});
     const std::string kept = bytes;
