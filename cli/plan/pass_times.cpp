@@ -5,7 +5,7 @@
 
 namespace parray {
 
-static constexpr double least_doubt = 0.03;
+static constexpr double least_doubt = 0.05;
 /// What is left for samples of a pass's time, at least.
 static constexpr double least_share = 0.3;
 

@@ -118,12 +118,11 @@ class Chooser {
   }
 
   void add_time(Choice& choice, Effort tracing, int passes) const {
-    const Effort rest =
-        fixed_ + std::max(passes, 1) * probe_.collect + passes * probe_.pass + probe_.finish;
+    const Effort rest = fixed_ + std::max(passes, 1) * probe_.collect +
+                        std::max(passes - 1, 0) * probe_.pass + probe_.finish;
     const double total = rest.wall + tracing.wall;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;
-    const double doubt =
-        std::hypot(of_samples * tracing.wall / total, std::max(probe_.timing_doubt, 0.03));
+    const double doubt = std::hypot(of_samples * tracing.wall / total, probe_.timing_doubt);
     choice.seconds = around(total, doubt);
     choice.cpu_seconds = rest.cpu + tracing.cpu;
     if (choice.time_limit > 0) {  // it is kept

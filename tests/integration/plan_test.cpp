@@ -81,7 +81,7 @@ TEST_CASE("what a pass takes is told from what its samples take") {
   CHECK(times.pass.wall == Approx(4));
   CHECK(times.sample.cpu == Approx(0.01));
   CHECK(times.sample.wall == Approx(0.02));
-  CHECK(times.doubt == Approx(0.03));
+  CHECK(times.doubt == Approx(0.05));
   passes = {{50, {9, 7}}};
   CHECK(sample_effort(passes, times.pass).cpu == Approx(0.1));
 }
