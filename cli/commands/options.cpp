@@ -234,7 +234,9 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
     check_settings(settings);
   } catch (const InputError& error) {
     // Each option is in its range, so it is some of them together.
-    throw InputError(std::string("--width, --height, --passes: ") + error.what());
+    throw InputError(
+        std::string(passes_.empty() ? "--width, --height: " : "--width, --height, --passes: ") +
+        error.what());
   }
   return settings;
 }

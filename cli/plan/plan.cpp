@@ -14,7 +14,9 @@ namespace {
 constexpr double most_samples = limits::max_samples_per_pixel;
 constexpr double normal_95 = 1.96;
 /// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
-constexpr double uniform_margin = 1.02;
+constexpr double uniform_margin = 1.03;
+/// By how much errors of evenly spread points are off their law: they are least at powers of two.
+constexpr double between_powers = 0.03;
 Expected around(double value, double relative) {
   const double factor = std::exp(normal_95 * relative);
   return {value, value / factor, value * factor};
@@ -39,7 +41,9 @@ class Chooser {
     const double samples = std::clamp(even, 2.0, most_samples);
     choice.samples_per_pixel = static_cast<std::uint32_t>(samples);
     choice.samples = {samples, samples, samples};
-    choice.error = around(sampler.uniform.at(samples), sampler.uniform.relative_at(samples));
+    const double ripple = sampler.sampler == Sampler::sobol ? between_powers : 0;
+    choice.error = around(sampler.uniform.at(samples),
+                          std::hypot(ripple, sampler.uniform.relative_at(samples)));
     add_time(choice, samples * pixels_ * sampler.uniform_sample, 0);
     return choice;
   }
@@ -114,12 +118,11 @@ class Chooser {
   }
 
   void add_time(Choice& choice, Effort tracing, int passes) const {
-    const Effort rest =
-        fixed_ + std::max(passes, 1) * probe_.collect + passes * probe_.pass + probe_.finish;
+    const Effort rest = fixed_ + std::max(passes, 1) * probe_.collect +
+                        std::max(passes - 1, 0) * probe_.pass + probe_.finish;
     const double total = rest.wall + tracing.wall;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;
-    const double doubt =
-        std::hypot(of_samples * tracing.wall / total, std::max(probe_.timing_doubt, 0.03));
+    const double doubt = std::hypot(of_samples * tracing.wall / total, probe_.timing_doubt);
     choice.seconds = around(total, doubt);
     choice.cpu_seconds = rest.cpu + tracing.cpu;
     if (choice.time_limit > 0) {  // it is kept

@@ -1,32 +1,25 @@
 #include "cli/plan/probe.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "cli/direct_render.h"
+#include "cli/plan/overheads.h"
 #include "cli/plan/part_of_picture.h"
+#include "cli/plan/pass_times.h"
 #include "common/image/error_estimate.h"
-#include "common/image/image.h"
-#include "common/image/image_file.h"
-#include "common/image/picture_bytes.h"
 #include "common/image/pixel_noise.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
 #include "common/trace/fingerprint.h"
-#include "proto/messages.h"
 
 namespace parray {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Samples a pixel.
 constexpr double look_samples = 4;
@@ -58,8 +51,7 @@ struct Stage {
   double samples = 0;  ///< a pixel
   double rmse = 0;
   double relative = 0;  ///< standard error of rmse / rmse
-  double traced = 0;    ///< in the pass
-  Effort effort;        ///< of the pass, a sample
+  TracedPass pass;      ///< the latest
 };
 
 /// What ErrorEstimate's interval is beside the error itself.
@@ -83,9 +75,9 @@ Stage stage_of(const PictureState& state) {
   const ErrorEstimate error = estimate_rmse(state);
   const double least = state.largest_radiance / RadianceScale::one / 2;
   if (error.rmse < least) {
-    return {0, least, 0, 0, {}};
+    return {0, least, 0, {}};
   }
-  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, 0, {}};
+  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
 }
 
 /// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
@@ -104,32 +96,6 @@ double variance_of(const PictureState& state, double rmse) {
   const double values = 3 * static_cast<double>(state.pixels.size());
   return std::max(biased / values + rmse * rmse, sum / values * 0.5);
 }
-
-double mean_of(const Image& image) {
-  double sum = 0;
-  for (const float value : image.rgb) {
-    sum += static_cast<double>(value);
-  }
-  return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
-}
-
-/// A file that is gone when this is.
-class ScratchFile {
- public:
-  explicit ScratchFile(const std::string& extension)
-      : path_(fs::temp_directory_path() / ("parray-plan-" + std::to_string(getpid()) + extension)) {
-  }
-  ~ScratchFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// A sampler's kernel: all of the picture, and a part of it.
 struct Candidate {
@@ -151,18 +117,17 @@ class Prober {
     error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
-    Effort other_sample;
+    std::vector<Stage> other;
     if (other_) {
-      other_sample = stages(*other_, false, {comparison}).back().effort;
+      other = stages(*other_, false, {comparison});
     }
     const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
     result_.stated_adaptive = stated_high(render_->state(), pixels_);
     add_main(uniform, adaptive);
     if (other_) {
-      add_other(cost_scale_ * other_sample);
+      add_other(other);
     }
-    measure_collecting(settings_of(main_.sampler, *main_.part, false, {1}));
-    measure_finish();
+    result_.pixels = static_cast<std::uint64_t>(pixels_of_part());
     result_.seconds = (effort_now() - began_).wall;
     return std::move(result_);
   }
@@ -220,7 +185,7 @@ class Prober {
     cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
   }
 
-  /// A few samples everywhere: what tiles are to be compared with.
+  /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
   void look_around() {
     const double affordable = look_share * request_.seconds / sample_.wall / look_samples;
     const RenderSettings& s = request_.settings;
@@ -231,6 +196,11 @@ class Prober {
     const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
     variance_ = variance_of(render_->state(), look.rmse);
     rays_ = rays_of(*render_);
+    const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
+    result_.collect = times * effort_of_collecting(render_->framebuffer);
+    const Finished finished = finish(*render_, request_.image.extension());
+    result_.finish = times * finished.effort;
+    result_.mean_radiance = finished.mean_radiance;
   }
 
   /// Segments of a path.
@@ -302,8 +272,7 @@ class Prober {
       const auto samples = static_cast<double>(now.framebuffer.counts().samples);
       found.push_back(stage_of(now.state()));
       found.back().samples = now.samples_per_pixel();
-      found.back().traced = samples - samples_before;
-      found.back().effort = 1 / found.back().traced * took;
+      found.back().pass = {samples - samples_before, took};
       if (adaptive && found.size() == 1) {
         measure_deciding(now.state(), settings);
       }
@@ -315,7 +284,7 @@ class Prober {
     if (!render_) {
       throw Stopped{};
     }
-    sample_ = found.back().effort;
+    sample_ = 1 / found.back().pass.samples * found.back().pass.effort;
     result_.samples += render_->framebuffer.counts().samples;
     return found;
   }
@@ -343,17 +312,22 @@ class Prober {
         ErrorLaw(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
         {},
         {}};
-    std::vector<Stage> equal = uniform;
-    equal.push_back(adaptive.front());
-    found.uniform_sample = cost_scale_ * mean_effort(equal);
-    found.adaptive_sample = cost_scale_ * mean_effort({adaptive.begin() + 1, adaptive.end()});
-    result_.timing_doubt = doubt_of(equal);
+    std::vector<TracedPass> equal = passes_of(uniform);
+    equal.push_back(adaptive.front().pass);
+    times_ = fit_pass_times(equal);
+    found.uniform_sample = cost_scale_ * times_.sample;
+    found.adaptive_sample =
+        cost_scale_ * sample_effort(passes_of({adaptive.begin() + 1, adaptive.end()}), times_.pass);
+    result_.collect = result_.collect + pixels_ / pixels_of_part() * times_.pass;
+    result_.timing_doubt = times_.doubt;
     result_.samplers.push_back(std::move(found));
   }
 
-  /// Only its speed was measured: samples of any sampler show the same variance.
-  void add_other(Effort sample) {
-    const SamplerProbe& main = result_.samplers.front();
+  /// Only its speed was measured, beside the main sampler's: samples of any sampler show the same
+  /// variance.
+  void add_other(const std::vector<Stage>& stages) {
+    const SamplerProbe main = result_.samplers.front();
+    const double share = sample_effort(passes_of(stages), times_.pass).cpu / times_.sample.cpu;
     const double pilot_rmse = std::sqrt(variance_ / pilot_samples);
     const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
     SamplerProbe found{
@@ -362,10 +336,7 @@ class Prober {
                  std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
         ErrorLaw(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
                  none),
-        sample,
-        {}};
-    found.adaptive_sample = {main.adaptive_sample.wall * sample.wall / main.uniform_sample.wall,
-                             main.adaptive_sample.cpu * sample.cpu / main.uniform_sample.cpu};
+        share * main.uniform_sample, share * main.adaptive_sample};
     result_.samplers.insert(result_.samplers.begin(), std::move(found));
   }
 
@@ -377,57 +348,12 @@ class Prober {
     return errors;
   }
 
-  /// Of a sample, all stages together.
-  static Effort mean_effort(const std::vector<Stage>& stages) {
-    Effort sum;
-    double traced = 0;
+  static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
+    std::vector<TracedPass> passes;
     for (const Stage& stage : stages) {
-      sum = sum + stage.traced * stage.effort;
-      traced += stage.traced;
+      passes.push_back(stage.pass);
     }
-    return 1 / traced * sum;
-  }
-
-  static double doubt_of(const std::vector<Stage>& stages) {
-    const double mean = mean_effort(stages).wall;
-    double squares = 0;
-    for (const Stage& stage : stages) {
-      squares += std::pow(stage.effort.wall / mean - 1, 2);
-    }
-    const auto count = static_cast<double>(stages.size());
-    return std::max(0.03, std::sqrt(squares / (count * (count - 1))));
-  }
-
-  /// What a coordinator and its worker do with what was traced.
-  void measure_collecting(const RenderSettings& settings) {
-    const Effort began = effort_now();
-    const Framebuffer& traced = render_->framebuffer;
-    const WorkRect rect{0, traced.height(), 0, 1};
-    const std::string bytes =
-        row_block_to_bytes({rect, traced.width(), traced.counts(), traced.pixels()});
-    const std::string kept = bytes;
-    Framebuffer fresh(settings);
-    fresh.merge(row_block_from_bytes(bytes));
-    result_.collect = pixels_ / pixels_of_part() * (effort_now() - began);
-  }
-
-  /// What comes after the last sample, from the part's picture.
-  void measure_finish() {
-    const Effort began = effort_now();
-    const DirectRender& picture = *render_;
-    const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
-    const ErrorEstimate error = estimate_error(picture.state());
-    for (int side = 0; side < 2; ++side) {
-      image_sha256(image);
-    }
-    const std::string bytes =
-        picture_to_bytes(image, {picture.framebuffer.samples(), error.half_width});
-    picture_from_bytes(image.width, image.height, bytes);
-    const ScratchFile file(request_.image.extension().string());
-    write_image(file.path(), image, {});
-    result_.finish = pixels_ / pixels_of_part() * (effort_now() - began);
-    result_.mean_radiance = mean_of(image);
-    result_.pixels = static_cast<std::uint64_t>(pixels_of_part());
+    return passes;
   }
 
   const ProbeRequest& request_;
@@ -443,7 +369,8 @@ class Prober {
   double rays_ = 0;         ///< of a sample, likewise
   double error_scale_ = 1;  ///< the picture's error / the part's
   double cost_scale_ = 1;   ///< of a sample, likewise
-  Effort sample_;           ///< of the latest pass
+  PassTimes times_;         ///< of the main sampler, on the part
+  Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
   Effort counting_;         ///< what counting the next pass's samples takes
   Probe result_;
 };

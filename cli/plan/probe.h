@@ -37,8 +37,8 @@ struct SamplerProbe {
 struct Probe {
   std::vector<SamplerProbe> samplers;  ///< in the order of the request
   Effort fixed;                        ///< of all that is done once, for any picture of the scene
-  Effort collect;                      ///< of handing in what was traced, a pass
-  Effort pass;                         ///< of deciding on one more pass
+  Effort collect;                      ///< of each pass that is traced, whatever its samples
+  Effort pass;                         ///< of deciding on each that is adaptive, likewise
   Effort finish;                       ///< of all that is done once the picture is traced
   StatedHigh stated_uniform;
   StatedHigh stated_adaptive;

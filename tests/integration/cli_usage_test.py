@@ -35,17 +35,19 @@ SCENE = {
 }
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
-                  "--accelerator", "--isa", "--schedule", "--row-order"]
+                  "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
+                  "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet"],
+    "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet",
+                                "--preview"],
     "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--aov", "--report",
-                                              "--priority", "--quiet"],
+                                              "--priority", "--quiet", "--preview"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet"],
+    "watch": COORDINATOR + ["--quiet", "--preview"],
     "cancel": COORDINATOR + ["--json"],
-    "fetch": COORDINATOR + ["--output", "--report"],
+    "fetch": COORDINATOR + ["--output", "--report", "--aov"],
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],
@@ -53,7 +55,7 @@ OPTIONS = {
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
-    isa sampler schedule spheres accelerator_bytes threads workers samples rays samples_per_second
+    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers samples rays samples_per_second
     rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 

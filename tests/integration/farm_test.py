@@ -114,9 +114,8 @@ class FarmTest(unittest.TestCase):
             self.assertEqual(farm.fetch(job)["image_sha256"], expected["image_sha256"])
 
     def test_a_picture_in_passes_has_one_hash_on_any_farm(self):
-        options = [*SIZE, "--target-error", "0.004"]
-        expected = render_report(SCENE, *options)
-        self.assertEqual(expected["stopped_by"], "samples")  # --spp 150 comes first
+        expected = render_report(SCENE, *size(40), "--target-error", "0.004")
+        self.assertEqual(expected["stopped_by"], "samples")  # --spp 40 comes first
         options = ["--width", "160", "--height", "100", "--target-error", "0.004"]
         expected = render_report(SCENE, *options)
         self.assertEqual(expected["stopped_by"], "error")
