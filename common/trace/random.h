@@ -35,7 +35,7 @@ struct SobolSets {
   static constexpr PointOrder film{0, 0, 0, 0};
   static constexpr PointOrder lens{0xA8B62E, 0xD29FB5, 0x20B893, 0x117364};
   /// Of `bounce` < bounces. No table, which every instruction set's object would have to share.
-  static PARRAY_INLINE PointOrder scatter(std::uint32_t bounce) {
+  static constexpr PARRAY_INLINE PointOrder scatter(std::uint32_t bounce) {
     return bounce == 0   ? PointOrder{0xC4504B, 0x9B7F34, 0x15FC1F, 0xF9C071}
            : bounce == 1 ? PointOrder{0xD59E3C, 0xE6C489, 0x27054E, 0x7F3479}
                          : PointOrder{0xCECBB2, 0x13E347, 0xF711E7, 0xA09E6C};
