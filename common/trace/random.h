@@ -34,9 +34,13 @@ struct SobolSets {
   static constexpr std::uint32_t bounces = 3;
   static constexpr PointOrder film{0, 0, 0, 0};
   static constexpr PointOrder lens{0xA8B62E, 0xD29FB5, 0x20B893, 0x117364};
-  static constexpr PointOrder scatter[bounces] = {{0xC4504B, 0x9B7F34, 0x15FC1F, 0xF9C071},
-                                                  {0xD59E3C, 0xE6C489, 0x27054E, 0x7F3479},
-                                                  {0xCECBB2, 0x13E347, 0xF711E7, 0xA09E6C}};
+
+  /// Chosen, not looked up: a table would be a symbol that kernels of every instruction set share.
+  static PARRAY_INLINE constexpr PointOrder scatter(std::uint32_t bounce) {
+    return bounce == 0   ? PointOrder{0xC4504B, 0x9B7F34, 0x15FC1F, 0xF9C071}
+           : bounce == 1 ? PointOrder{0xD59E3C, 0xE6C489, 0x27054E, 0x7F3479}
+                         : PointOrder{0xCECBB2, 0x13E347, 0xF711E7, 0xA09E6C};
+  }
 };
 
 /// The random numbers of one sample, or of lanes of samples, addressed by (seed, pixel, sample,
@@ -67,7 +71,7 @@ class RandomAddress {
         return {film.a, film.b, lens.a, lens.b};
       }
       if (purpose == Purpose::scatter && bounce < SobolSets::bounces) {
-        const auto turn = pair<Real>(SobolSets::scatter[bounce], bounce, purpose, 1);
+        const auto turn = pair<Real>(SobolSets::scatter(bounce), bounce, purpose, 1);
         return {turn.a, turn.b, Real(0), Real(0)};
       }
     }

@@ -114,10 +114,11 @@ class FarmTest(unittest.TestCase):
             self.assertEqual(farm.fetch(job)["image_sha256"], expected["image_sha256"])
 
     def test_a_picture_in_passes_has_one_hash_on_any_farm(self):
-        options = [*SIZE, "--target-error", "0.004"]
+        options = [*SIZE, "--target-error", "0.004", "--sampler", "independent"]
         expected = render_report(SCENE, *options)
         self.assertEqual(expected["stopped_by"], "samples")  # --spp 150 comes first
-        options = ["--width", "160", "--height", "100", "--target-error", "0.004"]
+        options = ["--width", "160", "--height", "100", "--target-error", "0.004",
+                   "--sampler", "independent"]
         expected = render_report(SCENE, *options)
         self.assertEqual(expected["stopped_by"], "error")
         self.assertLessEqual(expected["error"]["rmse"], 0.004)

@@ -84,7 +84,7 @@ Means textbook_means(std::uint64_t seed, std::uint32_t points) {
     for (std::size_t set = 0; set < spread_numbers / 2; ++set) {
       const PointOrder& order = set == 0   ? SobolSets::film
                                 : set == 1 ? SobolSets::lens
-                                           : SobolSets::scatter[set - 2];
+                                           : SobolSets::scatter(set - 2);
       const std::uint32_t at = order.of(i);
       u[2 * set] = number_of(trees[2 * set].scrambled(at)) * 0x1p-24;
       u[2 * set + 1] = number_of(trees[2 * set + 1].scrambled(sobol_second(at))) * 0x1p-24;

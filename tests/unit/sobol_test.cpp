@@ -17,8 +17,8 @@ namespace {
 
 using test::Dice;
 
-constexpr std::array<PointOrder, 5> orders{SobolSets::film, SobolSets::lens, SobolSets::scatter[0],
-                                           SobolSets::scatter[1], SobolSets::scatter[2]};
+constexpr std::array<PointOrder, 5> orders{SobolSets::film, SobolSets::lens, SobolSets::scatter(0),
+                                           SobolSets::scatter(1), SobolSets::scatter(2)};
 
 std::uint32_t bits32(Dice& dice) { return static_cast<std::uint32_t>(dice.bits() >> 32); }
 
