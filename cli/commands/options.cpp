@@ -40,7 +40,6 @@ std::vector<std::uint64_t> whole_numbers(const std::string& option, const std::s
 }
 
 constexpr const char* limits_group = "When it is good enough (whichever comes first)";
-constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
 
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
@@ -130,6 +129,16 @@ void add_job(CLI::App& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(CLI::App& command) {
+  add_without_samples_to(command);
+  add_whole_number(
+      command, "--spp", 1, limits::max_samples_per_pixel,
+      [this](std::uint64_t value) { samples_per_pixel_ = static_cast<std::uint32_t>(value); },
+      "Samples per pixel: four times as many take four times as long and halve the noise")
+      ->group(settings_group);
+  add_limits_to(command);
+}
+
+void RenderOptions::add_without_samples_to(CLI::App& command) {
   const auto number = [&](const char* name, std::uint32_t most,
                           std::optional<std::uint32_t>& target, const char* description) {
     add_whole_number(
@@ -139,8 +148,6 @@ void RenderOptions::add_to(CLI::App& command) {
   };
   number("--width", limits::max_image_side, width_, "Pixels across");
   number("--height", limits::max_image_side, height_, "Pixels down");
-  number("--spp", limits::max_samples_per_pixel, samples_per_pixel_,
-         "Samples per pixel: four times as many take four times as long and halve the noise");
   number("--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments");
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
@@ -150,7 +157,6 @@ void RenderOptions::add_to(CLI::App& command) {
              "Random numbers of a pixel's samples: independent of each other, or evenly spread "
              "(Owen-scrambled Sobol)",
              settings_group);
-  add_limits_to(command);
   add_choice(
       command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
       "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "

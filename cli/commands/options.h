@@ -39,13 +39,19 @@ CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberR
 /// The number of a job, as `submit` prints it.
 void add_job(CLI::App& command, std::uint64_t& job);
 
-/// Heading, in a command's help, of options that change how the work is done but not the picture.
+/// Heading, in a command's help, of options that decide the picture.
+inline constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
+/// Of options that change how the work is done but not the picture.
 inline constexpr const char* work_group = "How the work is done (never changes the picture)";
 
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
  public:
   void add_to(CLI::App& command);
+  /// All but how many samples to take: for a command that finds out.
+  void add_without_samples_to(CLI::App& command);
+  /// Empty: the scene's.
+  [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
   /// The scene's settings with the options laid over them. Throws InputError, naming the options,
   /// when the whole is not possible.

