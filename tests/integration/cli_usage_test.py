@@ -189,6 +189,15 @@ class Pictures(CliTest):
         report, _ = self.rendered("--seed", "8")
         self.assertNotEqual(report["image_sha256"], expected)
 
+    def test_the_sampler_decides_the_picture_and_is_sobol_unless_told(self):
+        hashes = {}
+        for options in ([], ["--sampler", "sobol"], ["--sampler", "independent"]):
+            report, _ = self.rendered(*options)
+            self.assertEqual(report["sampler"], options[-1] if options else "sobol")
+            hashes.setdefault(report["sampler"], set()).add(report["image_sha256"])
+        self.assertEqual([len(of) for of in hashes.values()], [1, 1])
+        self.assertNotEqual(hashes["sobol"], hashes["independent"])
+
     def test_options_come_before_the_scene_and_the_last_of_one_counts(self):
         report, _ = self.rendered()
         self.assertEqual((report["width"], report["height"], report["samples_per_pixel"],
