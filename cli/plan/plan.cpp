@@ -15,6 +15,8 @@ constexpr double most_samples = limits::max_samples_per_pixel;
 constexpr double normal_95 = 1.96;
 /// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
 constexpr double uniform_margin = 1.03;
+/// Adaptive passes look at their error, or at the clock, as they go: worth some time, or error.
+constexpr double adaptive_bonus = 0.95;
 /// By how much errors of evenly spread points are off their law: they are least at powers of two.
 constexpr double between_powers = 0.03;
 Expected around(double value, double relative) {
@@ -182,10 +184,17 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.adaptive(sampler));
     all.push_back(chooser.uniform(sampler));
   }
+  if (goal.seconds > 0) {  // however short the time, adaptive passes begin with the pilot
+    const auto late = [&](const Choice& choice) {
+      return choice.seconds.value > 1.1 * goal.seconds;
+    };
+    if (!std::all_of(all.begin(), all.end(), late)) {
+      std::erase_if(all, late);
+    }
+  }
   const auto worth = [&](const Choice& choice) {
     const double cost = goal.error > 0 ? choice.seconds.value : choice.error.value;
-    // Adaptive passes look at their error, or at the clock, as they go.
-    return choice.adaptive ? 0.98 * cost : cost;
+    return choice.adaptive ? adaptive_bonus * cost : cost;
   };
   std::stable_sort(all.begin(), all.end(),
                    [&](const Choice& a, const Choice& b) { return worth(a) < worth(b); });

@@ -32,7 +32,7 @@ struct Choice {
   double cpu_seconds = 0;
 };
 
-/// All choices that meet the goal, the one to take first; then by time, or by error if time was
+/// All choices that meet the goal, the one to take first; the rest by time, or by error if time was
 /// the goal. `load`: what reading the scene took. Throws InputError, naming the option, for a goal
 /// that cannot be met.
 std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,

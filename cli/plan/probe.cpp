@@ -113,7 +113,7 @@ class Prober {
     began_ = effort_now();
     build();
     choose_part();
-    const std::vector<Stage> uniform = stages(main_, false, {12, 12, 8, 16});
+    const std::vector<Stage> uniform = stages(main_, false, {4, 4, 4, 12, 8, 16});
     error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);

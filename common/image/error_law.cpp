@@ -69,44 +69,68 @@ double ModelError::samples_for(double rmse) const {
 ErrorLaw::ErrorLaw(ModelError model, std::span<const MeasuredError> measured,
                    ExponentPrior exponent)
     : model_(std::move(model)) {
-  double most = 0;
   for (const MeasuredError& one : measured) {
-    most = std::max(most, one.samples);
-  }
-  const auto weight = [most](const MeasuredError& one) {
-    const double doubt = doubt_per_octave * std::log2(most / one.samples);
+    const double doubt = doubt_per_octave * std::log2(measured.back().samples / one.samples);
     const double relative = std::max(one.relative, least_relative);
-    return 1 / (relative * relative + doubt * doubt);
-  };
-  const auto gain = [this](const MeasuredError& one) {
-    return std::log(one.rmse / model_.at(one.samples));
-  };
-  double weights = 0;
-  for (const MeasuredError& one : measured) {
-    weights += weight(one);
-    middle_ += weight(one) * std::log(one.samples);
-    gain_ += weight(one) * gain(one);
+    gains_.push_back({std::log(one.samples), std::log(one.rmse / model_.at(one.samples)), relative,
+                      1 / (relative * relative + doubt * doubt)});
   }
-  middle_ /= weights;
-  gain_ /= weights;
-  gain_variance_ = 1 / weights;
-  exponent_ = exponent.mean;
+  fit_exponent(exponent);
   if (exponent.deviation == 0) {
+    average_gains();
+  }
+}
+
+void ErrorLaw::fit_exponent(ExponentPrior prior) {
+  exponent_ = prior.mean;
+  if (prior.deviation == 0) {
     return;
   }
-  double precision = 1 / (exponent.deviation * exponent.deviation);
-  double sum = exponent.mean * precision;
-  for (const MeasuredError& one : measured) {
-    const double x = std::log(one.samples) - middle_;
-    precision += weight(one) * x * x;
-    sum -= weight(one) * x * gain(one);
+  double weights = 0;
+  double middle = 0;
+  for (const Gain& one : gains_) {
+    weights += one.weight;
+    middle += one.weight * one.samples;
+  }
+  middle /= weights;
+  double precision = 1 / (prior.deviation * prior.deviation);
+  double sum = prior.mean * precision;
+  for (const Gain& one : gains_) {
+    const double x = one.samples - middle;
+    precision += one.weight * x * x;
+    sum -= one.weight * x * one.gain;
   }
   exponent_ = sum / precision;
   exponent_variance_ = 1 / precision;
 }
 
+void ErrorLaw::average_gains() {
+  Gain mean = gains_.back();
+  mean.gain = 0;
+  double weights = 0;
+  for (const Gain& one : gains_) {
+    weights += one.weight;
+    mean.gain += one.weight * (one.gain + exponent_ * (one.samples - mean.samples));
+  }
+  mean.gain /= weights;
+  mean.relative = 1 / std::sqrt(weights);
+  gains_ = {mean};
+}
+
 double ErrorLaw::at(double samples) const {
-  return model_.at(samples) * std::exp(gain_ - exponent_ * (std::log(samples) - middle_));
+  const double x = std::log(samples);
+  const auto after =
+      std::find_if(gains_.begin(), gains_.end(), [x](const Gain& one) { return one.samples >= x; });
+  double gain = 0;
+  if (after == gains_.begin() || after == gains_.end()) {
+    const Gain& nearest = after == gains_.end() ? gains_.back() : gains_.front();
+    gain = nearest.gain - exponent_ * (x - nearest.samples);
+  } else {
+    const Gain& before = *(after - 1);
+    const double share = (x - before.samples) / (after->samples - before.samples);
+    gain = before.gain + share * (after->gain - before.gain);
+  }
+  return model_.at(samples) * std::exp(gain);
 }
 
 double ErrorLaw::samples_for(double rmse) const {
@@ -114,8 +138,10 @@ double ErrorLaw::samples_for(double rmse) const {
 }
 
 double ErrorLaw::relative_at(double samples) const {
-  const double away = std::log(samples) - middle_;
-  return std::sqrt(gain_variance_ + exponent_variance_ * away * away);
+  const double x = std::log(samples);
+  const double away = std::max({gains_.front().samples - x, x - gains_.back().samples, 0.0});
+  const double relative = gains_.back().relative;
+  return std::sqrt(relative * relative + exponent_variance_ * away * away);
 }
 
 double StatedHigh::of(double rmse, double samples) const {

@@ -42,13 +42,15 @@ struct ExponentPrior {
   double deviation = 0;  ///< 0: it is known
 };
 
-/// E(n) = model(n) * g * n^-d, d: what a sampler does better than independent samples. Fitted to
-/// the logarithms by weighted least squares with a prior of d, which is the posterior's mean for
-/// normal errors (Gelman et al., Bayesian Data Analysis, 3rd ed., section 14.8). A measurement
-/// counts for less the fewer samples it has: the law need not hold over many octaves.
+/// E(n) = model(n) * g(n). g is what a sampler does better than independent samples: between
+/// measurements interpolated, in logarithms, and beyond them in proportion to n^-d. The exponent d
+/// comes of weighted least squares with a prior, which is the posterior's mean for normal errors
+/// (Gelman et al., Bayesian Data Analysis, 3rd ed., section 14.8); a measurement counts for less
+/// the fewer samples it has, because the law need not hold over many octaves. Where d is known, g
+/// is the weighted mean of all measurements times n^-d.
 class ErrorLaw {
  public:
-  /// At least one measurement, of positive errors.
+  /// At least one measurement, of positive errors, by ascending samples.
   ErrorLaw(ModelError model, std::span<const MeasuredError> measured, ExponentPrior exponent);
 
   [[nodiscard]] double at(double samples) const;
@@ -60,11 +62,18 @@ class ErrorLaw {
   [[nodiscard]] const ModelError& model() const { return model_; }
 
  private:
+  struct Gain {
+    double samples = 0;  ///< logarithm
+    double gain = 0;     ///< logarithm
+    double relative = 0;
+    double weight = 0;
+  };
+  void fit_exponent(ExponentPrior prior);
+  void average_gains();
+
   ModelError model_;
-  double middle_ = 0;  ///< logarithm of samples, where gain_ and exponent_ are independent
-  double gain_ = 0;    ///< logarithm
+  std::vector<Gain> gains_;
   double exponent_ = 0;
-  double gain_variance_ = 0;
   double exponent_variance_ = 0;
 };
 

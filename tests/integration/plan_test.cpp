@@ -147,6 +147,13 @@ TEST_CASE("a time is used up by uniform samples, and left to the clock by adapti
   }
 }
 
+TEST_CASE("adaptive passes that would end too late are left out") {
+  const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0, 13}, {});
+  REQUIRE(all.size() == 1);
+  CHECK_FALSE(all.front().adaptive);
+  CHECK(all.front().samples_per_pixel == 10);
+}
+
 std::string refusal(PlanGoal goal) {
   try {
     choices(simple_probe({Sampler::sobol}), megapixel(), goal, {});

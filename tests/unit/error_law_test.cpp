@@ -79,18 +79,29 @@ TEST_CASE("measurements and prior are weighed by their variances") {
                                                {16, std::pow(16, -0.7), r}};
   const ErrorLaw law = law_of(1, measured, {0.1, s});
   CHECK(law.exponent() == Approx(0.15).epsilon(1e-4));
-  CHECK(law.relative_at(8) == Approx(r / std::sqrt(2.0)).epsilon(1e-4));
-  // Away from the middle the exponent's doubt comes in: s^2 / 2 is its variance.
-  const double away = std::log(1024.0 / 8);
-  CHECK(law.relative_at(1024) ==
-        Approx(std::sqrt(r * r / 2 + s * s / 2 * away * away)).epsilon(1e-4));
+  // At the last measurement its own doubt; beyond, the exponent's comes in: s^2 / 2 its variance.
+  CHECK(law.relative_at(16) == Approx(r));
+  const double away = std::log(1024.0 / 16);
+  CHECK(law.relative_at(1024) == Approx(std::sqrt(r * r + s * s / 2 * away * away)).epsilon(1e-4));
 }
 
-TEST_CASE("a measurement of more samples counts for more than an equal one of fewer") {
+TEST_CASE("between measurements the law goes through them, beyond them along its exponent") {
+  const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {64, 0.1, 0.001}}, {0.1, 0.001});
+  CHECK(law.at(4) == Approx(0.6));
+  CHECK(law.at(64) == Approx(0.1));
+  // Gains are 1.2 and 0.8; half way between, in logarithms, at 16.
+  CHECK(law.at(16) == Approx(std::sqrt(1.2 * 0.8) / 4));
+  CHECK(law.exponent() == Approx(0.1).epsilon(0.01));
+  CHECK(law.at(1024) == Approx(0.1 / 4 * std::pow(16, -law.exponent())));
+  CHECK(law.at(1) == Approx(0.6 * 2 * std::pow(4, law.exponent())));
+}
+
+TEST_CASE("where the exponent is known, a measurement of more samples counts for more") {
   const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {256, 0.06, 0.001}}, {0, 0});
   // Gains 1.2 at 4 samples, 0.96 at 256.
   CHECK(law.at(256) < 0.0615);
   CHECK(law.at(256) > 0.06);
+  CHECK(law.at(1024) == Approx(law.at(256) / 2));
 }
 
 TEST_CASE("adaptive passes leave pixels without noise out") {
