@@ -82,9 +82,10 @@ Means textbook_means(std::uint64_t seed, std::uint32_t points) {
   return means_of(points, [&](std::uint32_t i) {
     Numbers u{};
     for (std::size_t set = 0; set < spread_numbers / 2; ++set) {
-      const PointOrder& order = set == 0   ? SobolSets::film
-                                : set == 1 ? SobolSets::lens
-                                           : SobolSets::scatter(set - 2);
+      const PointOrder& order = set == 0 ? SobolSets::film
+                                : set == 1
+                                    ? SobolSets::lens
+                                    : SobolSets::scatter(static_cast<std::uint32_t>(set - 2));
       const std::uint32_t at = order.of(i);
       u[2 * set] = number_of(trees[2 * set].scrambled(at)) * 0x1p-24;
       u[2 * set + 1] = number_of(trees[2 * set + 1].scrambled(sobol_second(at))) * 0x1p-24;
