@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+
 #include "cli/client.h"
 
 namespace parray {
