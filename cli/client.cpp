@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
@@ -60,6 +61,8 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("width").get_to(job.width);
     map.at("height").get_to(job.height);
     map.at("samples_per_pixel").get_to(job.samples_per_pixel);
+    job.whole = map.value("whole", false);
+    map.at("sampler").get_to(job.sampler);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }
@@ -93,13 +96,27 @@ nlohmann::json Client::jobs() { return ask<msg::Jobs>(msg::ListJobs{}).jobs; }
 
 nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).workers; }
 
-Picture Client::fetch(JobId job) {
+static Picture picture_of(msg::ImageData answer) {
+  try {
+    PictureParts parts = picture_from_bytes(answer.width, answer.height, answer.pixels);
+    return {std::move(parts.image), std::move(parts.statistics), std::move(answer.report)};
+  } catch (const DecodeError& error) {
+    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
+  }
+}
+
+Image Client::fetch_partial(JobId job) {
   const JobStatus status = job_status(show(job));
-  auto answer =
-      ask<msg::ImageData>(msg::Fetch{0, job}, status.width * status.height * 3 * sizeof(float));
-  Picture picture{{answer.width, answer.height, {}}, std::move(answer.report)};
-  picture.image.rgb.resize(answer.pixels.size() / sizeof(float));
-  std::memcpy(picture.image.rgb.data(), answer.pixels.data(), answer.pixels.size());
+  return picture_of(ask<msg::ImageData>(msg::Fetch{0, job, true, false},
+                                        picture_size(status.width, status.height, false)))
+      .image;
+}
+
+Picture Client::fetch(JobId job, bool statistics) {
+  const JobStatus status = job_status(show(job));
+  Picture picture =
+      picture_of(ask<msg::ImageData>(msg::Fetch{0, job, false, statistics},
+                                     picture_size(status.width, status.height, statistics)));
   const auto stated = picture.report.find("image_sha256");
   if (stated == picture.report.end() || *stated != image_sha256(picture.image)) {
     throw RunError("the picture of job " + std::to_string(job) +

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/image/channels.h"
 #include "common/image/image.h"
+#include "common/image/picture_bytes.h"
 #include "coordinator/store.h"
 #include "proto/link.h"
 #include "proto/messages.h"
@@ -26,7 +28,9 @@ struct Submission {
 /// A finished picture and the coordinator's report of it.
 struct Picture {
   Image image;
+  PictureStatistics statistics;  ///< if they were asked for
   nlohmann::json report;
+  Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
 };
 
 /// The job map of PROTOCOL.md, read.
@@ -42,6 +46,8 @@ struct JobStatus {
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;
+  bool whole = false;  ///< every pixel has a sample
+  std::string sampler;
 
   /// Done, failed or cancelled: nothing more will happen.
   [[nodiscard]] bool ended() const;
@@ -81,7 +87,9 @@ class Client {
   nlohmann::json jobs();
   nlohmann::json workers();
   /// The picture of a job that is done; its SHA-256 is checked.
-  Picture fetch(JobId job);
+  Picture fetch(JobId job, bool statistics = false);
+  /// What there is of the picture of a job that may not be done.
+  Image fetch_partial(JobId job);
 
   /// Sleeps, with options.poll called.
   void rest(Time duration);

@@ -37,14 +37,6 @@ ImageMetadata metadata_of(const json& report) {
   return metadata;
 }
 
-/// The same file, whether it is there yet or not.
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code ignored;
-  return !a.empty() && !b.empty() &&
-         (fs::equivalent(a, b, ignored) ||
-          fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
-}
-
 void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
@@ -58,9 +50,20 @@ void say_what_was_written(const json& report, const OutputPaths& outputs, double
 
 }  // namespace
 
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return !a.empty() && !b.empty() &&
+         (fs::equivalent(a, b, ignored) ||
+          fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
+}
+
 void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (!outputs.image.empty()) check_image_path(outputs.image);
   if (!outputs.report.empty()) check_output_path(outputs.report);
+  if (!outputs.aovs.empty() && !can_hold_channels(outputs.image)) {
+    throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
+                     " has no room for extra channels: write an EXR file (.exr)");
+  }
   if (same_file(outputs.image, outputs.report)) {
     throw InputError(outputs.report.string() + ": picture and report need two files");
   }
@@ -76,7 +79,8 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> sta
   json& report = picture.report;
   const Time begin = clock.now();
   if (!outputs.image.empty()) {
-    write_image(outputs.image, picture.image, metadata_of(report), check_interrupted);
+    write_image(outputs.image, picture.image, metadata_of(report), picture.channels,
+                check_interrupted);
   }
   const Time end = clock.now();
   json& parts = report.at("seconds");

@@ -46,8 +46,10 @@ void install_signal_handlers() {
 DeferredInterrupts::DeferredInterrupts() { deferred = true; }
 DeferredInterrupts::~DeferredInterrupts() { deferred = false; }
 
+bool interrupt_noted() { return noted; }
+
 void check_interrupted() {
-  if (noted) throw Interrupted();
+  if (interrupt_noted()) throw Interrupted();
 }
 
 }  // namespace parray

@@ -32,6 +32,8 @@ class DeferredInterrupts {
   DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
 };
 
+/// A signal has come. Any thread.
+bool interrupt_noted();
 /// Throws Interrupted if a signal has come. Any thread.
 void check_interrupted();
 

@@ -98,6 +98,10 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
     fail_request(peer, m.request, 2, "no job " + std::to_string(m.job) + ": see parray jobs");
     return;
   }
+  if (m.partial && job->open()) {
+    send_partial(peer, m, *job);
+    return;
+  }
   if (job->record.state != JobState::done) {
     fail_request(peer, m.request, 2,
                  "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
@@ -111,8 +115,19 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
     return;
   }
   const RenderSettings& s = job->record.settings;
+  if (!m.statistics) {
+    picture->resize(std::min<std::size_t>(picture->size(), picture_size(s.width, s.height, false)));
+  }
   send(peer, msg::ImageData{m.request, json::parse(job->record.report), s.width, s.height,
-                            std::move(*picture)});
+                            m.statistics, std::move(*picture)});
+}
+
+/// What there is of a picture, for those who cannot wait.
+void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  const Image image = resolve_image(job.work->framebuffer, job.work->largest_radiance);
+  const json report = {{"partial", true}, {"samples", job.work->framebuffer.counts().samples}};
+  send(peer, msg::ImageData{m.request, report, image.width, image.height, false,
+                            picture_to_bytes(image, {})});
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {

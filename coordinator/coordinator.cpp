@@ -33,6 +33,7 @@ void Coordinator::receive(Time now, Delivery delivery) {
 }
 
 Time Coordinator::tick(Time now) {
+  finish_complete_jobs(now);
   std::vector<PeerId> lost;
   Time next = never;
   for (const auto& [peer, worker] : workers_) {
@@ -199,7 +200,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
 void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result) {
   const std::string bytes = row_block_to_bytes(result.block);
   JobWork& work = *job.work;
-  const bool fits = result.block.width == job.record.settings.width;
+  const auto leased = work.leases.leased_rect(result.epoch);
+  const bool fits =
+      result.block.width == job.record.settings.width &&
+      (!leased || work.framebuffer.sample_count(*leased) == result.block.counts.samples);
   const auto completion =
       fits ? work.leases.complete(worker.id, result.epoch, result.block.rect, digest_of(bytes))
            : LeaseTable::Completion{};
@@ -250,7 +254,11 @@ void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Re
     }
   }
   if (work.leases.done()) {
-    finish_job(now, job);
+    if (job.next_pass(now)) {
+      store_.put_job(job.record);
+    } else {
+      finish_job(now, job);
+    }
   }
 }
 
@@ -313,14 +321,14 @@ Asker Coordinator::asker_for(const WorkerRecord& worker, const Job& job,
   asker.workers = static_cast<std::uint32_t>(workers_.size());
   const double speed = worker.samples_per_second;
   asker.share = (speed > 0 ? speed : farm.per_thread * worker.hello.threads) / farm.all;
-  const double width = job.record.settings.width;
+  const double unit_samples = job.record.settings.width * job.work->leases.density();
   // A first lease only measures: about 50 ms on a core of 2 M samples/s.
   constexpr double first_lease_samples = 1e5;
   const double most = speed > 0 ? speed * to_seconds(options_.longest_lease)
                                 : first_lease_samples * worker.hello.threads;
   const double least = speed * to_seconds(options_.shortest_lease);
-  asker.most_units = static_cast<std::uint64_t>(std::max(most / width, 1.0));
-  asker.least_units = static_cast<std::uint64_t>(std::max(least / width, 1.0));
+  asker.most_units = static_cast<std::uint64_t>(std::max(most / unit_samples, 1.0));
+  asker.least_units = static_cast<std::uint64_t>(std::max(least / unit_samples, 1.0));
   return asker;
 }
 
@@ -369,14 +377,15 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const Far
   if (job.record.state == JobState::queued) {
     job.record.state = JobState::running;
     job.work->started = now;
+    job.work->pass_began = now;
   }
   ++tally_.granted;
   log_->debug("job {} lease {} to worker {} '{}': rows [{}, {}) samples [{}, {}){}", job.record.id,
               lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
               lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
               lease->copy ? ", a copy" : "");
-  send(worker.peer,
-       msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene, job.record.settings});
+  send(worker.peer, msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene,
+                               job.record.settings, job.work->framebuffer.samples_of(lease->rect)});
   return true;
 }
 

@@ -98,6 +98,7 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
   void send(const PeerId& peer, const Message& message);
+  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                     const std::string& message);
 
@@ -119,6 +120,7 @@ class Coordinator final : public Actor {
   Job* job_of(JobId id);
   void restore_jobs();
   void finish_job(Time now, Job& job);
+  void finish_complete_jobs(Time now);
   void close_job(Job& job, JobState state, const std::string& reason);
   void make_room_for_job();
   void sort_open_jobs();

@@ -48,12 +48,21 @@ void Coordinator::restore_jobs() {
   store_.commit();
 }
 
+/// Jobs of which an earlier life has kept everything but the picture.
+void Coordinator::finish_complete_jobs(Time now) {
+  const std::vector<Job*> open = open_jobs_;
+  for (Job* job : open) {
+    if (job->work->leases.done()) {
+      job->work->started = now;
+      finish_job(now, *job);
+    }
+  }
+}
+
 void Coordinator::finish_job(Time now, Job& job) {
-  const Image image = resolve_image(job.work->framebuffer, job.work->largest_radiance);
-  job.record.report = make_report(job, image_sha256(image), now).dump();
-  const auto pixels = std::as_bytes(std::span(image.rgb));
-  store_.put_picture(job.record.id,
-                     std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  const FinishedPicture picture = finish_picture(job, now);
+  job.record.report = picture.report.dump();
+  store_.put_picture(job.record.id, picture_to_bytes(picture.image, picture.statistics));
   close_job(job, JobState::done, "");
 }
 

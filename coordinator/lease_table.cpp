@@ -34,12 +34,55 @@ std::vector<WorkRect> subtract(const WorkRect& from, const WorkRect& hole) {
 
 LeaseTable::LeaseTable(const RenderSettings& settings, Epoch first_epoch)
     : policy_(settings.schedule),
-      row_units_(settings.samples_per_pixel),
+      progressive_(settings.progressive),
       most_rows_(std::max(most_block_pixels / settings.width, 1U)),
-      total_units_(std::uint64_t{settings.height} * settings.samples_per_pixel),
-      pending_units_(total_units_),
-      next_epoch_(first_epoch),
-      pending_{{0, settings.height, 0, settings.samples_per_pixel}} {}
+      next_epoch_(first_epoch) {
+  if (!settings.in_passes()) {
+    add({0, settings.height, 0, settings.samples_per_pixel});
+  }
+}
+
+void LeaseTable::add(const WorkRect& rect, double density) {
+  WorkRect rest = rect;
+  // Sums travel once for every part, so there are few.
+  for (const std::uint32_t rung : {1U, 16U}) {
+    if (progressive_ && rest.sample_begin < rung && rung < rest.sample_end) {
+      add_later({rest.row_begin, rest.row_end, rest.sample_begin, rung}, density);
+      rest.sample_begin = rung;
+    }
+  }
+  add_later(rest, density);
+}
+
+void LeaseTable::add_later(const WorkRect& rect, double density) {
+  total_units_ += rect.units();
+  later_units_ += rect.units();
+  later_.push_back({rect, density});
+  if (pending_.empty()) {
+    open_next();
+  }
+}
+
+/// What waits first becomes pending.
+void LeaseTable::open_next() {
+  const Later next = later_.front();
+  later_.pop_front();
+  later_units_ -= next.rect.units();
+  pending_ = {next.rect};
+  pending_units_ = next.rect.units();
+  opened_units_ = pending_units_;
+  row_units_ = next.rect.samples();
+  density_ = next.density;
+  step_ = 0;
+}
+
+std::vector<WorkRect> LeaseTable::pending() const {
+  std::vector<WorkRect> all(pending_.begin(), pending_.end());
+  for (const Later& later : later_) {
+    all.push_back(later.rect);
+  }
+  return all;
+}
 
 void LeaseTable::restore(const WorkRect& done) {
   std::deque<WorkRect> left;
@@ -50,19 +93,32 @@ void LeaseTable::restore(const WorkRect& done) {
       left_units += part.units();
     }
   }
-  if (pending_units_ - left_units != done.units()) {
+  std::deque<Later> later;
+  std::uint64_t later_units = 0;
+  for (const Later& work : later_) {
+    for (const WorkRect& part : subtract(work.rect, done)) {
+      later.push_back({part, work.density});
+      later_units += part.units();
+    }
+  }
+  if (left_units + later_units + done.units() != pending_units()) {
     throw std::logic_error("restoring samples that are done already");
   }
   pending_ = std::move(left);
   pending_units_ = left_units;
+  later_ = std::move(later);
+  later_units_ = later_units;
   done_units_ += done.units();
 }
 
 std::optional<Lease> LeaseTable::grant(Time deadline, const Asker& asker, bool may_copy) {
+  if (pending_.empty() && !later_.empty()) {
+    open_next();
+  }
   if (pending_.empty()) {
     return may_copy ? grant_copy(deadline, asker.worker) : std::nullopt;
   }
-  const ChunkRequest request{.total = total_units_,
+  const ChunkRequest request{.total = std::max(opened_units_, pending_units_),
                              .remaining = pending_units_,
                              .step = step_++,
                              .row_units = row_units_,
@@ -135,6 +191,11 @@ LeaseTable::Completion LeaseTable::complete(WorkerId worker, Epoch epoch, const 
   done_.emplace(epoch, std::pair(rect, digest));
   leased_.erase(lease);
   return completion;
+}
+
+std::optional<WorkRect> LeaseTable::leased_rect(Epoch epoch) const {
+  const auto lease = leased_.find(epoch);
+  return lease == leased_.end() ? std::nullopt : std::optional(lease->second.rect);
 }
 
 bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {

@@ -35,6 +35,7 @@ json record_to_json(const JobRecord& job) {
           {"load_seconds", job.load_seconds},
           {"scene", job.scene},
           {"life", job.life},
+          {"passes", job.passes},
           {"state", static_cast<int>(job.state)},
           {"reason", job.reason},
           {"report", job.report}};
@@ -54,6 +55,7 @@ JobRecord record_from_json(JobId id, const std::string& text) {
     job.load_seconds = map.at("load_seconds");
     job.scene = map.at("scene");
     job.life = map.at("life");
+    job.passes = map.value("passes", std::vector<std::uint64_t>());
     job.state = static_cast<JobState>(map.at("state").get<int>());
     job.reason = map.at("reason");
     job.report = map.at("report");

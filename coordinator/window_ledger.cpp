@@ -38,6 +38,17 @@ WindowLedger::WindowLedger(const WorkPlan& plan, const WindowLayout& layout, Win
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {}
 
+void WindowLedger::go_on_from(const WindowLedger& before) {
+  tally_.entries += before.tally_.entries;
+  tally_.duplicates += before.tally_.duplicates;
+  tally_.mismatches += before.tally_.mismatches;
+  tally_.corrupt += before.tally_.corrupt;
+  tally_.copies += before.tally_.copies;
+  for (std::size_t row = 0; row < row_nanoseconds_.size(); ++row) {
+    row_nanoseconds_[row] += before.row_nanoseconds_[row];
+  }
+}
+
 bool WindowLedger::collect(Time now, std::uint64_t most_cells) {
   const std::uint64_t claimed = std::min(view_.load(Word::log_head), layout_.most_log_entries());
   for (; next_entry_ < claimed; ++next_entry_) {
@@ -120,7 +131,6 @@ WindowLedger::Row WindowLedger::row_of(std::uint64_t pass) const {
   Row row{{plan_.pass_rect(pass), framebuffer_.width(), {}, {}}, 0, {}};
   RowBlock& block = row.block;
   block.pixels.resize(block.width);
-  block.counts.samples = std::uint64_t{block.width} * block.rect.samples();
   std::vector<std::byte> record(layout_.record_bytes());
   for (std::uint64_t i = 0; i < plan_.cells_per_row(); ++i) {
     const std::uint64_t index = cells.first + i * cells.step;
@@ -132,8 +142,10 @@ WindowLedger::Row WindowLedger::row_of(std::uint64_t pass) const {
     const Cell cell = plan_.cell(index);
     CellHeader header;
     std::memcpy(&header, record.data(), sizeof header);
+    block.counts.samples += cell.samples();
     block.counts.rays += header.rays;
     block.counts.nonfinite += header.nonfinite;
+    block.counts.lost += header.lost;
     if (header.nonfinite > 0) {
       const auto found = locate_(cell);
       block.excluded.insert(block.excluded.end(), found.begin(), found.end());
@@ -160,6 +172,7 @@ std::optional<RowBlock> WindowLedger::take_finished_rows() {
     fresh_passes_.erase(pass);
     Row row = row_of(pass);
     if (!row.spoilt.empty()) {
+      ++rows_left_out_;
       continue;  // it is in the picture; only a later life would have to trace it again
     }
     if (!block) {

@@ -40,6 +40,9 @@ class WindowLedger {
   /// cells starts at least twice the time later that the one before took: a copy costs, too.
   void issue_copies(Time now);
 
+  /// Counts on from the ledger of the pass before.
+  void go_on_from(const WindowLedger& before);
+
   /// Tells all ranks to stop.
   void finish() { window_.store(WindowLayout::finished, 1); }
 
@@ -54,6 +57,8 @@ class WindowLedger {
   /// neighbours of at most 32 MiB; none when all are taken. A row that a late result has spoilt
   /// since is left out.
   std::optional<RowBlock> take_finished_rows();
+  /// Rows that were left out.
+  [[nodiscard]] std::uint64_t rows_left_out() const { return rows_left_out_; }
 
   /// Ranks at work that have not traced anything for `patience`.
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
@@ -111,6 +116,7 @@ class WindowLedger {
   std::vector<std::uint64_t> row_nanoseconds_;  ///< by position
   std::uint64_t done_cells_ = 0;
   std::uint64_t merged_passes_ = 0;
+  std::uint64_t rows_left_out_ = 0;
   bool behind_ = false;  ///< collect() has left results for the next time
   std::uint64_t copies_issued_ = 0;
   std::uint64_t copy_cursor_ = 0;

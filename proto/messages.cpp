@@ -4,13 +4,14 @@
 #include <cstring>
 
 #include "common/base/bytes.h"
+#include "common/image/picture_bytes.h"
 #include "common/scene/limits.h"
 #include "proto/control_frame.h"
 
 namespace parray {
 namespace {
 
-constexpr std::size_t pixel_bytes = 6 * sizeof(std::uint64_t);
+constexpr std::size_t pixel_bytes = 9 * sizeof(std::uint64_t);
 static_assert(sizeof(PixelSums) == pixel_bytes, "sums are copied to the wire as they lie");
 
 // One description of each message's fields, for both directions: `f` is a ControlWriter or a
@@ -129,6 +130,8 @@ template <typename F>
 void fields(F& f, msg::Fetch& m) {
   f.number("request", m.request);
   f.number("job", m.job);
+  f.flag("partial", m.partial);
+  f.flag("statistics", m.statistics);
 }
 template <typename F>
 void fields(F& f, msg::ImageData& m) {
@@ -136,6 +139,7 @@ void fields(F& f, msg::ImageData& m) {
   f.object("report", m.report);
   f.number("width", m.width, 1U, limits::max_image_side);
   f.number("height", m.height, 1U, limits::max_image_side);
+  f.flag("statistics", m.statistics);
 }
 template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
@@ -163,14 +167,36 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
 // The bulk frame of the messages that have one.
 
 template <typename M>
-constexpr bool has_bulk = std::is_same_v<M, msg::SceneData> || std::is_same_v<M, msg::Result> ||
-                          std::is_same_v<M, msg::Submit> || std::is_same_v<M, msg::ImageData>;
+constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::SceneData> ||
+                          std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
+                          std::is_same_v<M, msg::ImageData>;
 
+std::string bulk_of(const msg::Grant& m) {
+  return seal_bulk(
+      {reinterpret_cast<const char*>(m.samples.data()), m.samples.size() * sizeof(SampleRange)});
+}
 std::string bulk_of(const msg::SceneData& m) { return seal_bulk(m.bytes); }
 std::string bulk_of(const msg::Result& m) { return seal_bulk(row_block_to_bytes(m.block)); }
 std::string bulk_of(const msg::Submit& m) { return seal_bulk(m.scene_bytes); }
 std::string bulk_of(const msg::ImageData& m) { return seal_bulk(m.pixels); }
 
+void set_bulk(msg::Grant& m, std::string_view data) {
+  if (data.empty()) {
+    return;
+  }
+  static_assert(sizeof(SampleRange) == 8, "ranges are copied from the wire as they lie");
+  if (data.size() != std::uint64_t{m.rect.rows()} * m.settings.width * sizeof(SampleRange)) {
+    throw ProtocolError("sample ranges do not fit the rectangle");
+  }
+  m.samples.resize(data.size() / sizeof(SampleRange));
+  std::memcpy(m.samples.data(), data.data(), data.size());
+  for (const SampleRange& range : m.samples) {
+    if (range.begin > range.end || (range.count() > 0 && (range.begin < m.rect.sample_begin ||
+                                                          range.end > m.rect.sample_end))) {
+      throw ProtocolError("sample range reaches beyond the rectangle");
+    }
+  }
+}
 void set_bulk(msg::SceneData& m, std::string_view data) { m.bytes = data; }
 void set_bulk(msg::Result& m, std::string_view data) {
   try {
@@ -181,7 +207,7 @@ void set_bulk(msg::Result& m, std::string_view data) {
 }
 void set_bulk(msg::Submit& m, std::string_view data) { m.scene_bytes = data; }
 void set_bulk(msg::ImageData& m, std::string_view data) {
-  if (data.size() != std::uint64_t{m.width} * m.height * 3 * sizeof(float)) {
+  if (data.size() != picture_size(m.width, m.height, m.statistics)) {
     throw ProtocolError("image data do not fit the image");
   }
   m.pixels = data;
@@ -191,7 +217,10 @@ void set_bulk(msg::ImageData& m, std::string_view data) {
 template <typename M>
 void check(const M& /*m*/) {}
 void check(const msg::Grant& m) {
-  if (m.rect.row_end > m.settings.height || m.rect.sample_end > m.settings.samples_per_pixel) {
+  // In passes, samples_per_pixel bounds the mean alone.
+  const std::uint32_t most =
+      m.settings.in_passes() ? limits::max_samples_per_pixel : m.settings.samples_per_pixel;
+  if (m.rect.row_end > m.settings.height || m.rect.sample_end > most) {
     throw ProtocolError("'rect' reaches beyond the picture");
   }
 }
@@ -263,7 +292,7 @@ Message decode(const Frames& frames) {
 
 std::string row_block_to_bytes(const RowBlock& block) {
   ByteWriter out;
-  out.reserve(44 + block.pixels.size() * pixel_bytes);
+  out.reserve(52 + block.pixels.size() * pixel_bytes);
   out.put(block.rect.row_begin);
   out.put(block.rect.row_end);
   out.put(block.rect.sample_begin);
@@ -272,6 +301,7 @@ std::string row_block_to_bytes(const RowBlock& block) {
   out.put(block.counts.samples);
   out.put(block.counts.rays);
   out.put(block.counts.nonfinite);
+  out.put(block.counts.lost);
   out.put_bytes(
       {reinterpret_cast<const char*>(block.pixels.data()), block.pixels.size() * pixel_bytes});
   for (const ExcludedSamples& some : block.excluded) {
@@ -323,6 +353,7 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
   block.counts.samples = in.get<std::uint64_t>();
   block.counts.rays = in.get<std::uint64_t>();
   block.counts.nonfinite = in.get<std::uint64_t>();
+  block.counts.lost = in.get<std::uint64_t>();
   if (block.rect.row_begin > block.rect.row_end ||
       block.rect.sample_begin > block.rect.sample_end) {
     throw DecodeError("row block has a negative size");
@@ -331,7 +362,7 @@ RowBlock row_block_from_bytes(std::string_view bytes) {
   if (pixels > in.left() / pixel_bytes) {
     throw DecodeError("row block does not hold its pixels");
   }
-  if (block.counts.samples != pixels * block.rect.samples() ||
+  if (block.counts.samples > pixels * block.rect.samples() ||
       block.counts.nonfinite > block.counts.samples) {
     throw DecodeError("row block has false counts");
   }

@@ -19,7 +19,7 @@ namespace parray {
 inline constexpr std::uint32_t protocol_version = 1;
 
 /// Raised with every change to the bits of a sample.
-inline constexpr std::uint32_t trace_version = 2;
+inline constexpr std::uint32_t trace_version = 3;
 
 namespace msg {
 
@@ -52,6 +52,8 @@ struct Grant {
   WorkRect rect;
   std::string scene;
   RenderSettings settings;
+  /// Which of the rectangle's samples each of its pixels has, position order; empty: all.
+  std::vector<SampleRange> samples{};
 };
 struct NeedScene {
   std::string scene;
@@ -120,13 +122,16 @@ struct Cancel {
 struct Fetch {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
+  bool partial = false;     ///< what there is of a job that is not done, too
+  bool statistics = false;  ///< sample counts and half-widths, too
 };
 struct ImageData {
   std::uint64_t request = 0;
   nlohmann::json report;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::string pixels;  ///< float32 RGB, top row first
+  bool statistics = false;
+  std::string pixels;  ///< see common/image/picture_bytes.h
 };
 struct ListWorkers {
   std::uint64_t request = 0;

@@ -43,6 +43,11 @@ MpiWindow::MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed) : com
   check_mpi(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "opening an MPI window");
 }
 
+void MpiWindow::clear(std::size_t zeroed) {
+  std::fill_n(memory_.begin(), std::min(memory_.size(), zeroed), std::byte{0});
+  MPI_Win_sync(window_);
+}
+
 MpiWindow::~MpiWindow() {
   MPI_Win_unlock_all(window_);
   MPI_Win_free(&window_);

@@ -34,6 +34,9 @@ class MpiWindow final : public Window {
   /// has come in visible in memory().
   void progress();
 
+  /// Rank 0, while nobody uses the window: its first `zeroed` bytes are 0 again.
+  void clear(std::size_t zeroed);
+
   /// Collective. True if every operation, tried by every rank on words [0, ranks], gives what it
   /// should; the words are 0 again afterwards.
   bool works();

@@ -34,16 +34,28 @@ std::string word(const json& map, const char* key) {
 }  // namespace
 
 json settings_to_json(const RenderSettings& s) {
-  return {{"width", s.width},
-          {"height", s.height},
-          {"samples_per_pixel", s.samples_per_pixel},
-          {"max_depth", s.max_depth},
-          {"seed", s.seed},
-          {"precision", name_of(s.precision)},
-          {"accelerator", name_of(s.accelerator)},
-          {"isa", name_of(s.isa)},
-          {"schedule", name_of(s.schedule)},
-          {"row_order", name_of(s.row_order)}};
+  json map = {{"width", s.width},
+              {"height", s.height},
+              {"samples_per_pixel", s.samples_per_pixel},
+              {"max_depth", s.max_depth},
+              {"seed", s.seed},
+              {"sampler", name_of(s.sampler)},
+              {"precision", name_of(s.precision)},
+              {"accelerator", name_of(s.accelerator)},
+              {"isa", name_of(s.isa)},
+              {"schedule", name_of(s.schedule)},
+              {"row_order", name_of(s.row_order)}};
+  if (s.in_passes()) {
+    map["adaptive"] = s.adaptive;
+    map["target_error"] = s.target_error;
+    map["target_half_width"] = s.target_half_width;
+    map["time_limit"] = s.time_limit;
+    map["passes"] = s.passes;
+  }
+  if (s.progressive) {
+    map["progressive"] = true;
+  }
+  return map;
 }
 
 RenderSettings settings_from_json(const json& map) {
@@ -57,6 +69,18 @@ RenderSettings settings_from_json(const json& map) {
   value.max_depth = number<std::uint32_t>(map, "max_depth");
   value.seed = number<std::uint64_t>(map, "seed");
   try {
+    value.adaptive = map.value("adaptive", false);
+    value.target_error = map.value("target_error", 0.0);
+    value.target_half_width = map.value("target_half_width", 0.0);
+    value.time_limit = map.value("time_limit", 0.0);
+    value.passes = map.value("passes", std::vector<std::uint64_t>());
+    value.progressive = map.value("progressive", false);
+  } catch (const json::exception&) {
+    throw ProtocolError("settings: a limit is of the wrong type");
+  }
+  try {
+    value.sampler =
+        map.contains("sampler") ? sampler_from(word(map, "sampler")) : Sampler::independent;
     value.precision = precision_from(word(map, "precision"));
     value.accelerator = accelerator_from(word(map, "accelerator"));
     value.isa = map.contains("isa") ? isa_from(word(map, "isa")) : Isa::automatic;

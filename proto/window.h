@@ -46,6 +46,7 @@ class LocalWindow final : public Window {
 struct CellHeader {
   std::uint64_t rays = 0;
   std::uint64_t nonfinite = 0;
+  std::uint64_t lost = 0;
   std::uint64_t nanoseconds = 0;  ///< spent tracing: the one thing that differs between copies
 };
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/scene/scene.h"
@@ -43,13 +44,16 @@ class CellTeam {
 };
 
 /// The real one: a thread of its own leads OpenMP threads, which take plan.piece_cells() cells at a
-/// time. The accelerator is built before the first range.
+/// time. The accelerator is built before the first range, and serves all plans.
 class ThreadCellTeam final : public CellTeam {
  public:
-  /// `plan` outlives the team.
-  ThreadCellTeam(Scene scene, const RenderSettings& settings, const WorkPlan& plan, int threads);
+  using Plan = std::shared_ptr<const WorkPlan>;
+  ThreadCellTeam(Scene scene, const RenderSettings& settings, Plan plan, int threads);
 
-  void start(const CellRange& range) override { thread_.start(range); }
+  /// From now on ranges are of `plan`: the next pass of the same job.
+  void change_plan(Plan plan) { plan_ = std::move(plan); }
+
+  void start(const CellRange& range) override { thread_.start({plan_, range}); }
   [[nodiscard]] bool busy() const override { return !thread_.idle(); }
   std::optional<TracedCells> take() override { return thread_.take(); }
   void abandon() override { thread_.abandon(); }
@@ -68,22 +72,25 @@ class ThreadCellTeam final : public CellTeam {
   [[nodiscard]] Built built() const;
 
  private:
-  TracedCells trace(const CellRange& range, const std::atomic<bool>& stop);
+  struct Task {
+    Plan plan;
+    CellRange range;
+  };
+  TracedCells trace(const Task& task, const std::atomic<bool>& stop);
   void build();
-  TracedCells trace_cells(const CellRange& range, const std::atomic<bool>& stop);
+  TracedCells trace_cells(const Task& task, const std::atomic<bool>& stop);
 
   std::unique_ptr<const Scene> scene_;  ///< until the accelerator is built
   const RenderSettings settings_;
-  const WorkPlan& plan_;
+  Plan plan_;
   const int threads_;
-  const int piece_;  ///< cells that a thread takes at a time
   std::vector<std::uint32_t> row_at_;
   std::atomic<std::uint64_t> traced_ = 0;
   std::atomic<bool> building_ = false;
   std::unique_ptr<Kernel> kernel_;
   mutable std::mutex mutex_;  // guards built_
   Built built_;
-  TaskThread<CellRange, TracedCells> thread_;
+  TaskThread<Task, TracedCells> thread_;
 };
 
 }  // namespace parray

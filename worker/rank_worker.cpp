@@ -19,8 +19,12 @@ constexpr Time longest_wait = milliseconds(5);
 }  // namespace
 
 RankWorker::RankWorker(const WorkPlan& plan, LeaseSource& leases, CellTeam& team,
-                       const Clock& clock)
-    : plan_(plan), leases_(leases), team_(team), clock_(clock) {}
+                       const Clock& clock, const RankTally& before)
+    : plan_(plan), leases_(leases), team_(team), clock_(clock), tally_(before) {
+  if (before.samples > 0 && before.busy > 0) {
+    samples_per_second_ = static_cast<double>(before.samples) / before.busy;
+  }
+}
 
 Time RankWorker::tick(Time now) {
   hand_in();
@@ -43,7 +47,7 @@ void RankWorker::hand_in() {
     return;
   }
   tracing_ = false;
-  if (traced->seconds > 0) {
+  if (traced->seconds > 0 && traced->samples > 0) {
     const double speed = static_cast<double>(traced->samples) / traced->seconds;
     samples_per_second_ = samples_per_second_ > 0 ? (samples_per_second_ + speed) / 2 : speed;
   }

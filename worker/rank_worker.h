@@ -10,6 +10,15 @@
 
 namespace parray {
 
+/// What a rank has done.
+struct RankTally {
+  std::uint64_t samples = 0;
+  std::uint64_t takes = 0;
+  Time taking{};    ///< spent in LeaseSource::take(), where it gave a lease
+  Time putting{};   ///< spent in LeaseSource::complete()
+  double busy = 0;  ///< seconds of tracing
+};
+
 /// A rank's part in a job over a window: keeps its team at work and hands in what is traced.
 ///
 /// Plain state: `now` is an argument. A lease is traced in slices, so that results come in steadily
@@ -17,8 +26,9 @@ namespace parray {
 /// rank never holds much more than it is working on.
 class RankWorker {
  public:
-  /// References outlive the worker.
-  RankWorker(const WorkPlan& plan, LeaseSource& leases, CellTeam& team, const Clock& clock);
+  /// References outlive the worker. `before`: what the rank has done in earlier passes of the job.
+  RankWorker(const WorkPlan& plan, LeaseSource& leases, CellTeam& team, const Clock& clock,
+             const RankTally& before = {});
 
   /// Does what is due. Returns when it wants to be called again, at the latest; sooner when the
   /// team is done.
@@ -31,13 +41,7 @@ class RankWorker {
   /// Says how much it has done.
   void report();
 
-  struct Tally {
-    std::uint64_t samples = 0;
-    std::uint64_t takes = 0;
-    Time taking{};    ///< spent in LeaseSource::take(), where it gave a lease
-    Time putting{};   ///< spent in LeaseSource::complete()
-    double busy = 0;  ///< seconds of tracing
-  };
+  using Tally = RankTally;
   [[nodiscard]] const Tally& tally() const { return tally_; }
 
  private:
@@ -59,7 +63,7 @@ class RankWorker {
   Time take_at_{};  ///< when the next lease is due
   Time wait_{};     ///< how long to wait after being told to
   Time next_beat_{};
-  Tally tally_;
+  RankTally tally_;
 };
 
 }  // namespace parray

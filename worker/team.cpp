@@ -38,8 +38,8 @@ struct Pieces {
 }  // namespace
 
 RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const WorkRect& rect,
-                    int threads, std::atomic<std::uint64_t>& traced,
-                    const std::atomic<bool>& stop) {
+                    int threads, std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
+                    std::span<const SampleRange> samples) {
   const std::vector<std::uint32_t> row_at = make_row_order(settings.row_order, settings.height);
   const std::uint32_t width = settings.width;
   RowBlock block{rect, width, {}, std::vector<PixelSums>(std::size_t{rect.rows()} * width)};
@@ -52,6 +52,7 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
     const FloatMode ieee;
     TraceCounts counts;
     std::vector<PixelSums> sums;
+    std::vector<SampleRange> ranges;
 #pragma omp for schedule(dynamic) nowait
     for (std::int64_t i = 0; i < count; ++i) {
       if (stop.load(std::memory_order_relaxed)) {
@@ -66,27 +67,32 @@ RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const 
       const PixelRun run{row_at[rect.row_begin + row], begin,
                          std::min(begin + pieces.pixels_each, width)};
       const std::uint32_t first = rect.sample_begin + part * pieces.samples_each;
-      const SampleRange samples{first, std::min(first + pieces.samples_each, rect.sample_end)};
+      const SampleRange part_samples{first, std::min(first + pieces.samples_each, rect.sample_end)};
+      const std::size_t pixel = std::size_t{row} * width + begin;
+      ranges.assign(run.x_end - begin, part_samples);
+      for (std::size_t x = 0; !samples.empty() && x < ranges.size(); ++x) {
+        ranges[x] = common_of(samples[pixel + x], part_samples);
+      }
       const std::uint64_t nonfinite_before = counts.nonfinite;
-      const std::span<PixelSums> target(block.pixels.data() + std::size_t{row} * width + begin,
-                                        run.x_end - begin);
+      const std::span<PixelSums> target(block.pixels.data() + pixel, run.x_end - begin);
+      const std::uint64_t samples_before = counts.samples;
       if (pieces.sample_parts == 1) {
-        kernel.trace(run, samples, target, counts);  // the pixels are this piece's alone
+        kernel.trace_run(run, RunSamples(ranges), target,
+                         counts);  // the pixels are this piece's alone
       } else {
         sums.assign(target.size(), {});
-        kernel.trace(run, samples, sums, counts);
+        kernel.trace_run(run, RunSamples(ranges), sums, counts);
         const std::scoped_lock lock(merging);
         for (std::size_t x = 0; x < sums.size(); ++x) {
           target[x] += sums[x];
         }
       }
       if (counts.nonfinite != nonfinite_before) {
-        const auto found = locate_nonfinite(kernel, run, samples, rect.row_begin + row);
+        const auto found = locate_nonfinite(kernel, run, ranges, rect.row_begin + row);
         const std::scoped_lock lock(merging);
         block.excluded.insert(block.excluded.end(), found.begin(), found.end());
       }
-      traced.fetch_add(std::uint64_t{samples.count()} * (run.x_end - begin),
-                       std::memory_order_relaxed);
+      traced.fetch_add(counts.samples - samples_before, std::memory_order_relaxed);
     }
     const std::scoped_lock lock(merging);
     block.counts += counts;
@@ -121,8 +127,8 @@ Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>
   Finished finished;
   finished.job = assignment.job;
   finished.epoch = assignment.epoch;
-  finished.block =
-      trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_, stop);
+  finished.block = trace_rect(*kernel_, assignment.settings, assignment.rect, threads_, traced_,
+                              stop, assignment.samples);
   finished.seconds = to_seconds(clock.now() - begin);
   finished.build_seconds = build_seconds_;
   finished.accelerator_bytes = kernel_->accelerator_bytes();

@@ -5,8 +5,10 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/image/row_block.h"
 #include "common/scene/scene.h"
@@ -22,6 +24,7 @@ struct Assignment {
   std::uint64_t epoch = 0;
   WorkRect rect;
   RenderSettings settings;
+  std::vector<SampleRange> samples;  ///< of each pixel of `rect`, position order; empty: all
   std::string scene_id;
   std::shared_ptr<const Scene> scene;
 };
@@ -56,10 +59,12 @@ class Team {
 
 /// Traces the samples of a rectangle with `threads` OpenMP threads. Work is dealt out in pieces of
 /// about a millisecond, parts of a row and of a pixel's samples included, so that a single row, or
-/// a single pixel, keeps all threads busy. `traced` grows as pieces are done; `stop` ends the work
-/// early, and the block is then incomplete.
+/// a single pixel, keeps all threads busy. `samples`: which of the rectangle's each pixel has, in
+/// position order; empty: all. `traced` grows as pieces are done; `stop` ends the work early, and
+/// the block is then incomplete.
 RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const WorkRect& rect,
-                    int threads, std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop);
+                    int threads, std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
+                    std::span<const SampleRange> samples = {});
 
 /// The real team: a thread of its own that leads an OpenMP team. It touches no sockets;
 /// `on_finished` is called from its thread when a result is ready (to wake the thread that owns the

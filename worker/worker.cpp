@@ -176,12 +176,13 @@ void Worker::start_next(Time now) {
     ask_for_scene(now);
     return;
   }
-  const msg::Grant grant = std::move(waiting_.front());
+  msg::Grant grant = std::move(waiting_.front());
   waiting_.pop_front();
   std::erase(scene_age_, grant.scene);
   scene_age_.push_back(grant.scene);
   tracing_ = LeaseKey{grant.job, grant.epoch};
-  team_.start({grant.job, grant.epoch, grant.rect, grant.settings, grant.scene, scene->second});
+  team_.start({grant.job, grant.epoch, grant.rect, grant.settings, std::move(grant.samples),
+               grant.scene, scene->second});
 }
 
 void Worker::ask_for_scene(Time now) {

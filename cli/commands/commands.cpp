@@ -13,6 +13,9 @@ void add_commands(CLI::App& app, Action& chosen) {
   add_workers(app, chosen);
   add_validate(app, chosen);
   add_convert(app, chosen);
+  add_compare(app, chosen);
+  add_plan(app, chosen);
+  add_tradeoff(app, chosen);
   add_doctor(app, chosen);
 }
 

@@ -20,6 +20,9 @@ void add_fetch(CLI::App& app, Action& chosen);
 void add_workers(CLI::App& app, Action& chosen);
 void add_validate(CLI::App& app, Action& chosen);
 void add_convert(CLI::App& app, Action& chosen);
+void add_compare(CLI::App& app, Action& chosen);
+void add_plan(CLI::App& app, Action& chosen);
+void add_tradeoff(CLI::App& app, Action& chosen);
 void add_doctor(CLI::App& app, Action& chosen);
 
 /// All of them, in the order of the help.

@@ -1,5 +1,6 @@
 #include "cli/commands/options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <string_view>
@@ -8,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
+#include "common/scene/scene_ranges.h"
 
 namespace parray {
 namespace {
@@ -24,7 +26,20 @@ std::uint64_t whole_number(const std::string& option, const std::string& text, s
   return value;
 }
 
-constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
+/// Numbers with commas between them.
+std::vector<std::uint64_t> whole_numbers(const std::string& option, const std::string& text) {
+  std::vector<std::uint64_t> numbers;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    numbers.push_back(whole_number(option, text.substr(begin, end - begin), 1,
+                                   std::numeric_limits<std::int64_t>::max()));
+    begin = end + 1;
+  }
+  return numbers;
+}
+
+constexpr const char* limits_group = "When it is good enough (whichever comes first)";
 
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
@@ -47,14 +62,13 @@ void add_choice(CLI::App& command, const std::string& name, const std::string& w
       ->group(group);
 }
 
-/// An empty value would read as "not given".
+}  // namespace
+
 void forbid_empty(CLI::Option& option) {
   option.check([name = option.get_name()](const std::string& text) {
     return text.empty() ? std::string("the name is empty") : std::string();
   });
 }
-
-}  // namespace
 
 CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
                               std::uint64_t most, std::function<void(std::uint64_t)> set,
@@ -92,6 +106,19 @@ double real_number(const std::string& option, const std::string& text, NumberRan
   return value;
 }
 
+CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberRange range,
+                             double& target, const std::string& description) {
+  return command
+      .add_option_function<std::string>(
+          name,
+          [name, range, &target](const std::string& text) {
+            target = real_number(name, text, range);
+          },
+          description)
+      ->type_name("X")
+      ->take_last();
+}
+
 void add_job(CLI::App& command, std::uint64_t& job) {
   add_whole_number(
       command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(),
@@ -102,6 +129,16 @@ void add_job(CLI::App& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(CLI::App& command) {
+  add_without_samples_to(command);
+  add_whole_number(
+      command, "--spp", 1, limits::max_samples_per_pixel,
+      [this](std::uint64_t value) { samples_per_pixel_ = static_cast<std::uint32_t>(value); },
+      "Samples per pixel: four times as many take four times as long and halve the noise")
+      ->group(settings_group);
+  add_limits_to(command);
+}
+
+void RenderOptions::add_without_samples_to(CLI::App& command) {
   const auto number = [&](const char* name, std::uint32_t most,
                           std::optional<std::uint32_t>& target, const char* description) {
     add_whole_number(
@@ -111,13 +148,15 @@ void RenderOptions::add_to(CLI::App& command) {
   };
   number("--width", limits::max_image_side, width_, "Pixels across");
   number("--height", limits::max_image_side, height_, "Pixels down");
-  number("--spp", limits::max_samples_per_pixel, samples_per_pixel_,
-         "Samples per pixel: four times as many take four times as long and halve the noise");
   number("--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments");
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
       ->group(settings_group);
+  add_choice(command, "--sampler", "independent|sobol", sampler_from, sampler_,
+             "Random numbers of a pixel's samples: independent of each other, or evenly spread "
+             "(Owen-scrambled Sobol)",
+             settings_group);
   add_choice(
       command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
       "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
@@ -134,6 +173,49 @@ void RenderOptions::add_to(CLI::App& command) {
              "In which order; auto: interleaved with weighted", work_group);
 }
 
+void RenderOptions::add_limits_to(CLI::App& command) {
+  const auto limit = [&](const char* name, NumberRange range, double& target,
+                         const char* description) {
+    add_real_number(command, name, range, target, description)->group(limits_group);
+  };
+  limit("--target-error", ranges::target_error, target_error_,
+        "Until the picture's RMSE, as estimated, is at most X, in linear radiance");
+  limit("--target-half-width", ranges::target_error, target_half_width_,
+        "Until the 95 % intervals of 99 % of all pixels reach at most X to either side");
+  limit("--time-limit", ranges::time_limit, time_limit_,
+        "The best picture after X seconds of rendering; the report's `passes` repeat it");
+  command
+      .add_option_function<std::string>(
+          "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
+          "More samples where there is more noise (default: on with one of the limits above, off "
+          "without)")
+      ->type_name("on|off")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->take_last()
+      ->group(limits_group);
+  command
+      .add_option_function<std::string>(
+          "--passes",
+          [this](const std::string& text) { passes_ = whole_numbers("--passes", text); },
+          "Samples of each pass, as the report of another render has them: the same picture again")
+      ->type_name("N,N...")
+      ->take_last()
+      ->group(limits_group);
+}
+
+/// A limit without --spp goes as far as it has to.
+void RenderOptions::lay_limits_over(RenderSettings& settings) const {
+  settings.target_error = target_error_;
+  settings.target_half_width = target_half_width_;
+  settings.time_limit = time_limit_;
+  settings.passes = passes_;
+  const bool limited = target_error_ > 0 || target_half_width_ > 0 || time_limit_ > 0;
+  settings.adaptive = adaptive_.value_or(limited || !passes_.empty());
+  if (limited && !samples_per_pixel_) {
+    settings.samples_per_pixel = limits::max_samples_per_pixel;
+  }
+}
+
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
   settings.width = width_.value_or(settings.width);
@@ -141,16 +223,20 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   settings.samples_per_pixel = samples_per_pixel_.value_or(settings.samples_per_pixel);
   settings.max_depth = max_depth_.value_or(settings.max_depth);
   settings.seed = seed_.value_or(settings.seed);
+  settings.sampler = sampler_.value_or(settings.sampler);
   settings.precision = precision_.value_or(settings.precision);
   settings.accelerator = accelerator_.value_or(settings.accelerator);
   settings.isa = isa_.value_or(settings.isa);
   settings.schedule = schedule_.value_or(settings.schedule);
   settings.row_order = row_order_.value_or(settings.row_order);
+  lay_limits_over(settings);
   try {
     check_settings(settings);
   } catch (const InputError& error) {
-    // Each option is in its range, so it is width and height together.
-    throw InputError(std::string("--width, --height: ") + error.what());
+    // Each option is in its range, so it is some of them together.
+    throw InputError(
+        std::string(passes_.empty() ? "--width, --height: " : "--width, --height, --passes: ") +
+        error.what());
   }
   return settings;
 }
@@ -168,8 +254,34 @@ void OutputOptions::add_to(CLI::App& command, bool image_required) {
   forbid_empty(*report_option_);
 }
 
+void OutputOptions::add_aov_to(CLI::App& command) {
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [this](const std::string& names) {
+            try {
+              aovs_ = aovs_from(names);
+            } catch (const InputError& error) {
+              throw CLI::ValidationError("--aov", error.what());
+            }
+          },
+          "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
+          "of what is first seen; cost in ray segments a sample; samples of each pixel; half-width "
+          "of its 95 % interval")
+      ->type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
+      ->take_last()
+      ->needs(image_option_);
+}
+
 void add_quiet(CLI::App& command, bool& quiet) {
   command.add_flag("-q,--quiet", quiet, "Show no progress");
+}
+
+void add_following(CLI::App& command, Following& following) {
+  add_quiet(command, following.quiet);
+  auto* preview = command.add_option("--preview", following.preview,
+                                     "Picture file that shows what there is, until all is done");
+  forbid_empty(*preview->type_name("FILE"));
 }
 
 void add_json(CLI::App& command, bool& as_json) {

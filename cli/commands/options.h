@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/delivery.h"
+#include "cli/preview.h"
 #include "common/scene/json_fields.h"
 #include "common/scene/settings.h"
 
@@ -21,34 +23,56 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::
                               std::uint64_t most, std::function<void(std::uint64_t)> set,
                               const std::string& description);
 
+/// Refuses an empty value, which would read as "not given".
+void forbid_empty(CLI::Option& option);
+
 /// The scene to work on: a scene file or a file of particles.
 void add_scene(CLI::App& command, std::string& scene, const char* name = "SCENE");
 
 /// The finite number that `text` is, in `range`. Throws CLI::ValidationError that names `option`.
 double real_number(const std::string& option, const std::string& text, NumberRange range);
 
+/// An option whose value is a finite number in `range`.
+CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberRange range,
+                             double& target, const std::string& description);
+
 /// The number of a job, as `submit` prints it.
 void add_job(CLI::App& command, std::uint64_t& job);
 
-/// Heading, in a command's help, of options that change how the work is done but not the picture.
+/// Heading, in a command's help, of options that decide the picture.
+inline constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
+/// Of options that change how the work is done but not the picture.
 inline constexpr const char* work_group = "How the work is done (never changes the picture)";
 
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
  public:
   void add_to(CLI::App& command);
+  /// All but how many samples to take: for a command that finds out.
+  void add_without_samples_to(CLI::App& command);
+  /// Empty: the scene's.
+  [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
   /// The scene's settings with the options laid over them. Throws InputError, naming the options,
   /// when the whole is not possible.
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
+  void add_limits_to(CLI::App& command);
+  void lay_limits_over(RenderSettings& settings) const;
+
   std::optional<std::uint32_t> width_;
   std::optional<std::uint32_t> height_;
   std::optional<std::uint32_t> samples_per_pixel_;
   std::optional<std::uint32_t> max_depth_;
   std::optional<std::uint64_t> seed_;
+  std::optional<Sampler> sampler_;
   std::optional<Precision> precision_;
+  std::optional<bool> adaptive_;
+  double target_error_ = 0;
+  double target_half_width_ = 0;
+  double time_limit_ = 0;
+  std::vector<std::uint64_t> passes_;
   std::optional<AcceleratorKind> accelerator_;
   std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
@@ -60,20 +84,25 @@ class OutputOptions {
  public:
   /// `image_required`: without -o the command makes no sense.
   void add_to(CLI::App& command, bool image_required);
+  /// --aov, for commands that have the scene at hand.
+  void add_aov_to(CLI::App& command);
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] CLI::Option* image_option() const { return image_option_; }
   [[nodiscard]] CLI::Option* report_option() const { return report_option_; }
 
-  [[nodiscard]] OutputPaths paths() const { return {image_, report_}; }
+  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_}; }
 
  private:
   std::string image_;
   std::string report_;
+  Aovs aovs_;
   CLI::Option* image_option_ = nullptr;
   CLI::Option* report_option_ = nullptr;
 };
 
 void add_quiet(CLI::App& command, bool& quiet);
+/// --quiet and --preview: what is shown of a job until it is done.
+void add_following(CLI::App& command, Following& following);
 void add_json(CLI::App& command, bool& as_json);
 
 }  // namespace parray

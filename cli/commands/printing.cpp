@@ -41,7 +41,8 @@ void print_job(const json& map, bool as_json) {
       {"state", printable(job.state)},
       {"priority", std::to_string(job.priority)},
       {"picture", std::to_string(job.width) + " x " + std::to_string(job.height) + " pixels, " +
-                      counted(job.samples_per_pixel, "sample") + " each"},
+                      counted(job.samples_per_pixel, "sample") + " each (" +
+                      printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
   if (!job.ended() && job.samples_per_second > 0) {
     facts.emplace_back("speed", with_unit(job.samples_per_second, "samples/s"));

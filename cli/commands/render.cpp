@@ -18,7 +18,7 @@ struct RenderCommand {
   RenderOptions render;
   OutputOptions output;
   std::optional<std::uint32_t> threads;
-  bool quiet = false;
+  Following following;
 };
 
 Client::Options client_options(const EmbeddedFarm& farm) {
@@ -37,13 +37,18 @@ int render(const RenderCommand& command) {
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
+  const Preview preview(command.following.preview);  // before any work
+  submission.settings.progressive = preview.wanted();
   const DeferredInterrupts deferred;
-  EmbeddedFarm farm(command.threads.value_or(static_cast<std::uint32_t>(usable_cpus())));
+  const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
+  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                             submission.scene_bytes, static_cast<int>(threads));
+  EmbeddedFarm farm(threads);
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, command.output.paths(), command.quiet, started);
+    return wait_and_deliver(client, job, command.output.paths(), command.following, extra, started);
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.
@@ -61,6 +66,7 @@ void add_render(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<RenderCommand>();
   add_scene(*command, options->scene);
   options->output.add_to(*command, true);
+  options->output.add_aov_to(*command);
   options->render.add_to(*command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
@@ -68,7 +74,7 @@ void add_render(CLI::App& app, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
       ->group(work_group);
-  add_quiet(*command, options->quiet);
+  add_following(*command, options->following);
   command->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 

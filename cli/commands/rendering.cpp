@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
@@ -49,16 +50,18 @@ void check_isa(Isa isa) {
   }
 }
 
-void wait_until_done(Client& client, JobId job, bool quiet) {
+void wait_until_done(Client& client, JobId job, const Following& following) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  Progress progress(progress_style(quiet), std::cerr, terminal_columns());
+  Progress progress(progress_style(following.quiet), std::cerr, terminal_columns());
+  Preview preview(following.preview);
   JobStatus status;
   for (;;) {
     status = job_status(client.show(job));
     const Time now = clock.now();
     progress.show(now, status);
     if (status.ended()) break;
+    preview.follow(now, client, status);
     client.rest(next_look(now - begin));
   }
   if (status.state != name_of(JobState::done)) {
@@ -67,10 +70,13 @@ void wait_until_done(Client& client, JobId job, bool quiet) {
   }
 }
 
-int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
+int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
+                     const Following& following, const ExtraChannels& extra,
                      std::optional<Time> started) {
-  wait_until_done(client, job, quiet);
-  return deliver(client.fetch(job), outputs, started);
+  wait_until_done(client, job, following);
+  Picture picture = client.fetch(job, wants_statistics(extra.aovs));
+  add_channels(picture, extra);
+  return deliver(std::move(picture), outputs, started);
 }
 
 }  // namespace parray

@@ -6,6 +6,8 @@
 #include "cli/client.h"
 #include "cli/commands/options.h"
 #include "cli/delivery.h"
+#include "cli/extra_channels.h"
+#include "cli/preview.h"
 
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
 namespace parray {
@@ -18,13 +20,14 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
 /// Throws InputError unless this machine has the instruction set.
 void check_isa(Isa isa);
 
-/// Shows a job's progress on stderr until it is done. Throws RunError when it fails or is
-/// cancelled.
-void wait_until_done(Client& client, JobId job, bool quiet);
+/// Shows a job's progress on stderr, and its picture where one is to follow, until it is done.
+/// Throws RunError when it fails or is cancelled.
+void wait_until_done(Client& client, JobId job, const Following& following);
 
-/// wait_until_done(), then fetches and delivers. Returns the exit status; `started` as deliver()
-/// has it.
-int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs, bool quiet,
+/// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
+/// `started` as deliver() has it.
+int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
+                     const Following& following, const ExtraChannels& extra,
                      std::optional<Time> started);
 
 }  // namespace parray

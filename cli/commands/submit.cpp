@@ -6,6 +6,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/interrupt.h"
+#include "common/base/cpu_count.h"
 
 namespace parray {
 namespace {
@@ -17,13 +18,17 @@ struct SubmitCommand {
   FarmOptions farm;
   std::uint32_t priority = 50;
   bool wait = false;
-  bool quiet = false;
+  Following following;
 };
 
 int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
+  const Preview preview(command.following.preview);  // before any work
+  submission.settings.progressive = preview.wanted();
+  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                             submission.scene_bytes, usable_cpus());
   FarmClient client(command.farm.address());
   const JobId job = client->submit(std::move(submission));
   std::cout << job << std::endl;
@@ -31,10 +36,11 @@ int submit(const SubmitCommand& command) {
   const DeferredInterrupts deferred;
   try {
     if (command.output.paths().none()) {
-      wait_until_done(*client, job, command.quiet);
+      wait_until_done(*client, job, command.following);
       return 0;
     }
-    return wait_and_deliver(*client, job, command.output.paths(), command.quiet, started);
+    return wait_and_deliver(*client, job, command.output.paths(), command.following, extra,
+                            started);
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
@@ -51,6 +57,7 @@ void add_submit(CLI::App& app, Action& chosen) {
   add_scene(*command, options->scene);
   auto* wait = command->add_flag("--wait", options->wait, "Return when the job has ended");
   options->output.add_to(*command, false);
+  options->output.add_aov_to(*command);
   options->output.image_option()->needs(wait);
   options->output.report_option()->needs(wait);
   add_whole_number(
@@ -58,7 +65,7 @@ void add_submit(CLI::App& app, Action& chosen) {
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
       "Jobs of higher priority get the workers first (default: 50)");
   options->render.add_to(*command);
-  add_quiet(*command, options->quiet);
+  add_following(*command, options->following);
   options->farm.add_to(*command);
   command->callback([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }

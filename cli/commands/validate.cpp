@@ -45,6 +45,7 @@ json facts_of(const ValidateCommand& command) {
           {"samples_per_pixel", settings.samples_per_pixel},
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
+          {"sampler", name_of(settings.sampler)},
           {"spheres", needs.spheres},
           {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
@@ -94,7 +95,8 @@ void print_facts(const json& f) {
                    {{"format", format_text(f["format"])},
                     {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " +
                                     counted(f["samples_per_pixel"], "sample") + " each, depth " +
-                                    count(f["max_depth"]) + ", seed " + count(f["seed"])},
+                                    count(f["max_depth"]) + ", seed " + count(f["seed"]) +
+                                    ", sampler " + f["sampler"].get<std::string>()},
                     {"spheres", count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " +
                                     count(f["metal"]) + " metal, " + count(f["dielectric"]) +
                                     " dielectric"},

@@ -12,12 +12,12 @@ namespace {
 struct WatchCommand {
   std::uint64_t job = 0;
   FarmOptions farm;
-  bool quiet = false;
+  Following following;
 };
 
 int watch(const WatchCommand& command) {
   FarmClient client(command.farm.address());
-  wait_until_done(*client, command.job, command.quiet);
+  wait_until_done(*client, command.job, command.following);
   return 0;
 }
 
@@ -28,7 +28,7 @@ void add_watch(CLI::App& app, Action& chosen) {
       "watch", "Show a job's progress; returns when it ends: 0 if it is done, 1 if not");
   const auto options = std::make_shared<WatchCommand>();
   add_job(*command, options->job);
-  add_quiet(*command, options->quiet);
+  add_following(*command, options->following);
   options->farm.add_to(*command);
   command->callback([options, &chosen] { chosen = [options] { return watch(*options); }; });
 }

@@ -95,6 +95,7 @@ bool all_samples_are(const Sums& sums, double radiance, std::uint64_t samples) {
   PixelSums expected;
   expected.sum.fill(samples * fixed);
   expected.sum_of_squares.fill(samples * RadianceScale::square_of(fixed));
+  expected.odd.fill(samples / 2 * fixed);
   return sums.counts.nonfinite == 0 &&
          std::all_of(sums.pixels.begin(), sums.pixels.end(),
                      [&](const PixelSums& pixel) { return pixel == expected; });

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "cli/text.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
 #include "proto/messages.h"
@@ -14,6 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* database_name = "parray.sqlite";
+
+/// Of finished rows that wait for the disk, so that a short job never asks it.
+constexpr std::size_t most_held_bytes = std::size_t{1} << 28;
 
 bool unfinished(const JobRecord& record) {
   return record.state == JobState::queued || record.state == JobState::running;
@@ -46,7 +50,7 @@ KeptJob::KeptJob(Submission submission, fs::path directory, bool named)
         record.settings.row_order = order;
         job_.take_up(*store_);
         store_->commit();
-        taken_up_ = job_.work->leases.progress();
+        taken_up_ = job_.progress(Time{});
         next_epoch_ = job_.first_epoch();
         return;
       }
@@ -63,7 +67,10 @@ bool KeptJob::same_picture(const JobRecord& kept) const {
   const RenderSettings& b = kept.settings;
   return kept.scene == job_.record.scene && a.width == b.width && a.height == b.height &&
          a.samples_per_pixel == b.samples_per_pixel && a.max_depth == b.max_depth &&
-         a.seed == b.seed && a.precision == b.precision;
+         a.seed == b.seed && a.sampler == b.sampler && a.precision == b.precision &&
+         a.adaptive == b.adaptive && a.target_error == b.target_error &&
+         a.target_half_width == b.target_half_width && a.time_limit == b.time_limit &&
+         a.passes == b.passes;
 }
 
 void KeptJob::open_store() {
@@ -76,21 +83,61 @@ void KeptJob::open_store() {
 }
 
 void KeptJob::keep(const RowBlock& block) {
-  open_store();
-  store_->put_block(job_.record.id, next_epoch_++, row_block_to_bytes(block));
-  store_->commit();
+  if (closed_) {
+    return;
+  }
+  held_.push_back(row_block_to_bytes(block));
+  held_bytes_ += held_.back().size();
+  if (held_bytes_ > most_held_bytes) {
+    put_held();
+  }
 }
 
-void KeptJob::keep_picture(const Image& image, const nlohmann::json& report) {
+void KeptJob::put_held() {
+  open_store();
+  if (std::exchange(new_pass_, false)) {
+    store_->put_job(job_.record);
+  }
+  for (const std::string& block : held_) {
+    store_->put_block(job_.record.id, next_epoch_++, block);
+  }
+  held_.clear();
+  held_bytes_ = 0;
+}
+
+void KeptJob::commit() {
+  if (!held_.empty()) {
+    put_held();
+  }
+  if (store_) {
+    store_->commit();
+  }
+}
+
+bool KeptJob::next_pass(Time now) {
+  job_.note_all_merged();
+  new_pass_ = job_.next_pass(now);
+  return new_pass_;
+}
+
+std::string KeptJob::amount_text(double share) const {
+  const RenderSettings& s = job_.record.settings;
+  if (!s.in_passes()) {
+    return formatted("%.1f", 100 * share) + " %";
+  }
+  const auto samples = static_cast<double>(job_.work->framebuffer.counts().samples);
+  return formatted("%.1f", samples / s.width / s.height) + " samples a pixel";
+}
+
+void KeptJob::keep_picture(const Picture& picture) {
   if (!named_) {
     return;
   }
+  held_.clear();
   open_store();
   job_.record.state = JobState::done;
-  job_.record.report = report.dump();
-  const auto pixels = std::as_bytes(std::span(image.rgb));
-  store_->put_picture(job_.record.id,
-                      std::string(reinterpret_cast<const char*>(pixels.data()), pixels.size()));
+  job_.record.report = picture.report.dump();
+  store_->put_picture(job_.record.id, picture_to_bytes(picture.image, picture.statistics));
   store_->put_job(job_.record);
   store_->drop_work(job_.record.id);
   store_->commit();

@@ -2,8 +2,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "common/base/error.h"
 #include "proto/settings_json.h"
@@ -15,12 +18,7 @@ using nlohmann::json;
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
   std::string header;
   if (job != nullptr) {
-    json rects = json::array();
-    for (const WorkRect& r : job->pending) {
-      rects.push_back({r.row_begin, r.row_end, r.sample_begin, r.sample_end});
-    }
     header = json{{"settings", settings_to_json(job->settings)},
-                  {"pending", std::move(rects)},
                   {"mode", static_cast<int>(job->mode)},
                   {"tile", job->tile},
                   {"fingerprint", job->fingerprint}}
@@ -33,9 +31,6 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
   const json map = json::parse(header);
   MpiJob received;
   received.settings = settings_from_json(map.at("settings"));
-  for (const json& r : map.at("pending")) {
-    received.pending.push_back({r.at(0), r.at(1), r.at(2), r.at(3)});
-  }
   received.mode = static_cast<MpiMode>(map.at("mode").get<int>());
   received.tile = map.at("tile");
   received.fingerprint = map.at("fingerprint");
@@ -45,6 +40,41 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
     received.scene_bytes = job->scene_bytes;
   }
   return received;
+}
+
+namespace {
+
+/// As it lies in memory: all ranks run the same build.
+template <typename Element>
+void append(std::string& bytes, const std::vector<Element>& list) {
+  bytes.append(reinterpret_cast<const char*>(list.data()), list.size() * sizeof(Element));
+}
+
+template <typename Element>
+std::vector<Element> list_from(std::string_view bytes) {
+  std::vector<Element> list(bytes.size() / sizeof(Element));
+  std::memcpy(list.data(), bytes.data(), list.size() * sizeof(Element));
+  return list;
+}
+
+}  // namespace
+
+std::optional<MpiPass> broadcast_pass(const MpiWorld& world, const MpiPass* pass) {
+  std::string bytes;
+  if (pass != nullptr) {
+    append(bytes, std::vector<std::uint64_t>{pass->pending.size()});
+    append(bytes, pass->pending);
+    append(bytes, pass->samples);
+  }
+  bytes = world.broadcast(std::move(bytes));
+  if (bytes.empty()) {
+    return {};
+  }
+  const std::string_view lists = std::string_view(bytes).substr(sizeof(std::uint64_t));
+  const std::size_t rects =
+      list_from<std::uint64_t>(bytes.substr(0, sizeof(std::uint64_t))).front() * sizeof(WorkRect);
+  return MpiPass{list_from<WorkRect>(lists.substr(0, rects)),
+                 list_from<SampleRange>(lists.substr(rects))};
 }
 
 std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_threads,
@@ -72,28 +102,51 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_thr
   return facts;
 }
 
-Transport::Transport(const MpiWorld& world, MpiMode mode, const WindowLayout& layout) {
-  const bool alone = layout.ranks() == 1;
-  by_messages_ = !alone && mode == MpiMode::messages;
-  if (!alone && !by_messages_) {
-    try {
-      mpi_window_ =
-          std::make_unique<MpiWindow>(world.comm(), layout.bytes(), layout.zeroed_bytes());
-    } catch (const RunError& error) {
-      fallback_reason_ = error.what();
-    }
-    const bool everywhere = world.all_of(mpi_window_ != nullptr);
-    if (!everywhere || !mpi_window_->works()) {
-      if (fallback_reason_.empty()) {
-        fallback_reason_ = "its trial failed";
-      }
-      static_cast<void>(mpi_window_.release());  // closing a window that does not work may hang
-      by_messages_ = true;
-    }
+Transport::Transport(const MpiWorld& world, const MpiJob& job)
+    : world_(world),
+      alone_(job.alone() || world.ranks() == 1),
+      by_messages_(!alone_ && job.mode == MpiMode::messages) {}
+
+void Transport::begin_pass(const WindowLayout& layout) {
+  if (layout.bytes() <= bytes_) {
+    clear(layout.zeroed_bytes());
+    return;
   }
-  if (world.first() && !mpi_window_) {
-    local_memory_.resize((layout.bytes() + 7) / 8);
+  // Records of later passes are a little longer, pass by pass.
+  bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
+  if (!alone_ && !by_messages_) {
+    open_window(layout);
+  }
+  if (world_.first() && !mpi_window_) {
+    local_memory_ = {};  // before there is more: two may not fit
+    local_memory_.resize((bytes_ + 7) / 8);
     local_window_ = std::make_unique<LocalWindow>(memory());
+  }
+}
+
+void Transport::open_window(const WindowLayout& layout) {
+  close();
+  try {
+    mpi_window_ = std::make_unique<MpiWindow>(world_.comm(), bytes_, layout.zeroed_bytes());
+  } catch (const RunError& error) {
+    fallback_reason_ = error.what();
+  }
+  const bool everywhere = world_.all_of(mpi_window_ != nullptr);
+  if (!everywhere || !mpi_window_->works()) {
+    if (fallback_reason_.empty()) {
+      fallback_reason_ = "its trial failed";
+    }
+    static_cast<void>(mpi_window_.release());  // closing a window that does not work may hang
+    by_messages_ = true;
+  }
+}
+
+void Transport::clear(std::size_t zeroed) {
+  if (mpi_window_) {
+    mpi_window_->clear(zeroed);
+    world_.meet(std::chrono::hours(24 * 365));  // nobody writes before it is zero
+  } else if (world_.first()) {
+    std::fill_n(memory().begin(), zeroed, std::byte{0});
   }
 }
 

@@ -20,7 +20,6 @@ namespace parray {
 /// What every rank has to know of a job before it can begin.
 struct MpiJob {
   RenderSettings settings;
-  std::vector<WorkRect> pending;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
   std::string fingerprint;  ///< of rank 0's kernels
@@ -34,6 +33,15 @@ struct MpiJob {
 
 /// Collective. Rank 0 sends the job; without one, it sends that there is none.
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job);
+
+/// What is to be traced before rank 0 decides how to go on: the whole job, or one pass of it.
+struct MpiPass {
+  std::vector<WorkRect> pending;
+  std::vector<SampleRange> samples;  ///< of each pixel, image order; empty: all of `pending`
+};
+
+/// Collective. Rank 0 sends the pass; without one, it sends that the job is done.
+std::optional<MpiPass> broadcast_pass(const MpiWorld& world, const MpiPass* pass);
 
 /// A rank as the report names it.
 struct RankFacts {
@@ -49,12 +57,16 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_thr
 /// The memory that leases and results go through, and how this rank reaches it.
 class Transport {
  public:
-  /// Collective, unless rank 0 is alone. Falls back from a window to messages when the window
-  /// cannot be had, or fails its trial.
-  Transport(const MpiWorld& world, MpiMode mode, const WindowLayout& layout);
+  /// `world` outlives the object.
+  Transport(const MpiWorld& world, const MpiJob& job);
   ~Transport() { static_cast<void>(mpi_window_.release()); }
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
+
+  /// Memory for a pass, as WindowLayout wants it; that of the pass before if it is large enough.
+  /// Nobody uses it any more. Collective, unless rank 0 is alone. Falls back from a window to
+  /// messages, for good, when the window cannot be had, or fails its trial.
+  void begin_pass(const WindowLayout& layout);
 
   /// "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
@@ -72,7 +84,13 @@ class Transport {
   void close() { mpi_window_.reset(); }
 
  private:
-  bool by_messages_ = false;
+  void open_window(const WindowLayout& layout);
+  void clear(std::size_t zeroed);
+
+  const MpiWorld& world_;
+  const bool alone_;
+  bool by_messages_;
+  std::size_t bytes_ = 0;  ///< of the memory, in rank 0
   std::string fallback_reason_;
   std::unique_ptr<MpiWindow> mpi_window_;
   std::vector<std::uint64_t> local_memory_;  // words, for their alignment

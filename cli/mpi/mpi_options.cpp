@@ -29,6 +29,7 @@ MpiMode mpi_mode_from(std::string_view name) {
 void MpiOptions::add_to(CLI::App& app) {
   add_scene(app, scene);
   output.add_to(app, true);
+  output.add_aov_to(app);
   render.add_to(app);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
                           std::uint32_t& target, const char* description) {

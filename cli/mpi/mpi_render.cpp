@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "cli/commands/rendering.h"
@@ -55,28 +56,58 @@ std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool
   return options.threads.value_or(share);
 }
 
-/// What every rank that takes part builds alike from the job. Making it is collective.
-struct Parts {
-  Parts(const MpiWorld& world, const MpiOptions& asked, const MpiJob& job)
-      : plan(job.settings, job.pending, job.tile),
-        layout(plan, job.alone() ? 1 : world.ranks()),
-        transport(world, job.mode, layout) {
+/// The ranks that take part, as each of them knows them. Making it is collective.
+struct Crew {
+  Crew(const MpiWorld& world, const MpiOptions& asked, const MpiJob& job)
+      : ranks(job.alone() ? 1 : world.ranks()) {
     options.policy = job.settings.schedule;
     options.rank = world.rank();
     options.threads = threads_for(world, asked, job.alone());
-    facts = gather_facts(world, options.threads, layout.ranks());
+    facts = gather_facts(world, options.threads, ranks);
     options.all_threads = options.threads;
     if (!job.alone()) {
       options.all_threads = static_cast<std::uint32_t>(world.sum(options.threads));
     }
   }
 
-  WorkPlan plan;
-  WindowLayout layout;
-  Transport transport;
+  std::uint32_t ranks;
   WindowLeaseOptions options;
   std::vector<RankFacts> facts;
 };
+
+/// What every rank that takes part builds alike, pass by pass.
+struct Parts {
+  Parts(const MpiWorld& world, const MpiJob& job) : transport(world, job) {}
+
+  /// Collective.
+  void begin_pass(const Crew& crew, const MpiJob& job, MpiPass pass) {
+    leases.clear();
+    plan = std::make_shared<const WorkPlan>(job.settings, std::move(pass.pending), job.tile,
+                                            std::move(pass.samples));
+    layout.emplace(*plan, crew.ranks);
+    transport.begin_pass(*layout);
+    if (crew.options.rank == 0) {
+      make_leases(crew);
+    }
+  }
+  void make_leases(const Crew& crew);
+
+  Transport transport;
+  std::shared_ptr<const WorkPlan> plan;
+  std::optional<WindowLayout> layout;
+  /// Of every rank that rank 0 takes leases for: itself, and all where they send messages.
+  std::vector<std::unique_ptr<WindowLeases>> leases;
+};
+
+void Parts::make_leases(const Crew& crew) {
+  const std::uint32_t count = transport.by_messages() ? crew.ranks : 1;
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    WindowLeaseOptions options = crew.options;
+    options.rank = rank;
+    options.threads = crew.facts[rank].threads;
+    leases.push_back(std::make_unique<WindowLeases>(*plan, *layout, *transport.window(), options));
+  }
+}
 
 void tell_of_accelerator(LeaseSource& leases, const ThreadCellTeam& team) {
   const auto built = team.built();
@@ -111,6 +142,39 @@ class Pulse {
   Time next_look_{};
 };
 
+/// A pass, in a rank other than 0. Returns what the rank has done so far in the job.
+RankTally work_on_pass(const MpiWorld& world, Parts& parts, const Crew& crew, ThreadCellTeam& team,
+                       const RankTally& before, Watchdog& dog) {
+  std::unique_ptr<LeaseSource> leases;
+  if (parts.transport.by_messages()) {
+    leases = std::make_unique<MessageLeases>(world.comm());
+  } else {
+    leases = std::make_unique<WindowLeases>(*parts.plan, *parts.layout, *parts.transport.window(),
+                                            crew.options);
+  }
+  team.change_plan(parts.plan);
+  const SteadyClock clock;
+  RankWorker worker(*parts.plan, *leases, team, clock, before);
+  Pulse pulse(parts.transport.window());
+  while (!worker.over()) {
+    if (team.busy() || pulse.felt(clock.now())) {
+      dog.pet();
+    }
+    const Time due = worker.tick(clock.now());
+    team.wait(std::max(due - clock.now(), Time(0)));
+  }
+  worker.stop();
+  worker.report();
+  tell_of_accelerator(*leases, team);
+  // Of rank 0 that waits for another; by messages nothing is known, and the dog's patience counts.
+  world.meet(for_ever, [&] {
+    if (!parts.transport.by_messages() && pulse.felt(clock.now())) {
+      dog.pet();
+    }
+  });
+  return worker.tally();
+}
+
 /// Ranks other than 0.
 int work(const MpiOptions& options, const MpiWorld& world) {
   const auto job = broadcast_job(world, nullptr);
@@ -126,30 +190,16 @@ int work(const MpiOptions& options, const MpiWorld& world) {
   if (!world.all_of(trace_fingerprint() == job->fingerprint)) {
     return 0;  // rank 0 says so
   }
-  Parts parts(world, options, *job);
-  std::unique_ptr<LeaseSource> leases;
-  if (parts.transport.by_messages()) {
-    leases = std::make_unique<MessageLeases>(world.comm());
-  } else {
-    leases = std::make_unique<WindowLeases>(parts.plan, parts.layout, *parts.transport.window(),
-                                            parts.options);
+  const Crew crew(world, options, *job);
+  ThreadCellTeam team(scene_from_bytes(job->scene_bytes), job->settings, nullptr,
+                      static_cast<int>(crew.options.threads));
+  Parts parts(world, *job);
+  RankTally tally;
+  while (auto pass = broadcast_pass(world, nullptr)) {
+    parts.begin_pass(crew, *job, std::move(*pass));
+    tally = work_on_pass(world, parts, crew, team, tally, dog);
+    dog.pet();
   }
-  ThreadCellTeam team(scene_from_bytes(job->scene_bytes), job->settings, parts.plan,
-                      static_cast<int>(parts.options.threads));
-  const SteadyClock clock;
-  RankWorker worker(parts.plan, *leases, team, clock);
-  Pulse pulse(parts.transport.window());
-  while (!worker.over()) {
-    if (team.busy() || pulse.felt(clock.now())) {
-      dog.pet();
-    }
-    const Time due = worker.tick(clock.now());
-    team.wait(std::max(due - clock.now(), Time(0)));
-  }
-  worker.stop();
-  worker.report();
-  tell_of_accelerator(*leases, team);
-  world.meet(for_ever);                         // the dog's patience is shorter
   world.meet(for_ever, [&dog] { dog.pet(); });  // while rank 0 writes the picture
   parts.transport.close();
   return 0;
@@ -168,33 +218,16 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
       std::move(submission),
       named ? options.state : options.output.paths().image.string() + ".state", named);
   if (kept->taken_up() > 0) {
-    std::cerr << std::string(program) + ": going on from " +
-                     formatted("%.1f", 100 * kept->taken_up()) + " % in " +
-                     kept->directory().string() + "\n";
+    std::cerr << std::string(program) + ": going on from " + kept->amount_text(kept->taken_up()) +
+                     " in " + kept->directory().string() + "\n";
   }
   MpiJob job;
   job.settings = kept->job().record.settings;
-  const auto& pending = kept->job().work->leases.pending();
-  job.pending.assign(pending.begin(), pending.end());
   job.mode = options.mode;
   job.tile = options.tile;
   job.fingerprint = trace_fingerprint();
   job.scene_bytes = *kept->job().work->scene_bytes;
   return job;
-}
-
-/// Leases of every rank that rank 0 takes on its behalf: its own, and all where they send messages.
-std::vector<std::unique_ptr<WindowLeases>> make_leases(Parts& parts) {
-  std::vector<std::unique_ptr<WindowLeases>> leases;
-  const std::uint32_t count = parts.transport.by_messages() ? parts.layout.ranks() : 1;
-  for (std::uint32_t rank = 0; rank < count; ++rank) {
-    WindowLeaseOptions options = parts.options;
-    options.rank = rank;
-    options.threads = parts.facts[rank].threads;
-    leases.push_back(std::make_unique<WindowLeases>(parts.plan, parts.layout,
-                                                    *parts.transport.window(), options));
-  }
-  return leases;
 }
 
 /// Traces a cell again to find what is not finite; the kernel is made when the first is asked for.
@@ -208,7 +241,7 @@ class Locator {
       kernel_ = make_kernel(scene_from_bytes(job_.scene_bytes), job_.settings);
     }
     return locate_nonfinite(*kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
-                            {cell.sample_begin, cell.sample_end}, cell.position);
+                            cell.sample_ranges(), cell.position);
   }
 
  private:
@@ -217,12 +250,40 @@ class Locator {
   std::shared_ptr<const Kernel> kernel_;  // shared, because a std::function is copied
 };
 
+MpiPass pass_of(const JobWork& work) {
+  return {work.leases.pending(), work.framebuffer.pass_samples()};
+}
+
 struct Rendered {
   Picture picture;
   bool all_answer = true;
   std::uint64_t mismatches = 0;
+  int threads = 1;
   std::unique_ptr<Parts> parts;
 };
+
+/// Pass after pass, in rank 0; the first is the whole job, as a rule.
+void run_passes(const MpiWorld& world, const Crew& crew, const JobWork& work, const MpiJob& job,
+                MpiCoordinator& coordinator, ThreadCellTeam& team, Parts& parts) {
+  for (bool goes_on = true; goes_on;) {
+    MpiPass pass = pass_of(work);
+    if (!job.alone()) {
+      broadcast_pass(world, &pass);
+    }
+    const bool by_messages = parts.transport.by_messages();
+    parts.begin_pass(crew, job, std::move(pass));
+    if (parts.transport.by_messages() && !by_messages) {
+      std::cerr << std::string(program) + ": no MPI window here (" +
+                       parts.transport.fallback_reason() + "): ranks send messages instead\n";
+    }
+    team.change_plan(parts.plan);
+    goes_on = coordinator.run_pass(*parts.plan, *parts.layout, parts.transport, parts.leases);
+    tell_of_accelerator(*parts.leases[0], team);
+    if (goes_on && !job.alone()) {
+      coordinator.meet_ranks();
+    }
+  }
+}
 
 /// Rank 0, once it has a job.
 Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& kept,
@@ -234,33 +295,30 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
         "not all ranks trace the same bits (the built-in test picture differs): run the same build "
         "on all machines, or test their memory");
   }
+  const Crew crew(world, options, job);
   Rendered rendered;
-  rendered.parts = std::make_unique<Parts>(world, options, job);
-  Parts& parts = *rendered.parts;
-  if (!parts.transport.fallback_reason().empty()) {
-    std::cerr << std::string(program) + ": no MPI window here (" +
-                     parts.transport.fallback_reason() + "): ranks send messages instead\n";
-  }
-  auto leases = make_leases(parts);
-  ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, parts.plan,
-                      static_cast<int>(parts.options.threads));
-  MpiCoordinator coordinator(world, kept, parts.plan, parts.layout, parts.transport, leases, team,
-                             Locator(job),
+  rendered.threads = static_cast<int>(crew.options.threads);
+  ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, nullptr, rendered.threads);
+  MpiCoordinator coordinator(world, kept, team, Locator(job), [&dog] { dog.pet(); },
                              {.patience = seconds(options.patience),
                               .checkpoint = seconds(options.checkpoint),
                               .quiet = options.quiet});
-  coordinator.run([&dog] { dog.pet(); });
-  tell_of_accelerator(*leases[0], team);
-  rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)),
-                                                 [&dog] { dog.pet(); });
   Job& done = kept.job();
+  rendered.parts = std::make_unique<Parts>(world, job);
+  Parts& parts = *rendered.parts;
+  run_passes(world, crew, *done.work, job, coordinator, team, parts);
+  rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)));
+  if (rendered.all_answer && !job.alone()) {
+    broadcast_pass(world, nullptr);
+  }
   WindowLedger& ledger = coordinator.ledger();
-  note_ranks(done, parts.facts, parts.layout, ledger);
+  note_ranks(done, crew.facts, *parts.layout, ledger);
   done.work->isa = team.built().isa;
-  rendered.picture.image = resolve_image(done.work->framebuffer, done.work->largest_radiance);
+  FinishedPicture finished = finish_picture(done, coordinator.finished());
+  rendered.picture = {std::move(finished.image), std::move(finished.statistics),
+                      std::move(finished.report)};
   nlohmann::json& report = rendered.picture.report;
-  report = make_report(done, image_sha256(rendered.picture.image), coordinator.finished());
-  report["mpi"] = mpi_report(done, parts.transport, job.mode, parts.facts, parts.layout, ledger,
+  report["mpi"] = mpi_report(done, parts.transport, job.mode, crew.facts, *parts.layout, ledger,
                              report.at("seconds").at("render"), options.row_seconds);
   rendered.mismatches = ledger.tally().mismatches;
   return rendered;
@@ -285,8 +343,11 @@ auto together(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, KeptJob& kept, Rendered& rendered, Time started) {
-  kept.keep_picture(rendered.picture.image, rendered.picture.report);
+int finish(const MpiOptions& options, KeptJob& kept, const MpiJob& job, Rendered& rendered,
+           Time started) {
+  kept.keep_picture(rendered.picture);
+  add_channels(rendered.picture, extra_channels(options.output.paths().aovs, job.settings,
+                                                job.scene_bytes, rendered.threads));
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
   kept.forget();
   if (rendered.mismatches > 0) {
@@ -309,7 +370,8 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   }
   const DeferredInterrupts deferred;
   Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
-  const int status = run_action(program, [&] { return finish(options, *kept, rendered, started); });
+  const int status =
+      run_action(program, [&] { return finish(options, *kept, job, rendered, started); });
   if (!rendered.all_answer || !world.meet(last_meeting)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);

@@ -5,19 +5,23 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
 #include "common/image/srgb.h"
+#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
@@ -55,12 +59,25 @@ std::uint8_t srgb_byte(float linear) {
   return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
 }
 
-OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata) {
+void add_channels(OIIO::ImageSpec& spec, const Channels& channels) {
+  if (channels.empty()) return;
+  spec.channelformats.assign(3, OIIO::TypeDesc::FLOAT);
+  for (const Channel& channel : channels) {
+    const bool whole = std::holds_alternative<std::vector<std::uint32_t>>(channel.values);
+    spec.channelnames.push_back(channel.name);
+    spec.channelformats.emplace_back(whole ? OIIO::TypeDesc::UINT32 : OIIO::TypeDesc::FLOAT);
+  }
+  spec.nchannels += static_cast<int>(channels.size());
+}
+
+OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata,
+                          const Channels& channels) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
                        format == Format::exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
   if (format == Format::exr) {
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
+    add_channels(spec, channels);
   } else {
     spec.attribute("oiio:ColorSpace", "sRGB");
   }
@@ -70,13 +87,39 @@ OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata
   return spec;
 }
 
-/// Rows [begin, end) in the file's own type.
-bool write_strip(OIIO::ImageOutput& out, const Image& image, Format format, std::uint32_t begin,
-                 std::uint32_t end) {
+/// RGB and channels of pixels [begin, end), all of a pixel side by side, as the bits of the values.
+std::vector<std::uint32_t> interleaved(const Image& image, const Channels& channels,
+                                       std::size_t begin, std::size_t end) {
+  const std::size_t stride = 3 + channels.size();
+  std::vector<std::uint32_t> words((end - begin) * stride);
+  for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      words[(i - begin) * stride + c] = std::bit_cast<std::uint32_t>(image.rgb[i * 3 + c]);
+    }
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto copy = [&](const auto& values) {
+      for (std::size_t i = begin; i < end; ++i) {
+        words[(i - begin) * stride + 3 + c] = std::bit_cast<std::uint32_t>(values[i]);
+      }
+    };
+    std::visit(copy, channels[c].values);
+  }
+  return words;
+}
+
+/// Rows [begin, end) in the file's own types.
+bool write_strip(OIIO::ImageOutput& out, const Image& image, const Channels& channels,
+                 Format format, std::uint32_t begin, std::uint32_t end) {
   const std::size_t row = std::size_t{image.width} * 3;
   const std::span<const float> values(image.rgb.data() + begin * row, (end - begin) * row);
   const int first = static_cast<int>(begin);
   const int last = static_cast<int>(end);
+  if (!channels.empty()) {
+    const std::size_t width = image.width;
+    const auto words = interleaved(image, channels, begin * width, end * width);
+    return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UNKNOWN, words.data());
+  }
   if (format == Format::exr) {
     return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
   }
@@ -86,10 +129,11 @@ bool write_strip(OIIO::ImageOutput& out, const Image& image, Format format, std:
 }
 
 /// A few milliseconds of compression; a multiple of EXR's zip block of 16 rows.
-std::uint32_t rows_in_strip(std::uint32_t width) {
-  constexpr std::uint32_t pixels = 1U << 18;
-  constexpr std::uint32_t block = 16;
-  return std::max(pixels / width / block, 1U) * block;
+std::uint32_t rows_in_strip(std::uint32_t width, std::size_t channels) {
+  constexpr std::size_t values = 3U << 18;
+  constexpr std::size_t block = 16;
+  return static_cast<std::uint32_t>(std::max(values / channels / width / block, std::size_t{1}) *
+                                    block);
 }
 
 /// The file behind an ImageOutput, which remembers that a write failed: the library's PNG writer
@@ -121,18 +165,30 @@ class CheckedFile final : public OIIO::Filesystem::IOFile {
   int error_ = 0;  // the first
 };
 
+/// Throws std::logic_error unless the file can hold the channels as they are.
+void check_channels(const fs::path& path, const Image& image, const Channels& channels) {
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  for (const Channel& channel : channels) {
+    const auto size = std::visit([](const auto& values) { return values.size(); }, channel.values);
+    if (size != pixels || format_of(path) != Format::exr) {
+      throw std::logic_error("channel " + channel.name + " does not fit the picture");
+    }
+  }
+}
+
 /// Empty, or what the library could not do.
 std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
-                   const ImageMetadata& metadata, const std::function<void()>& between_strips) {
+                   const ImageMetadata& metadata, const Channels& channels,
+                   const std::function<void()>& between_strips) {
   const auto out = OIIO::ImageOutput::create(name);
   if (!out) return one_line(OIIO::geterror());
-  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, format, metadata))) {
+  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, format, metadata, channels))) {
     return one_line(out->geterror());
   }
-  const std::uint32_t step = rows_in_strip(image.width);
+  const std::uint32_t step = rows_in_strip(image.width, 3 + channels.size());
   for (std::uint32_t y = 0; y < image.height; y += step) {
     if (between_strips) between_strips();
-    if (!write_strip(*out, image, format, y, std::min(y + step, image.height))) {
+    if (!write_strip(*out, image, channels, format, y, std::min(y + step, image.height))) {
       return one_line(out->geterror());
     }
   }
@@ -140,31 +196,109 @@ std::string encode(const std::string& name, CheckedFile& file, const Image& imag
 }
 
 std::string write_file(const std::string& name, const Image& image, Format format,
-                       const ImageMetadata& metadata, const std::function<void()>& between_strips) {
+                       const ImageMetadata& metadata, const Channels& channels,
+                       const std::function<void()>& between_strips) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
   CheckedFile file(stream.get());
-  const std::string problem = encode(name, file, image, format, metadata, between_strips);
+  const std::string problem = encode(name, file, image, format, metadata, channels, between_strips);
   const std::string cause = file.finish();
   return cause.empty() ? problem : cause;
 }
 
-std::vector<float> read_pixels(OIIO::ImageInput& in, Format format, std::size_t values) {
-  std::vector<float> rgb(values);
-  if (format != Format::png) {
-    const bool good = in.read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, rgb.data());
-    return good ? rgb : std::vector<float>{};
+/// What a file really is, whatever its name.
+Format format_of(const OIIO::ImageInput& in) {
+  const std::string_view name = in.format_name();
+  if (name == "openexr") return Format::exr;
+  return name == "png" ? Format::png : Format::unknown;
+}
+
+/// Places of R, G and B among the channels; negative where there is none.
+std::array<int, 3> rgb_of(const OIIO::ImageSpec& spec) {
+  return {spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B")};
+}
+
+void check_readable(const fs::path& path, Format format, const OIIO::ImageSpec& spec) {
+  constexpr int most_channels = 256;
+  const auto refuse = [&](const std::string& reason) {
+    throw InputError(path.string() + ": " + reason);
+  };
+  if (format == Format::unknown) refuse("neither EXR nor PNG: convert it to one of them");
+  const auto rgb = rgb_of(spec);
+  if (*std::min_element(rgb.begin(), rgb.end()) < 0 || spec.width < 1 || spec.height < 1) {
+    refuse("not an RGB image");
   }
-  std::vector<std::uint8_t> bytes(values);
-  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return {};
+  if (spec.nchannels > most_channels) refuse("more than 256 channels");
+  const auto width = static_cast<std::uint64_t>(spec.width);
+  const auto height = static_cast<std::uint64_t>(spec.height);
+  if (std::max(width, height) > limits::max_image_side || width * height > limits::max_pixels) {
+    refuse(std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+           std::to_string(limits::max_image_side) + " a side and " +
+           std::to_string(limits::max_pixels) + " in all");
+  }
+}
+
+/// False: the library says why. Alpha is left out.
+bool read_png(OIIO::ImageInput& in, ImageFile& file) {
+  std::vector<std::uint8_t> bytes(std::size_t{file.image.width} * file.image.height * 3);
+  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return false;
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {
     linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
   }
-  std::transform(bytes.begin(), bytes.end(), rgb.begin(),
+  file.image.rgb.resize(bytes.size());
+  std::transform(bytes.begin(), bytes.end(), file.image.rgb.begin(),
                  [&](std::uint8_t b) { return linear[b]; });
-  return rgb;
+  return true;
+}
+
+/// A file's pixels as they lie there: the values of a pixel side by side, each in its own type.
+struct NativePixels {
+  const OIIO::ImageSpec& spec;
+  std::vector<std::byte> bytes;
+
+  /// Channel `index` as values of type `T`, to every `stride`-th of `to`.
+  template <typename T>
+  void copy(int index, T* to, std::size_t stride = 1) const {
+    std::size_t offset = 0;
+    for (int before = 0; before < index; ++before) {
+      offset += spec.channel_bytes(before, true);
+    }
+    OIIO::convert_image(
+        1, spec.width, spec.height, 1, bytes.data() + offset, spec.channelformat(index),
+        static_cast<OIIO::stride_t>(spec.pixel_bytes(true)), OIIO::AutoStride, OIIO::AutoStride, to,
+        OIIO::TypeDescFromC<T>::value(), static_cast<OIIO::stride_t>(stride * sizeof(T)),
+        OIIO::AutoStride, OIIO::AutoStride);
+  }
+};
+
+/// False: the library says why.
+bool read_exr(OIIO::ImageInput& in, const std::array<int, 3>& rgb, ImageFile& file) {
+  const OIIO::ImageSpec& spec = in.spec();
+  NativePixels pixels{spec, std::vector<std::byte>(spec.image_bytes(true))};
+  if (!in.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UNKNOWN, pixels.bytes.data())) {
+    return false;
+  }
+  const std::size_t count = std::size_t{file.image.width} * file.image.height;
+  file.image.rgb.resize(count * 3);
+  for (std::size_t c = 0; c < 3; ++c) {
+    pixels.copy(rgb[c], file.image.rgb.data() + c, 3);
+  }
+  for (int index = 0; index < spec.nchannels; ++index) {
+    if (std::find(rgb.begin(), rgb.end(), index) != rgb.end()) continue;
+    Channel channel{spec.channel_name(index).c_str(), {}};
+    if (spec.channelformat(index) == OIIO::TypeDesc::UINT32) {
+      channel.values = std::vector<std::uint32_t>(count);
+    } else {
+      channel.values = std::vector<float>(count);
+    }
+    std::visit([&](auto& values) { pixels.copy(index, values.data()); }, channel.values);
+    file.channels.push_back(std::move(channel));
+  }
+  std::sort(file.channels.begin(), file.channels.end(),
+            [](const Channel& a, const Channel& b) { return a.name < b.name; });
+  return true;
 }
 
 }  // namespace
@@ -180,12 +314,15 @@ void check_image_path(const fs::path& path) {
   }
 }
 
+bool can_hold_channels(const fs::path& path) { return format_of(path) == Format::exr; }
+
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
-                 const std::function<void()>& between_strips) {
+                 const Channels& channels, const std::function<void()>& between_strips) {
+  check_channels(path, image, channels);
   keep_library_single_threaded();
   PartialFile file(path);
   const std::string problem =
-      write_file(file.path().string(), image, format_of(path), metadata, between_strips);
+      write_file(file.path().string(), image, format_of(path), metadata, channels, between_strips);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
   file.commit();
 }
@@ -200,16 +337,16 @@ ImageFile read_image(const fs::path& path) {
   keep_library_single_threaded();
   const auto in = OIIO::ImageInput::open(path.string());
   if (!in) throw InputError(path.string() + ": " + one_line(OIIO::geterror()));
+  const Format format = format_of(*in);
   const OIIO::ImageSpec& spec = in->spec();
-  if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1) {
-    throw InputError(path.string() + ": not an RGB image");
-  }
+  check_readable(path, format, spec);
   ImageFile file;
+  file.high_dynamic_range = format == Format::exr;
   file.image.width = static_cast<std::uint32_t>(spec.width);
   file.image.height = static_cast<std::uint32_t>(spec.height);
-  file.image.rgb =
-      read_pixels(*in, format_of(path), std::size_t{file.image.width} * file.image.height * 3);
-  if (file.image.rgb.empty()) throw InputError(path.string() + ": " + one_line(in->geterror()));
+  if (!(format == Format::png ? read_png(*in, file) : read_exr(*in, rgb_of(spec), file))) {
+    throw InputError(path.string() + ": " + one_line(in->geterror()));
+  }
   for (const auto& attribute : spec.extra_attribs) {
     if (attribute.type() == OIIO::TypeDesc::STRING) {
       file.metadata.emplace_back(attribute.name().string(), attribute.get_string());

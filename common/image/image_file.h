@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/image/channels.h"
 #include "common/image/image.h"
 
 namespace parray {
@@ -19,22 +20,33 @@ using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 /// (check_output_path).
 void check_image_path(const std::filesystem::path& path);
 
+/// True where write_image() has room for more channels than RGB: .exr.
+bool can_hold_channels(const std::filesystem::path& path);
+
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
 ///
-/// EXR: the very floats, linear RGB, losslessly compressed (zip).
+/// EXR: the very floats, linear RGB, losslessly compressed (zip), and every one of `channels`, each
+/// with a value for every pixel and a name of its own, as FLOAT or UINT.
 /// PNG: 8 bits a channel with the sRGB curve (IEC 61966-2-1), clamped to [0, 1] and rounded to the
-/// nearest; a NaN becomes 0.
+/// nearest; a NaN becomes 0. `channels` has to be empty.
 /// `between_strips`, if set, is called every few milliseconds of writing; what it throws ends the
 /// writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
-                 const ImageMetadata& metadata, const std::function<void()>& between_strips = {});
+                 const ImageMetadata& metadata, const Channels& channels = {},
+                 const std::function<void()>& between_strips = {});
 
-/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone) and metadata (text
-/// attributes only). Throws InputError "FILE: reason", also when there are fewer than 3 channels.
+/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone), metadata (text
+/// attributes only) and, of an EXR file, the other channels, sorted by name: UINT as whole numbers,
+/// HALF as floats. Its contents say which of the two it is, not its name.
 struct ImageFile {
   Image image;
   ImageMetadata metadata;
+  Channels channels;
+  bool high_dynamic_range = false;  ///< EXR: floats, which may lie outside [0, 1]
 };
+
+/// Throws InputError "FILE: reason": also for other kinds of file, fewer than 3 channels, and sides
+/// or pixels beyond common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
 /// Version of OpenImageIO that runs: "2.4.7".

@@ -4,19 +4,28 @@
 #include <cstdint>
 
 #include "common/image/radiance_scale.h"
+#include "common/math/inline.h"
 
 namespace parray {
 
-/// What a pixel remembers of its samples: per channel the sum and the sum of squares, in the
-/// fixed point of RadianceScale. Adding is exact and associative.
+/// What a pixel remembers of its samples: per channel the sum, the sum of squares, and the sum of
+/// the samples with odd numbers, in the fixed point of RadianceScale. Adding is exact and
+/// associative.
+///
+/// Samples with even and with odd numbers are two independent replicates of the pixel, whatever the
+/// sampler: what they differ by says how large its error is.
 struct PixelSums {
   std::array<std::uint64_t, 3> sum{};
   std::array<std::uint64_t, 3> sum_of_squares{};
+  std::array<std::uint64_t, 3> odd{};
 
-  void add(const std::array<std::uint64_t, 3>& fixed) {
+  /// Adds sample number `sample`.
+  void add(const std::array<std::uint64_t, 3>& fixed, std::uint32_t sample) {
+    const std::uint64_t if_odd = 0 - std::uint64_t{sample & 1};
     for (std::size_t channel = 0; channel < 3; ++channel) {
       sum[channel] += fixed[channel];
       sum_of_squares[channel] += RadianceScale::square_of(fixed[channel]);
+      odd[channel] += fixed[channel] & if_odd;
     }
   }
 
@@ -24,6 +33,7 @@ struct PixelSums {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       sum[channel] += other.sum[channel];
       sum_of_squares[channel] += other.sum_of_squares[channel];
+      odd[channel] += other.odd[channel];
     }
     return *this;
   }
@@ -36,11 +46,21 @@ struct TraceCounts {
   std::uint64_t samples = 0;
   std::uint64_t rays = 0;       ///< path segments traced
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
+  /// Light that max_depth may have cut off: the throughput, its largest channel, of the paths that
+  /// had not ended by then, in units of lost_unit, each rounded up.
+  std::uint64_t lost = 0;
+
+  static constexpr double lost_unit = 0x1p-24;
+  /// What a path of throughput `largest`, 0 .. 1, adds to `lost`.
+  static PARRAY_INLINE std::uint64_t lost_of(double largest) {
+    return static_cast<std::uint64_t>(largest / lost_unit) + 1;
+  }
 
   TraceCounts& operator+=(const TraceCounts& other) {
     samples += other.samples;
     rays += other.rays;
     nonfinite += other.nonfinite;
+    lost += other.lost;
     return *this;
   }
 

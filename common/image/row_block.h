@@ -5,11 +5,13 @@
 #include <vector>
 
 #include "common/image/pixel_sums.h"
+#include "common/image/sample_range.h"
 
 namespace parray {
 
 /// A rectangle of work: rows at positions [row_begin, row_end) of the job's row order, and of
-/// every pixel in them the samples [sample_begin, sample_end).
+/// every pixel in them the samples [sample_begin, sample_end); in a pass that gives each pixel a
+/// range of its own (Framebuffer::begin_pass), what the pixel has of these.
 struct WorkRect {
   std::uint32_t row_begin = 0;
   std::uint32_t row_end = 0;
@@ -18,6 +20,7 @@ struct WorkRect {
 
   [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
   [[nodiscard]] std::uint32_t samples() const { return sample_end - sample_begin; }
+  [[nodiscard]] SampleRange sample_range() const { return {sample_begin, sample_end}; }
   /// Units of ChunkRequest.
   [[nodiscard]] std::uint64_t units() const { return std::uint64_t{rows()} * samples(); }
   friend bool operator==(const WorkRect&, const WorkRect&) = default;

@@ -97,6 +97,13 @@ struct UintLanes {
     }
     return r;
   }
+  friend PARRAY_INLINE UintLanes operator*(const UintLanes& a, const UintLanes& b) {
+    UintLanes r;
+    for (int i = 0; i < N; ++i) {
+      r.v[i] = a.v[i] * b.v[i];
+    }
+    return r;
+  }
   friend PARRAY_INLINE UintLanes operator>>(const UintLanes& a, int count) {
     UintLanes r;
     for (int i = 0; i < N; ++i) {

@@ -53,6 +53,9 @@ struct Uint8 {
   friend PARRAY_INLINE Uint8 operator^(Uint8 a, Uint8 b) {
     return Uint8(_mm256_xor_si256(a.v, b.v));
   }
+  friend PARRAY_INLINE Uint8 operator*(Uint8 a, Uint8 b) {
+    return Uint8(_mm256_mullo_epi32(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint8 operator>>(Uint8 a, int count) {
     return Uint8(_mm256_srli_epi32(a.v, count));
   }
@@ -86,6 +89,9 @@ struct Uint4 {
   friend PARRAY_INLINE Uint4 operator&(Uint4 a, Uint4 b) { return Uint4(_mm_and_si128(a.v, b.v)); }
   friend PARRAY_INLINE Uint4 operator+(Uint4 a, Uint4 b) { return Uint4(_mm_add_epi32(a.v, b.v)); }
   friend PARRAY_INLINE Uint4 operator^(Uint4 a, Uint4 b) { return Uint4(_mm_xor_si128(a.v, b.v)); }
+  friend PARRAY_INLINE Uint4 operator*(Uint4 a, Uint4 b) {
+    return Uint4(_mm_mullo_epi32(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint4 operator>>(Uint4 a, int count) {
     return Uint4(_mm_srli_epi32(a.v, count));
   }

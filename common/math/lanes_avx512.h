@@ -54,6 +54,9 @@ struct Uint16 {
   friend PARRAY_INLINE Uint16 operator^(Uint16 a, Uint16 b) {
     return Uint16(_mm512_xor_si512(a.v, b.v));
   }
+  friend PARRAY_INLINE Uint16 operator*(Uint16 a, Uint16 b) {
+    return Uint16(_mm512_mullo_epi32(a.v, b.v));
+  }
   friend PARRAY_INLINE Uint16 operator>>(Uint16 a, unsigned count) {
     return Uint16(_mm512_srli_epi32(a.v, count));
   }
@@ -92,6 +95,9 @@ struct Uint8 {
   }
   friend PARRAY_INLINE Uint8 operator^(Uint8 a, Uint8 b) {
     return Uint8(_mm256_xor_si256(a.v, b.v));
+  }
+  friend PARRAY_INLINE Uint8 operator*(Uint8 a, Uint8 b) {
+    return Uint8(_mm256_mullo_epi32(a.v, b.v));
   }
   friend PARRAY_INLINE Uint8 operator>>(Uint8 a, int count) {
     return Uint8(_mm256_srli_epi32(a.v, count));

@@ -7,9 +7,10 @@
 namespace parray::limits {
 
 inline constexpr std::uint32_t max_image_side = 1U << 16;
-inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  // 3 GiB of sums
+inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  // 4.5 GiB of sums
 inline constexpr std::uint32_t max_samples_per_pixel = 1U << 24;
 inline constexpr std::uint32_t max_depth = 1U << 20;
+inline constexpr std::size_t max_passes = 1000;
 inline constexpr std::uint64_t max_spheres = 100'000'000;
 inline constexpr std::uint64_t max_materials = 1U << 24;
 inline constexpr std::uint64_t max_particle_files = 1U << 16;

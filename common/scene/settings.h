@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace parray {
 
@@ -21,6 +22,8 @@ enum class SchedulePolicy : std::uint8_t {                                      
   factoring = 2,
   weighted = 3
 };
+/// Where random numbers come from: see common/trace/random.h.
+enum class Sampler : std::uint8_t { independent = 0, sobol = 1 };  // wire values
 enum class RowOrder : std::uint8_t {
   automatic = 0,
   sequential = 1,
@@ -34,16 +37,33 @@ struct RenderSettings {
   // --- the picture is a function of the scene and of these ---
   std::uint32_t width = 1200;             ///< pixels, 1 .. limits::max_image_side
   std::uint32_t height = 800;             ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t samples_per_pixel = 500;  ///< 1 .. limits::max_samples_per_pixel
+  std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
   std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
+  Sampler sampler = Sampler::sobol;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
+  // When to stop before samples_per_pixel, whichever comes first, and where the samples go: see
+  // common/image/passes.h. 0: no such limit.
+  bool adaptive = false;         ///< pixels with more noise get more samples
+  double target_error = 0;       ///< RMSE of the picture, in linear radiance
+  double target_half_width = 0;  ///< of 99 % of the pixels' 95 % intervals, likewise
+  double time_limit = 0;         ///< seconds; what came of it is in `passes`
+  /// Samples of each pass, all pixels together, as a report gives them: decides instead of all
+  /// limits above, so that a picture can be repeated. Empty as a rule.
+  std::vector<std::uint64_t> passes{};
+
+  /// Whether the passes after the first depend on what earlier ones have found.
+  [[nodiscard]] bool in_passes() const {
+    return adaptive || target_error > 0 || target_half_width > 0 || time_limit > 0 ||
+           !passes.empty();
+  }
 
   // --- the same bits whatever these say ---
   AcceleratorKind accelerator = AcceleratorKind::automatic;
   Isa isa = Isa::automatic;  ///< a worker that lacks it takes the best it has
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
+  bool progressive = false;  ///< first one sample of every pixel, so that there is a picture early
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };
@@ -52,6 +72,7 @@ struct RenderSettings {
 std::string_view name_of(Precision);
 std::string_view name_of(AcceleratorKind);
 std::string_view name_of(Isa);
+std::string_view name_of(Sampler);
 std::string_view name_of(SchedulePolicy);
 std::string_view name_of(RowOrder);
 
@@ -59,6 +80,7 @@ std::string_view name_of(RowOrder);
 Precision precision_from(std::string_view name);
 AcceleratorKind accelerator_from(std::string_view name);
 Isa isa_from(std::string_view name);
+Sampler sampler_from(std::string_view name);
 SchedulePolicy schedule_from(std::string_view name);
 RowOrder row_order_from(std::string_view name);
 

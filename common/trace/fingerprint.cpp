@@ -41,16 +41,21 @@ std::string trace_fingerprint(const KernelMaker& make) {
   settings.width = 24;
   settings.height = 16;
   settings.accelerator = AcceleratorKind::bvh;
-  std::vector<PixelSums> sums(3ULL * settings.width * settings.height);
+  std::vector<PixelSums> sums(6ULL * settings.width * settings.height);
+  // Late enough that every part of a point's number counts.
+  constexpr SampleRange samples{999, 1003};
   std::size_t next = 0;
-  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
-    settings.precision = precision;
-    const auto kernel = make(scene, settings);
-    for (std::uint32_t y = 0; y < settings.height; ++y) {
-      TraceCounts counts;
-      kernel->trace({y, 0, settings.width}, {0, 4}, std::span(sums).subspan(next, settings.width),
-                    counts);
-      next += settings.width;
+  for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+    settings.sampler = sampler;
+    for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+      settings.precision = precision;
+      const auto kernel = make(scene, settings);
+      for (std::uint32_t y = 0; y < settings.height; ++y) {
+        TraceCounts counts;
+        kernel->trace({y, 0, settings.width}, samples,
+                      std::span(sums).subspan(next, settings.width), counts);
+        next += settings.width;
+      }
     }
   }
   return sha256_hex(std::as_bytes(std::span(sums)));

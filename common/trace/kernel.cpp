@@ -27,17 +27,22 @@ template <typename Real, typename Store, int W>
 class LaneKernel final : public Kernel {
  public:
   using Tables = KernelScene<Real, Store, W>;
-  using Trace = std::uint64_t (*)(const Tables&, const SampleBatch&, BatchRadiance&);
+  using Space = Workspace<Real, Store>;
+  /// Of one instruction set: see isa_kernels.h.
+  struct Functions {
+    std::uint64_t (*trace)(const Tables&, const SampleBatch&, BatchRadiance&);
+    void (*find)(const Tables&, Space&);
+  };
 
   LaneKernel(const Scene& scene, const RenderSettings& settings, const KernelOptions& options,
-             Isa isa, Trace function)
+             Isa isa, const Functions& functions)
       : origin_(scene_origin(scene)),
         spheres_(stored_shapes<Store>(scene, origin_),
                  settings.accelerator != AcceleratorKind::linear, options.build_threads),
         around_lens_(spheres_around_lens(scene)),
         tables_(make_view<Real>(scene, settings, origin_), SkyGradient<Real>(scene.sky)),
         isa_(isa),
-        trace_(function) {
+        functions_(functions) {
     for (const Material& material : scene.materials) {
       surfaces_.emplace_back(material);
     }
@@ -45,6 +50,7 @@ class LaneKernel final : public Kernel {
     tables_.width = settings.width;
     tables_.max_depth = settings.max_depth;
     tables_.seed = settings.seed;
+    tables_.sampler = settings.sampler;
     tables_.to_fixed = RadianceScale(largest_radiance(scene)).factor();
     tables_.features = options.general ? KernelFeatures{} : features_of(scene, around_lens_);
     tables_.surfaces = surfaces_.data();
@@ -59,19 +65,42 @@ class LaneKernel final : public Kernel {
     place_around_lens();
   }
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
-    SampleBatch batch{run.y, run.x_begin, samples.begin, samples.count(), 0, 0};
-    const std::uint64_t total = std::uint64_t{run.x_end - run.x_begin} * samples.count();
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    SampleBatch batch;
+    batch.y = run.y;
     BatchRadiance radiance;
-    for (std::uint64_t done = 0; done < total; done += batch.count) {
-      // Whole pixels are skipped by x, so that `first` stays small whatever the run.
-      batch.x_begin = run.x_begin + static_cast<std::uint32_t>(done / samples.count());
-      batch.first = static_cast<std::uint32_t>(done % samples.count());
-      batch.count =
-          static_cast<std::uint32_t>(std::min<std::uint64_t>(total - done, SampleBatch::most));
-      counts.rays += trace_(tables_, batch, radiance);
-      add(radiance, batch, sums.subspan(batch.x_begin - run.x_begin), counts);
+    const auto trace_batch = [&] {
+      counts.rays += functions_.trace(tables_, batch, radiance);
+      add(radiance, batch, sums.data() - run.x_begin, counts);
+      batch.count = 0;
+    };
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        batch.column[batch.count] = x;
+        batch.sample[batch.count] = s;
+        if (++batch.count == SampleBatch::most) {
+          trace_batch();
+        }
+      }
+    }
+    if (batch.count > 0) {
+      trace_batch();
+    }
+    counts.lost += radiance.lost;
+  }
+
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    Space space;
+    for (std::size_t first = 0; first < hits.size(); first += SampleBatch::most) {
+      const std::size_t count = std::min<std::size_t>(hits.size() - first, SampleBatch::most);
+      begin_paths(run, samples, first, static_cast<std::uint32_t>(count), space);
+      functions_.find(tables_, space);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        hits[first + i] = found(space, i);
+      }
     }
   }
 
@@ -112,23 +141,49 @@ class LaneKernel final : public Kernel {
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
 
-  void add(const BatchRadiance& radiance, const SampleBatch& batch, std::span<PixelSums> sums,
-           TraceCounts& counts) const {
-    std::uint32_t sample = batch.first;
-    std::uint32_t i = 0;
-    for (PixelSums& of_pixel : sums) {
-      const std::uint32_t end = std::min(i + batch.samples - sample, batch.count);
-      PixelSums pixel;
-      for (; i < end; ++i) {
-        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]}, pixel,
-                  counts);
+  /// `pixels` are those of the whole row.
+  static void add(const BatchRadiance& radiance, const SampleBatch& batch, PixelSums* pixels,
+                  TraceCounts& counts) {
+    for (std::uint32_t i = 0; i < batch.count;) {
+      const std::uint32_t x = batch.column[i];
+      PixelSums pixel;  // in registers
+      for (; i < batch.count && batch.column[i] == x; ++i) {
+        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]},
+                  batch.sample[i], pixel, counts);
       }
-      of_pixel += pixel;
-      if (end == batch.count) {
-        return;
-      }
-      sample = 0;
+      pixels[x] += pixel;
     }
+  }
+
+  /// Camera rays of samples [first, first + count) of the run's, pixel after pixel.
+  void begin_paths(const PixelRun& run, const SampleRange& samples, std::size_t first,
+                   std::uint32_t count, Space& space) const {
+    Paths<Real>& paths = space.paths;
+    paths.count = count;
+    space.inside.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto x = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
+      const auto s = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
+      const SampleRandom random(tables_.seed, run.y * tables_.width + x, s, tables_.sampler);
+      const Ray<Real> ray = tables_.view.template ray<Real>(x, run.y, random);
+      paths.origin.set(i, ray.origin);
+      paths.direction.set(i, ray.direction);
+      paths.surface[i] = no_sphere;
+      paths.inside[i] = inside_at(tables_, ray.origin, space.inside);
+    }
+  }
+
+  /// What find() has found for a path.
+  FirstHit found(const Space& space, std::uint32_t i) const {
+    const std::uint32_t slot = space.queries.slot[i];
+    if (slot == no_sphere) {
+      return {};
+    }
+    const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
+                        space.queries.inverse_square[i]);
+    const Hit<Real> hit{space.queries.t[i], spheres_.input_index()[slot],
+                        space.queries.leaving[i] != 0};
+    return first_hit(ray, hit, sphere_at<Real>(spheres_.blocks(), slot));
   }
 
   Vec3d origin_;
@@ -138,23 +193,25 @@ class LaneKernel final : public Kernel {
   std::vector<std::uint32_t> material_of_;  ///< by slot
   Tables tables_;
   Isa isa_;
-  Trace trace_;
+  Functions functions_;
 };
 
-template <int FloatWidth, int DoubleWidth, typename Single, typename Mixed, typename Double>
-std::unique_ptr<Kernel> kernel_of(const Scene& scene, const RenderSettings& settings,
-                                  const KernelOptions& options, Isa isa, Single trace_single,
-                                  Mixed trace_mixed, Double trace_double) {
+template <int FloatWidth, int DoubleWidth>
+std::unique_ptr<Kernel> kernel_of(
+    const Scene& scene, const RenderSettings& settings, const KernelOptions& options, Isa isa,
+    typename LaneKernel<float, float, FloatWidth>::Functions single,
+    typename LaneKernel<double, float, FloatWidth>::Functions mixed,
+    typename LaneKernel<double, double, DoubleWidth>::Functions full) {
   switch (settings.precision) {
     case Precision::f64:
       return std::make_unique<LaneKernel<double, double, DoubleWidth>>(scene, settings, options,
-                                                                       isa, trace_double);
+                                                                       isa, full);
     case Precision::mixed:
       return std::make_unique<LaneKernel<double, float, FloatWidth>>(scene, settings, options, isa,
-                                                                     trace_mixed);
+                                                                     mixed);
     default:
       return std::make_unique<LaneKernel<float, float, FloatWidth>>(scene, settings, options, isa,
-                                                                    trace_single);
+                                                                    single);
   }
 }
 
@@ -187,12 +244,10 @@ std::vector<std::uint32_t> spheres_around_lens(const Scene& scene) {
   return around;
 }
 
-#define PARRAY_KERNELS_OF(isa)                                     \
-  kernel_of<isa::float_width, isa::double_width,                   \
-            LaneKernel<float, float, isa::float_width>::Trace,     \
-            LaneKernel<double, float, isa::float_width>::Trace,    \
-            LaneKernel<double, double, isa::double_width>::Trace>( \
-      scene, settings, options, Isa::isa, isa::trace, isa::trace, isa::trace)
+#define PARRAY_KERNELS_OF(isa)                                                                     \
+  kernel_of<isa::float_width, isa::double_width>(scene, settings, options, Isa::isa,               \
+                                                 {isa::trace, isa::find}, {isa::trace, isa::find}, \
+                                                 {isa::trace, isa::find})
 
 std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
                                     const KernelOptions& options) {

@@ -8,8 +8,10 @@
 
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
+#include "common/image/sample_range.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
+#include "common/trace/ray.h"
 
 namespace parray {
 
@@ -20,13 +22,31 @@ struct PixelRun {
   std::uint32_t x_end = 0;
 };
 
-/// Half-open range of sample indices of a pixel.
-struct SampleRange {
-  std::uint32_t begin = 0;
-  std::uint32_t end = 0;
+/// What the camera ray of a sample meets.
+struct FirstHit {
+  std::uint32_t sphere = no_sphere;  ///< place in Scene::spheres; no_sphere: the sky
+  double distance = 0;               ///< along the ray, from the lens
+  Vec3d direction{};                 ///< of the ray; unit length but for rounding
+  Vec3d normal{};                    ///< unit, on the side that the ray comes from; 0: the sky
 
-  [[nodiscard]] std::uint32_t count() const { return end - begin; }
-  friend bool operator==(const SampleRange&, const SampleRange&) = default;
+  friend bool operator==(const FirstHit&, const FirstHit&) = default;
+};
+
+/// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
+class RunSamples {
+ public:
+  explicit RunSamples(const SampleRange& all) : all_(all) {}
+  /// A range for each pixel, which may be empty; `each` outlives the view.
+  explicit RunSamples(std::span<const SampleRange> each) : each_(each) {}
+
+  /// Of the pixel `index` pixels right of the run's first.
+  [[nodiscard]] SampleRange operator[](std::size_t index) const {
+    return each_.empty() ? all_ : each_[index];
+  }
+
+ private:
+  SampleRange all_;
+  std::span<const SampleRange> each_;
 };
 
 /// A scene made ready for tracing: the seam behind which precisions, accelerators and instruction
@@ -38,8 +58,19 @@ class Kernel {
   /// Traces samples [samples.begin, samples.end) of each pixel of `run` and adds them to `sums`
   /// (run.x_end - run.x_begin elements) and `counts`. Non-finite samples are left out of the sums
   /// and counted.
-  virtual void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-                     TraceCounts& counts) const = 0;
+  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
+             TraceCounts& counts) const {
+    trace_run(run, RunSamples(samples), sums, counts);
+  }
+
+  /// The same with a range of samples for each pixel.
+  virtual void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                         TraceCounts& counts) const = 0;
+
+  /// What the camera rays of the same samples meet: of all samples of a pixel, then of the next.
+  /// `hits` has samples.count() elements for each pixel of `run`.
+  virtual void first_hits(const PixelRun& run, const SampleRange& samples,
+                          std::span<FirstHit> hits) const = 0;
 
   /// Memory of the accelerator, positions and radii included.
   [[nodiscard]] virtual std::size_t accelerator_bytes() const = 0;
@@ -59,26 +90,28 @@ struct KernelOptions {
 std::unique_ptr<Kernel> make_kernel(const Scene& scene, const RenderSettings& settings,
                                     const KernelOptions& options = {});
 
-/// Adds one sample to a pixel, from the numbers that RadianceScale::fixed_of() takes: unless one is
-/// NaN, for a radiance that is not finite; then the sample is only counted.
-inline void add_fixed(const Vec3d& shifted, PixelSums& pixel, TraceCounts& counts) {
+/// Adds sample number `sample` to a pixel, from the numbers that RadianceScale::fixed_of() takes:
+/// unless one is NaN, for a radiance that is not finite; then the sample is only counted.
+inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pixel,
+                      TraceCounts& counts) {
   ++counts.samples;
   if (const double sum = shifted.x + shifted.y + shifted.z; sum != sum) {
     ++counts.nonfinite;
     return;
   }
   pixel.add({RadianceScale::fixed_of(shifted.x), RadianceScale::fixed_of(shifted.y),
-             RadianceScale::fixed_of(shifted.z)});
+             RadianceScale::fixed_of(shifted.z)},
+            sample);
 }
 
 /// The same from its radiance.
-inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, PixelSums& pixel,
-                       TraceCounts& counts) {
+inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, std::uint32_t sample,
+                       PixelSums& pixel, TraceCounts& counts) {
   // x - x is 0 for finite x alone.
   const auto shifted = [&scale](double value) {
     return static_cast<double>(scale.to_fixed(value)) + RadianceScale::shift + (value - value);
   };
-  add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, pixel, counts);
+  add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, sample, pixel, counts);
 }
 
 /// Largest radiance that a sample of the scene can have; the fixed-point scale follows from it.

@@ -73,6 +73,7 @@ struct KernelScene {
   std::uint32_t width = 0;  ///< of the picture, pixels
   std::uint32_t max_depth = 1;
   std::uint64_t seed = 0;
+  Sampler sampler = Sampler::independent;
   double to_fixed = 1;  ///< RadianceScale::factor()
   KernelFeatures features;
 
@@ -89,22 +90,21 @@ struct KernelScene {
   std::uint32_t around_lens_count = 0;
 };
 
-/// Samples of one row, pixel after pixel, each with samples [sample_begin, sample_begin + samples):
-/// numbers [first, first + count) of that list.
+/// Samples of one row of the picture.
 struct SampleBatch {
-  static constexpr std::uint32_t most = 512;  ///< paths that are traced side by side
+  static constexpr std::uint32_t most = 512;        ///< paths that are traced side by side
+  static constexpr std::uint32_t room = most + 16;  ///< whole vectors are read
 
   std::uint32_t y = 0;
-  std::uint32_t x_begin = 0;
-  std::uint32_t sample_begin = 0;
-  std::uint32_t samples = 1;
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;  ///< 1 .. most
+  std::uint32_t count = 0;                      ///< 1 .. most
+  alignas(64) std::uint32_t column[room] = {};  ///< x of each
+  alignas(64) std::uint32_t sample[room] = {};  ///< its number within the pixel
 };
 
 /// Radiance of each sample of a batch, in the fixed point of RadianceScale: as fixed_of() takes it;
 /// NaN where it is not finite.
 struct BatchRadiance {
+  std::uint64_t lost = 0;  ///< added to: see TraceCounts
   alignas(64) double channel[3][SampleBatch::most];
 };
 

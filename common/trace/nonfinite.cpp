@@ -14,15 +14,17 @@ std::uint64_t nonfinite_samples(const Kernel& kernel, const PixelRun& pixel,
 }  // namespace
 
 std::vector<ExcludedSamples> locate_nonfinite(const Kernel& kernel, const PixelRun& run,
-                                              const SampleRange& samples, std::uint32_t position) {
+                                              std::span<const SampleRange> samples,
+                                              std::uint32_t position) {
   std::vector<ExcludedSamples> found;
   for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
     const PixelRun pixel{run.y, x, x + 1};
-    const std::uint64_t count = nonfinite_samples(kernel, pixel, samples);
+    const SampleRange range = samples[x - run.x_begin];
+    const std::uint64_t count = nonfinite_samples(kernel, pixel, range);
     if (count == 0) {
       continue;
     }
-    std::uint32_t first = samples.begin;
+    std::uint32_t first = range.begin;
     while (nonfinite_samples(kernel, pixel, {first, first + 1}) == 0) {
       ++first;
     }

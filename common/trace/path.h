@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/image/pixel_sums.h"
 #include "common/trace/accelerator.h"
 #include "common/trace/material.h"
 #include "common/trace/view.h"
@@ -60,17 +61,18 @@ void start_sides(const TraceScene<Real>& scene, const Vec3<Real>& origin, Sides<
   }
 }
 
-/// Radiance of one sample of pixel (x, y) and, added to `rays`, the segments that it took.
+/// Radiance of one sample of pixel (x, y) and, added to `counts`, the segments that it took and
+/// the light that max_depth may have cut off.
 /// `sides` is scratch memory, so that paths inside glass do not allocate.
 template <typename Real, Accelerator<Real> A>
 Vec3<Real> trace_sample(const TraceScene<Real>& scene, const A& accelerator, std::uint32_t x,
                         std::uint32_t y, const SampleRandom& random, Sides<Real>& sides,
-                        std::uint64_t& rays) {
+                        TraceCounts& counts) {
   Ray<Real> ray = scene.view.template ray<Real>(x, y, random);
   start_sides(scene, ray.origin, sides);
   Vec3<Real> throughput{1, 1, 1};
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
-    ++rays;
+    ++counts.rays;
     const Hit<Real> hit = first_crossing(scene, accelerator, ray, sides);
     if (hit.sphere == no_sphere) {
       return throughput * scene.sky.radiance(ray.direction.y);
@@ -91,6 +93,8 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const A& accelerator, std
     const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
     ray = {sphere.center + sphere.radius * normal, scattering.direction};
   }
+  counts.lost += TraceCounts::lost_of(
+      static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
   return {};  // longer than max_depth: counts as dark
 }
 

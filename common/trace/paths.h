@@ -9,7 +9,7 @@
 /// and store it. Columns have room for a whole vector beyond the last path. Nothing is initialised.
 namespace parray {
 
-inline constexpr std::uint32_t column_size = SampleBatch::most + 16;
+inline constexpr std::uint32_t column_size = SampleBatch::room;
 
 template <typename T>
 struct alignas(64) Column {
@@ -95,15 +95,30 @@ struct Workspace {
   Paths<Real> paths;
   Queries<Real, Store> queries;
   static constexpr std::uint32_t sky = 3;
-  Hits<Real> hits[4];                  ///< by MaterialType, then those of the sky
-  Column<std::uint32_t> pixel;         ///< of each sample of the batch
-  Column<std::uint32_t> column;        ///< its x
-  Column<std::uint32_t> sample_index;  ///< its number within the pixel
+  Hits<Real> hits[4];                            ///< by MaterialType, then those of the sky
+  Column<std::uint32_t> pixel;                   ///< of each sample of the batch
+  const std::uint32_t* sample_number = nullptr;  ///< of each: the batch's
   InsideLists inside;
   /// Rays traverse in groups; a ray's pending children lie one after the other.
   static constexpr std::uint32_t stack_entries = 16384;
   alignas(64) Store stack_t[stack_entries];
   alignas(64) std::uint32_t stack_child[stack_entries];
 };
+
+/// The spheres that a point of the lens lies in, as a list in `inside`.
+template <typename Real, typename Store, int W>
+PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene,
+                                      const Vec3<Real>& origin, InsideLists& inside) {
+  std::uint32_t head = InsideLists::none;
+  for (std::uint32_t k = 0; k < scene.around_lens_count; ++k) {
+    const std::uint32_t slot = scene.around_lens[k];
+    const auto sphere = sphere_at<Real>(scene.blocks, slot);
+    const Vec3<Real> from_center = origin - sphere.center;
+    if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
+      head = inside.push(head, slot);
+    }
+  }
+  return head;
+}
 
 }  // namespace parray

@@ -32,6 +32,14 @@ View<Real> make_view(const Scene& scene, const RenderSettings& settings, const V
 /// Spheres that some point of the lens may lie inside of; each sample then decides for itself.
 std::vector<std::uint32_t> spheres_around_lens(const Scene& scene);
 
+/// `sphere` is the one of `hit`, the first along a camera ray.
+template <typename Real>
+FirstHit first_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere) {
+  const Vec3<Real> outward = normal_at(ray, sphere, hit.leaving);
+  return {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
+          vec_cast<double>(hit.leaving ? -outward : outward)};
+}
+
 /// The kernel of a scalar accelerator: one path after the other, any accelerator of
 /// accelerator.h. What it computes is what every other kernel has to compute, to the bit.
 /// `Store` is the type that positions are rounded to: float, with Real double, is precision mixed.
@@ -41,16 +49,30 @@ class ScalarKernel final : public Kernel {
   ScalarKernel(const Scene& scene, const RenderSettings& settings)
       : ScalarKernel(scene, settings, scene_origin(scene)) {}
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
     Sides<Real> sides;
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
-        const SampleRandom random(seed_, run.y * width_ + x, s);
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
         const Vec3<Real> radiance =
-            trace_sample(scene_, accelerator_, x, run.y, random, sides, counts.rays);
-        add_sample(vec_cast<double>(radiance), scale_, sums[x - run.x_begin], counts);
+            trace_sample(scene_, accelerator_, x, run.y, random(x, run.y, s), sides, counts);
+        add_sample(vec_cast<double>(radiance), scale_, s, sums[x - run.x_begin], counts);
       }
+    }
+  }
+
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    Sides<Real> sides;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const std::uint32_t x = run.x_begin + static_cast<std::uint32_t>(i / samples.count());
+      const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
+      const Ray<Real> ray = scene_.view.template ray<Real>(x, run.y, random(x, run.y, s));
+      start_sides(scene_, ray.origin, sides);
+      const Hit<Real> hit = first_crossing(scene_, accelerator_, ray, sides);
+      hits[i] =
+          hit.sphere == no_sphere ? FirstHit{} : first_hit(ray, hit, scene_.spheres[hit.sphere]);
     }
   }
 
@@ -69,7 +91,12 @@ class ScalarKernel final : public Kernel {
         accelerator_(fill(scene, origin)),
         scale_(largest_radiance(scene)),
         width_(settings.width),
-        seed_(settings.seed) {}
+        seed_(settings.seed),
+        sampler_(settings.sampler) {}
+
+  [[nodiscard]] SampleRandom random(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
+    return {seed_, y * width_ + x, sample, sampler_};
+  }
 
   /// Returns the spheres, which the accelerator is made from.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene, const Vec3d& origin) {
@@ -90,6 +117,7 @@ class ScalarKernel final : public Kernel {
   RadianceScale scale_;
   std::uint32_t width_;
   std::uint64_t seed_;
+  Sampler sampler_;
 };
 
 }  // namespace parray

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
 #include "common/trace/stream.h"
 
@@ -41,6 +42,7 @@ class Wavefront {
         scatter_all_dielectric(bounce);
       }
     }
+    count_lost();
     return rays;
   }
 
@@ -52,24 +54,16 @@ class Wavefront {
   }
 
   PARRAY_INLINE void begin(const SampleBatch& batch) {
-    std::uint32_t sample = batch.first % batch.samples;
-    std::uint32_t x = batch.x_begin + batch.first / batch.samples;
-    for (std::uint32_t i = 0; i < batch.count; ++i) {
-      space_.pixel[i] = batch.y * scene_.width + x;
-      space_.column[i] = x;
-      space_.sample_index[i] = batch.sample_begin + sample;
-      if (++sample == batch.samples) {
-        sample = 0;
-        ++x;
-      }
-    }
+    space_.sample_number = batch.sample;
     Paths<Real>& paths = space_.paths;
     paths.count = batch.count;
     for (std::uint32_t i = 0; i < batch.count; i += lanes) {
-      const RandomAddress<Uint> random(scene_.seed, Uint::load(&space_.pixel[i]),
-                                       Uint::load(&space_.sample_index[i]));
-      const Ray<L> ray =
-          scene_.view.template ray<L>(Uint::load(&space_.column[i]), Uint(batch.y), random);
+      const Uint column = Uint::load(&batch.column[i]);
+      const Uint pixel = Uint(batch.y * scene_.width) + column;
+      pixel.store(&space_.pixel[i]);
+      const RandomAddress<Uint> random(scene_.seed, pixel, Uint::load(&batch.sample[i]),
+                                       scene_.sampler);
+      const Ray<L> ray = scene_.view.template ray<L>(column, Uint(batch.y), random);
       paths.origin.store(i, ray.origin);
       paths.direction.store(i, ray.direction);
       const L one(Real(1));
@@ -85,23 +79,18 @@ class Wavefront {
     if constexpr (Sides) {
       space_.inside.clear();
       for (std::uint32_t i = 0; i < batch.count; ++i) {
-        paths.inside[i] = inside_at(paths.origin[i]);
+        paths.inside[i] = inside_at(scene_, paths.origin[i], space_.inside);
       }
     }
   }
 
-  /// The spheres that a point of the lens lies in.
-  PARRAY_INLINE std::uint32_t inside_at(const Vec3<Real>& origin) {
-    std::uint32_t head = InsideLists::none;
-    for (std::uint32_t k = 0; k < scene_.around_lens_count; ++k) {
-      const std::uint32_t slot = scene_.around_lens[k];
-      const auto sphere = sphere_at<Real>(scene_.blocks, slot);
-      const Vec3<Real> from_center = origin - sphere.center;
-      if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
-        head = space_.inside.push(head, slot);
-      }
+  /// Paths that max_depth cuts short.
+  PARRAY_INLINE void count_lost() {
+    for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
+      const Vec3<Real> throughput = space_.paths.throughput[i];
+      radiance_.lost += TraceCounts::lost_of(
+          static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
     }
-    return head;
   }
 
   /// Moves every path to the hits of its material's type, or of the sky.
@@ -242,7 +231,7 @@ class Wavefront {
                                               std::uint32_t present) const {
     const Uint sample = select_bits(present, Uint::load(&hits.sample[i]), Uint(0U));
     return {scene_.seed, Uint::gather(space_.pixel.at, sample),
-            Uint::gather(space_.sample_index.at, sample)};
+            Uint::gather(space_.sample_number, sample), scene_.sampler};
   }
 
   /// Column `k` of the materials' rows (see Surface).

@@ -19,12 +19,14 @@ namespace parray::bench {
 inline constexpr std::size_t rounds = 7;
 inline constexpr double seconds_a_turn = 0.3;
 
-/// 300 x 200 pixels, depth 10; precision and accelerator are left automatic.
+/// 300 x 200 pixels, depth 10, independent samples, as the rivals have them; precision and
+/// accelerator are left automatic.
 inline RenderSettings small_picture() {
   RenderSettings settings;
   settings.width = 300;
   settings.height = 200;
   settings.max_depth = 10;
+  settings.sampler = Sampler::independent;
   return settings;
 }
 

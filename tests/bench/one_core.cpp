@@ -20,8 +20,9 @@ struct Variant {
   AcceleratorKind accelerator;
   Isa isa;
   bool general = false;
+  Sampler sampler = Sampler::independent;
 };
-constexpr std::array<Variant, 9> variants{
+constexpr std::array<Variant, 10> variants{
     {{"f32 bvh", Precision::f32, AcceleratorKind::bvh, Isa::automatic},
      {"mixed bvh", Precision::mixed, AcceleratorKind::bvh, Isa::automatic},
      {"f64 bvh", Precision::f64, AcceleratorKind::bvh, Isa::automatic},
@@ -29,6 +30,7 @@ constexpr std::array<Variant, 9> variants{
      {"mixed linear", Precision::mixed, AcceleratorKind::linear, Isa::automatic},
      {"f64 linear", Precision::f64, AcceleratorKind::linear, Isa::automatic},
      {"general", Precision::f32, AcceleratorKind::bvh, Isa::automatic, true},
+     {"sobol", Precision::f32, AcceleratorKind::bvh, Isa::automatic, false, Sampler::sobol},
      {"avx2", Precision::f32, AcceleratorKind::bvh, Isa::avx2},
      {"scalar", Precision::f32, AcceleratorKind::bvh, Isa::scalar}}};
 
@@ -60,6 +62,7 @@ void measure(const std::filesystem::path& file) {
     settings.precision = variant.precision;
     settings.accelerator = variant.accelerator;
     settings.isa = variant.isa;
+    settings.sampler = variant.sampler;
     KernelOptions options;
     options.general = variant.general;
     kernels.push_back(make_kernel(scene, settings, options));

@@ -131,6 +131,45 @@ TEST_CASE("a coordinator killed at any moment loses no acknowledged row") {
   CHECK(acknowledged > 500);
 }
 
+TEST_CASE(
+    "a picture in passes is the same on any network, whatever dies, and decides nothing twice") {
+  const Scene scene = small_scene();
+  Weather weather;
+  std::uint64_t crashes = 0;
+  for (std::uint64_t seed = 3000; seed < 3060; ++seed) {
+    CAPTURE(seed);
+    RenderSettings settings = settings_for(scene, seed);
+    const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+    settings.adaptive = true;
+    settings.progressive = seed % 2 == 0;
+    settings.passes = {4 * pixels, 3 * pixels, 2 * pixels};
+    SimFarm farm({0.05, 0.05, 0.02, milliseconds(200)}, seed);
+    std::mt19937_64 random(seed);
+    farm.add_worker(100);
+    farm.add_worker(40);
+    farm.submit(scene, settings);
+    std::size_t lost = 0;
+    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+      const std::size_t victim = random() % f.worker_count();
+      if (random() % 150 == 0) {
+        f.crash_coordinator();
+      } else if (random() % 300 == 0 && f.alive(victim)) {
+        f.kill_worker(victim);
+        f.add_worker(20 + static_cast<double>(random() % 200));
+      }
+      lost += f.acknowledged_but_lost();
+    }));
+    CHECK(lost == 0);
+    CHECK(farm.picture_sha256() == reference_passes_sha256(scene, settings));
+    CHECK(farm.report().at("passes") == settings.passes);
+    CHECK(farm.report().at("stopped_by") == "passes");
+    weather.add(farm);
+    crashes += farm.crashes();
+  }
+  CHECK(crashes > 100);
+  CHECK(weather.verdicts.mismatch == 0);
+}
+
 TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
   const Scene scene = small_scene();
   RenderSettings settings = small_settings(scene);

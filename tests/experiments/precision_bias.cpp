@@ -101,6 +101,7 @@ void print_scene(const std::string& path, std::uint32_t samples) {
   settings.height = std::max(1U, width * settings.height / settings.width);
   settings.width = width;
   settings.samples_per_pixel = samples;
+  settings.sampler = Sampler::independent;  // so that batches are, too
   const auto steps = steps_in<double, double>(file.scene, settings);
   const double single = share_alike(steps_in<float, float>(file.scene, settings), steps);
   const double mixed = share_alike(steps_in<double, float>(file.scene, settings), steps);

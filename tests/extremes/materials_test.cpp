@@ -83,7 +83,7 @@ TEST_CASE("row 30: among 500 spheres of every material that absorbs nothing each
   settings.samples_per_pixel = static_cast<std::uint32_t>(trials(6));
   settings.max_depth = 100'000;
   for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
-    white.add({std::uint64_t{1} << 32, std::uint64_t{1} << 32, std::uint64_t{1} << 32});
+    white.add({std::uint64_t{1} << 32, std::uint64_t{1} << 32, std::uint64_t{1} << 32}, s);
   }
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     settings.precision = precision;

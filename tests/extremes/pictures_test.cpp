@@ -133,9 +133,9 @@ TEST_CASE("rows 1, 44: the picture of 113 bits is that of f64, but for two paths
     const SampleRandom random(seeded(1), i % 1024, i / 1024);
     Sides<Quad> exact_sides;
     Sides<double> sides;
-    std::uint64_t rays = 0;
-    const auto exactly = trace_sample(traced, linear, x, y, random, exact_sides, rays);
-    const auto found = trace_sample(whole, whole_linear, x, y, random, sides, rays);
+    TraceCounts counts;
+    const auto exactly = trace_sample(traced, linear, x, y, random, exact_sides, counts);
+    const auto found = trace_sample(whole, whole_linear, x, y, random, sides, counts);
     other += quad_length(exact(found) - exactly) <= Quad(0x1p-38) ? 0 : 1;
   }
   within(44, "share of f64's samples more than 2^-38 from those of 113 bits", other / paths, 0.002);
@@ -146,8 +146,8 @@ TEST_CASE("row 39: a pixel's sum of a million large and small samples is exact")
   PixelSums pixel;
   TraceCounts counts;
   float in_float = 0;
-  for (int i = 0; i < 1 << 20; ++i) {
-    add_sample({0.5, 0x1p-30, i % 2 == 0 ? 1.0 : 0x1p-32}, scale, pixel, counts);
+  for (std::uint32_t i = 0; i < 1U << 20; ++i) {
+    add_sample({0.5, 0x1p-30, i % 2 == 0 ? 1.0 : 0x1p-32}, scale, i, pixel, counts);
     in_float += i % 2 == 0 ? 1.0F : 0x1p-32F;
   }
   const double error = std::max({std::abs(scale.mean(pixel.sum[0], 1U << 20) - 0.5),
@@ -168,6 +168,7 @@ TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise f
   scene.spheres = {{{0, 0, 0}, 1, 0}};
   RenderSettings settings = sized(32, 32, 1, 2);
   settings.precision = Precision::f64;
+  settings.sampler = Sampler::independent;  // whose noise falls with the number of samples
   const auto deviation = [&](const std::vector<double>& means) {
     double square = 0;
     for (std::uint32_t pixel = 0; pixel < 1024; ++pixel) {

@@ -53,6 +53,7 @@ double pixels_other_than(const ReferenceSums& sums, std::uint64_t fixed, std::ui
   for (std::size_t c = 0; c < 3; ++c) {
     expected.sum[c] = samples * fixed;
     expected.sum_of_squares[c] = samples * RadianceScale::square_of(fixed);
+    expected.odd[c] = samples / 2 * fixed;
   }
   return static_cast<double>(
       std::count_if(sums.pixels.begin(), sums.pixels.end(),
@@ -160,10 +161,10 @@ TEST_CASE_TEMPLATE("rows 7, 12: from far away, too, a path goes on from the surf
     const TraceScene<Real> traced = reference_scene<Real, Real>(scene, settings);
     const HeightSpy<Real> spy(traced.spheres);
     Sides<Real> sides;
-    std::uint64_t rays = 0;
+    TraceCounts counts;
     for (std::uint32_t i = 0; i < trials(64); ++i) {
       trace_sample(traced, spy, i % 8, i / 8 % 8, SampleRandom(seeded(12), i % 64, i / 64), sides,
-                   rays);
+                   counts);
     }
     worst = std::max(worst, spy.worst());
     starts += spy.starts();
@@ -291,6 +292,8 @@ TEST_CASE("row 26: paths inside glass in glass lose no light and go in and out b
   for (const Scene& scene : {nested_shells(6, 0x1p-10), limb()}) {
     for (const Precision precision : precisions) {
       RenderSettings settings = sized(16, 16, trials(64), 100'000);
+      // With other numbers, total reflection holds one path in some 1e5 of f32 in an orbit.
+      settings.sampler = Sampler::independent;
       settings.precision = precision;
       for (const Tracer& tracer : tracers()) {
         const ReferenceSums sums = tracer.sums(scene, settings);

@@ -35,24 +35,27 @@ SCENE = {
 }
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
-                  "--accelerator", "--isa", "--schedule", "--row-order"]
+                  "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
+                  "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--output", "--report", "--threads", "--quiet"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--report", "--priority",
-                                              "--quiet"],
+    "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet",
+                                "--preview"],
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--aov", "--report",
+                                              "--priority", "--quiet", "--preview"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet"],
+    "watch": COORDINATOR + ["--quiet", "--preview"],
     "cancel": COORDINATOR + ["--json"],
-    "fetch": COORDINATOR + ["--output", "--report"],
+    "fetch": COORDINATOR + ["--output", "--report", "--aov"],
     "workers": COORDINATOR + ["--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],
+    "compare": ["--output", "--json"],
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
-    isa sampler schedule spheres accelerator_bytes threads workers samples rays samples_per_second
+    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers samples rays samples_per_second
     rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 
@@ -107,7 +110,8 @@ class Refusals(CliTest):
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
                                     ("--isa", "avx215", "avx2"),
                                     ("--schedule", "guidd", "guided"),
-                                    ("--row-order", "sequentially", "sequential")):
+                                    ("--row-order", "sequentially", "sequential"),
+                                    ("--aov", "depth,normls", "normal")):
             self.refused("render", self.scene, *output, option, value, mentions=option + ":")
             self.refused("render", self.scene, *output, option, value, mentions=hint)
         self.refused("render", self.scene, *output, "--widht", "5", mentions="--width")
@@ -184,6 +188,15 @@ class Pictures(CliTest):
                 self.assertEqual(report["image_sha256"], expected)
         report, _ = self.rendered("--seed", "8")
         self.assertNotEqual(report["image_sha256"], expected)
+
+    def test_the_sampler_decides_the_picture_and_is_sobol_unless_told(self):
+        hashes = {}
+        for options in ([], ["--sampler", "sobol"], ["--sampler", "independent"]):
+            report, _ = self.rendered(*options)
+            self.assertEqual(report["sampler"], options[-1] if options else "sobol")
+            hashes.setdefault(report["sampler"], set()).add(report["image_sha256"])
+        self.assertEqual([len(of) for of in hashes.values()], [1, 1])
+        self.assertNotEqual(hashes["sobol"], hashes["independent"])
 
     def test_options_come_before_the_scene_and_the_last_of_one_counts(self):
         report, _ = self.rendered()

@@ -201,14 +201,15 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
                                   {"samples_per_second", 0.0},
                                   {"seconds_left", -1.0},
                                   {"reason", ""},
-                                  {"samples_per_pixel", 1}};
+                                  {"samples_per_pixel", 1},
+                                  {"sampler", "sobol"}};
       link.arrived.push_back(encode(msg::Job{show->request, map}));
       return;
     }
     const auto& fetch = std::get<msg::Fetch>(message);
     const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
                              image.rgb.size() * sizeof(float));
-    link.arrived.push_back(encode(msg::ImageData{fetch.request, report, 2, 1, pixels}));
+    link.arrived.push_back(encode(msg::ImageData{fetch.request, report, 2, 1, false, pixels}));
   });
   Client client(link, link, options());
   CHECK(client.fetch(5).image.rgb == image.rgb);

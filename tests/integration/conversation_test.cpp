@@ -105,7 +105,7 @@ msg::Result traced(const Scene& scene, const msg::Grant& grant) {
   result.epoch = grant.epoch;
   result.isa = "scalar";
   const auto kernel = make_kernel(scene, grant.settings);
-  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop);
+  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop, grant.samples);
   return result;
 }
 
@@ -165,6 +165,43 @@ TEST_CASE("a result for another rectangle than the lease's is not merged") {
   grant.rect.sample_end -= 1;
   worker.say(traced(job.scene, grant));
   CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+}
+
+TEST_CASE("a result with other samples than its lease's pixels have is not merged") {
+  const Server server(quick());
+  OneLease job;
+  job.settings.schedule = SchedulePolicy::factoring;
+  Speaker worker(server);
+  worker.join("w");
+  Speaker client(server);
+  client.submit(job.scene, job.settings);
+  auto result = traced(job.scene, worker.hear<msg::Grant>());
+  --result.block.counts.samples;
+  worker.say(result);
+  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+}
+
+TEST_CASE("what there is of a picture can be had before it is done") {
+  const Server server(quick());
+  OneLease job;
+  job.settings.progressive = true;
+  job.settings.schedule = SchedulePolicy::factoring;
+  Speaker worker(server);
+  worker.join("w");
+  Speaker client(server);
+  const JobId id = client.submit(job.scene, job.settings);
+  client.say(msg::Fetch{1, id});
+  CHECK(client.hear<msg::Error>().status == 2);
+  const auto grant = worker.hear<msg::Grant>();
+  CHECK(grant.rect.sample_range() == SampleRange{0, 1});  // one sample of every pixel comes first
+  const auto result = traced(job.scene, grant);
+  worker.say(result);
+  worker.hear<msg::VerdictOf>();
+  client.say(msg::Fetch{2, id, true, false});
+  const auto image = client.hear<msg::ImageData>();
+  CHECK(image.report.at("partial") == true);
+  CHECK(image.report.at("samples") == result.block.counts.samples);
+  CHECK(image.pixels.find_first_not_of('\0') != std::string::npos);
 }
 
 TEST_CASE("workers of another protocol, trace version or arithmetic are refused with the reason") {

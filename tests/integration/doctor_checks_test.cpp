@@ -46,10 +46,14 @@ class LyingKernel final : public Kernel {
   LyingKernel(std::unique_ptr<Kernel> kernel, Lie lie)
       : kernel_(std::move(kernel)), lie_(std::move(lie)) {}
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
-    kernel_->trace(run, samples, sums, counts);
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    kernel_->trace_run(run, samples, sums, counts);
     if (run.y == 3) lie_(sums, counts);
+  }
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    kernel_->first_hits(run, samples, hits);
   }
   [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
   [[nodiscard]] std::string_view isa() const override { return kernel_->isa(); }

@@ -80,6 +80,10 @@ class Farm:
     def client(self, *arguments, timeout=120):
         return run(*arguments, timeout=timeout, env={"PARRAY_COORDINATOR": self.address})
 
+    def start_client(self, *arguments):
+        """A parray command that goes on by itself."""
+        return self._start("parray", *arguments, "--coordinator", self.address)
+
     def submit(self, scene, *options):
         result = self.client("submit", scene, *options)
         assert result.returncode == 0, result.stderr

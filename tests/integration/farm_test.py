@@ -113,6 +113,64 @@ class FarmTest(unittest.TestCase):
             farm.start_coordinator(farm.address)
             self.assertEqual(farm.fetch(job)["image_sha256"], expected["image_sha256"])
 
+    def test_a_picture_in_passes_has_one_hash_on_any_farm(self):
+        expected = render_report(SCENE, *size(40), "--target-error", "0.004")
+        self.assertEqual(expected["stopped_by"], "samples")  # --spp 40 comes first
+        options = ["--width", "160", "--height", "100", "--target-error", "0.004"]
+        expected = render_report(SCENE, *options)
+        self.assertEqual(expected["stopped_by"], "error")
+        self.assertLessEqual(expected["error"]["rmse"], 0.004)
+        self.assertGreater(len(expected["passes"]), 2)
+        with tempfile.TemporaryDirectory() as state, Farm("--state", state, "--heartbeat",
+                                                          "0.1") as farm:
+            for count in (1, 2):
+                farm.start_worker(f"w{count}")
+                wait_for(lambda: len(farm.workers()) == count, "the worker")
+                report = farm.finish(farm.submit(SCENE, *options))
+                self.assertEqual(report["image_sha256"], expected["image_sha256"])
+                self.assertEqual(report["error"], expected["error"])
+                self.assertEqual(report["passes"], expected["passes"])
+            # A coordinator that is killed in a later pass goes on with it.
+            harder = ["--width", "160", "--height", "100", "--target-error", "0.001"]
+            job = farm.submit(SCENE, *harder)
+            wait_for(lambda: re.search(rf"job {job} lease .* samples \[(?!0,)",
+                                       farm.coordinator_log()), "a later pass")
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            farm.start_coordinator(farm.address)
+            report = farm.finish(job)
+            self.assertEqual(report["image_sha256"],
+                             render_report(SCENE, *harder)["image_sha256"])
+
+    def test_a_time_limit_is_kept_and_its_passes_repeat_the_picture(self):
+        size = ["--width", "160", "--height", "100"]
+        limited = render_report(SCENE, *size, "--time-limit", "1")
+        self.assertEqual(limited["stopped_by"], "time")
+        self.assertGreater(limited["samples_per_pixel"], 32)
+        passes = ",".join(map(str, limited["passes"]))
+        again = render_report(SCENE, *size, "--passes", passes, "--threads", "1")
+        self.assertEqual(again["image_sha256"], limited["image_sha256"])
+        self.assertEqual(again["stopped_by"], "passes")
+
+    def test_a_preview_shows_the_picture_before_it_is_done(self):
+        with Farm() as farm:
+            preview = farm.directory / "preview.png"
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *ENDLESS)
+            watch = farm.start_client("watch", job, "--preview", preview)
+            wait_for(preview.exists, "the preview of a job that somebody else has begun")
+            farm.client("cancel", job)
+            self.assertEqual(watch.wait(60), 1)
+            first = preview.read_bytes()
+            picture = farm.directory / "picture.exr"
+            submit = farm.start_client("submit", SCENE, *ENDLESS, "--wait", "-o", picture,
+                                       "--preview", preview)
+            wait_for(lambda: preview.read_bytes() != first, "the preview of a progressive job")
+            self.assertGreater(preview.stat().st_size, 10000)  # noise everywhere
+            farm.client("cancel", job + 1)
+            self.assertEqual(submit.wait(60), 1)
+            self.assertFalse(picture.exists())
+
     def test_two_coordinators_cannot_share_a_state(self):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state):
             second = Farm("--state", state)

@@ -99,6 +99,43 @@ TEST_CASE("an EXR file holds the very floats, odd ones too") {
   CHECK(image_sha256(back) == image_sha256(image));
 }
 
+TEST_CASE("an EXR file holds extra channels of both types beside the same RGB") {
+  const TemporaryDirectory directory;
+  const Image image = random_image(67, 301);
+  const std::size_t pixels = std::size_t{67} * 301;
+  std::vector<float> reals(pixels);
+  std::vector<std::uint32_t> wholes(pixels);
+  for (std::uint32_t i = 0; i < pixels; ++i) {
+    reals[i] = 0.1F * static_cast<float>(i) - 500;
+    wholes[i] = 0x01000001 + i * 0x9E3779B9;  // most need more than a float's 24 bits
+  }
+  reals[1] = std::numeric_limits<float>::infinity();
+  reals[2] = -0.0F;
+  wholes[3] = 0xFFFFFFFF;
+  const Channels channels = {
+      {"N.Y", reals}, {"albedo.R", std::vector<float>(pixels, 0.5F)}, {"sphere", wholes}};
+  const fs::path path = directory.path() / "a.exr";
+  write_image(path, image, {{"parray:a", "b"}}, {channels[2], channels[0], channels[1]});
+  const ImageFile back = read_image(path);
+  CHECK(image_sha256(back.image) == image_sha256(image));
+  CHECK_UNARY(back.channels == channels);
+  write_image(path, image, {});
+  CHECK(read_image(path).channels.empty());
+}
+
+TEST_CASE("channels that do not fit the picture or the file are our own mistake") {
+  const TemporaryDirectory directory;
+  const Channel few{"Z", std::vector<float>(5)};
+  const Channel fit{"Z", std::vector<float>(6)};
+  CHECK_THROWS_AS(write_image(directory.path() / "a.exr", random_image(3, 2), {}, {few}),
+                  std::logic_error);
+  CHECK_THROWS_AS(write_image(directory.path() / "a.png", random_image(3, 2), {}, {fit}),
+                  std::logic_error);
+  CHECK(directory.files() == 0);
+  CHECK(can_hold_channels("a.EXR"));
+  CHECK_FALSE(can_hold_channels("a.png"));
+}
+
 TEST_CASE("a picture of one pixel, one row and one column can be written and read") {
   const TemporaryDirectory directory;
   for (const auto& [width, height] : {std::pair{1U, 1U}, {500U, 1U}, {1U, 500U}}) {
@@ -200,7 +237,7 @@ TEST_CASE("what is thrown between two strips ends the writing and leaves nothing
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png"}) {
     int calls = 0;
-    CHECK_THROWS_AS(write_image(directory.path() / name, random_image(1000, 1000), {},
+    CHECK_THROWS_AS(write_image(directory.path() / name, random_image(1000, 1000), {}, {},
                                 [&] {
                                   if (++calls == 3) throw std::logic_error("enough");
                                 }),
@@ -231,6 +268,29 @@ TEST_CASE("what is no picture is refused with its name") {
     if (name[0] == 'a') std::ofstream(path) << "this is text";
     CHECK(contains(message_of<InputError>([&] { read_image(path); }), path.string() + ": "));
   }
+}
+
+TEST_CASE("what a file is, its contents say and not its name") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "a.exr";
+  write_image(directory.path() / "a.png", grey_row({0.5F}), {});
+  fs::rename(directory.path() / "a.png", path);
+  const ImageFile png = read_image(path);
+  CHECK_FALSE(png.high_dynamic_range);
+  CHECK(png.image.rgb.at(0) == doctest::Approx(0.5).epsilon(0.01));  // the sRGB curve undone
+  write_image(path, grey_row({0.5F}), {});
+  CHECK(read_image(path).high_dynamic_range);
+  std::ofstream(directory.path() / "a.ppm") << "P6 1 1 255\nabc";
+  CHECK(contains(message_of<InputError>([&] { read_image(directory.path() / "a.ppm"); }),
+                 "a.ppm: neither EXR nor PNG"));
+}
+
+TEST_CASE("a picture with a side beyond the limit is refused before its pixels are read") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "wide.png";
+  write_image(path, grey_row(std::vector<float>(65537, 0)), {});
+  CHECK(contains(message_of<InputError>([&] { read_image(path); }),
+                 "wide.png: 65537 x 1 pixels; at most 65536 a side and 67108864 in all"));
 }
 
 }  // namespace parray

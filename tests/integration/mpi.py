@@ -1,12 +1,14 @@
 """An mpirun of parray-mpi as real processes, for tests: everything that it started is ended when the
 test is over, by process id."""
 
+import contextlib
 import json
 import os
 import pathlib
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import tempfile
 
@@ -132,3 +134,10 @@ def kept_bytes(state):
         except FileNotFoundError:
             pass
     return sum(sizes)
+
+
+def kept_passes(state):
+    """How many passes of its first job a state knows of; nobody may be using it."""
+    with contextlib.closing(sqlite3.connect(state / "parray.sqlite")) as store:
+        record, = store.execute("SELECT record FROM jobs WHERE id = 1").fetchone()
+        return len(json.loads(record)["passes"])

@@ -6,13 +6,14 @@ import itertools
 import json
 import os
 import pathlib
+import shutil
 import signal
 import tempfile
 import time
 import unittest
 
 from farm import SCENES, Farm, run, wait_for
-from mpi import MpiRun, kept_bytes, why_not
+from mpi import MpiRun, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
 RANKS = range(1, 7)
@@ -26,6 +27,9 @@ def size(width, height, spp):
 
 SIZE = size(100, 75, 40)
 LONG_CORE_SECONDS = 9  # long enough to be interrupted
+# In passes, decided by what the passes before have found.
+TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
+ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
 NO_WINDOW = ("--mca", "osc", "^rdma,sm,pt2pt,ucx,monitoring,portals4")
 SAFE = ["--checkpoint", 1, "--threads", 1]
 
@@ -55,6 +59,11 @@ class MpiTest(unittest.TestCase):
         speed = cls.expected["samples_per_second"]
         cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * speed / (200 * 150))))
         cls.expected_long = render_report(*cls.long)
+        samples = int(0.5 * speed) // 2 * 2
+        adaptive = [*size(200, 150, 10 * samples // (200 * 150) + 1), "--adaptive", "on"]
+        cls.one_pass = [*adaptive, "--passes", samples]
+        cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * 10)]
+        cls.expected_passes = render_report(*cls.passes)
 
     def setUp(self):
         directory = tempfile.TemporaryDirectory()
@@ -63,6 +72,11 @@ class MpiTest(unittest.TestCase):
 
     def check(self, report, expected):
         for field in ("image_sha256", "samples", "rays"):
+            self.assertEqual(report[field], expected[field], field)
+
+    def check_passes(self, report, expected):
+        self.check(report, expected)
+        for field in ("passes", "stopped_by", "error", "samples_per_pixel"):
             self.assertEqual(report[field], expected[field], field)
 
     def check_job(self, ranks, *options, **more):
@@ -107,6 +121,83 @@ class MpiTest(unittest.TestCase):
                 self.assertEqual(report["mpi"]["mode"], mode)
                 self.assertEqual(report["mpi"]["transport"], transport)
                 self.assertEqual(len(report["mpi"]["ranks"]), 1 if transport == "memory" else 3)
+
+    def test_one_hash_for_a_job_in_passes(self):
+        trials = {TO_AN_ERROR: [(1, "window", 0), (2, "window", 0), (3, "messages", 0)],
+                  ADAPTIVE: [(3, "window", 16), (2, "messages", 0), (3, "static", 0),
+                             (2, "openmp", 0)]}
+        for options, ways in trials.items():
+            expected = render_report(*options)
+            self.assertGreater(len(expected["passes"]), 1)
+            for ranks, mode, tile in ways:
+                with self.subTest(options=options[6:], ranks=ranks, mode=mode, tile=tile):
+                    with MpiRun(ranks, SCENE, *options, "--mode", mode, "--tile", tile,
+                                "--threads", 1) as job:
+                        report = job.finish()
+                        self.check_passes(report, expected)
+                        self.assertEqual(report["mpi"]["mismatched_cells"], 0)
+                        self.assertEqual(report["mpi"]["corrupt_results"], 0)
+                        self.assertEqual(sum(rank["leases"] for rank in report["mpi"]["ranks"]),
+                                         report["mpi"]["leases"])
+
+    def test_a_job_stops_when_its_time_is_over_and_can_be_repeated(self):
+        limit = 1
+        with MpiRun(2, SCENE, *size(100, 75, 1_000_000), "--adaptive", "on", "--time-limit", limit,
+                    "--threads", 1) as job:
+            report = job.finish()
+        self.assertEqual(report["stopped_by"], "time")
+        self.assertLess(report["samples_per_pixel"], 500_000)
+        expected = render_report(*size(100, 75, 1_000_000), "--adaptive", "on", "--passes",
+                                 ",".join(map(str, report["passes"])))
+        self.check(report, expected)
+
+    def test_a_later_pass_of_a_killed_rank_0_goes_on_with_other_ranks_and_in_a_farm(self):
+        options = [*self.passes, *SAFE, "--state", self.state]
+        with MpiRun(2, SCENE, *options) as job:
+            wait_for_rows(self.state, job, 9_000_000)  # 2.2 MB a pass
+            os.kill(job.rank_pid(0), signal.SIGKILL)
+            self.assertNotEqual(job.wait(), 0)
+        in_farm = self.state.with_name("copy")
+        shutil.copytree(self.state, in_farm)
+        with MpiRun(3, SCENE, *options) as job:
+            stopped = job.rank_pid(2)
+            wait_for(lambda: "going on" in job.text(), "the job to go on")
+            os.kill(stopped, signal.SIGSTOP)
+            time.sleep(0.7)  # long enough for the others to come to the end of a pass
+            os.kill(stopped, signal.SIGCONT)
+            self.check_passes(job.finish(), self.expected_passes)
+            self.assertRegex(job.text(), r"parray-mpi: going on from [0-9.]+ samples a pixel in ")
+        self.assertGreater(kept_passes(in_farm), 1)
+        with Farm("--state", in_farm) as farm:
+            farm.start_worker("w1", threads=2)
+            self.check_passes(farm.finish(1), self.expected_passes)
+
+    def test_ranks_go_on_with_a_later_pass_of_a_killed_coordinator(self):
+        with Farm("--state", self.state) as farm:
+            farm.start_worker("w1", threads=2)
+            number = farm.submit(SCENE, *self.passes)
+            wait_for(lambda: farm.job(number)["progress"] > 0.4, "some progress")
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+        with MpiRun(2, SCENE, *self.passes, *SAFE, "--state", self.state) as job:
+            self.check_passes(job.finish(), self.expected_passes)
+            self.assertRegex(job.text(), "parray-mpi: going on from ")
+
+    def test_a_rank_that_does_not_come_to_the_end_of_a_pass_ends_the_job(self):
+        options = [*self.passes, *SAFE, "--state", self.state]
+        with MpiRun(3, SCENE, *options, "--patience", 2) as job:
+            wait_for_rows(self.state, job)
+            os.kill(job.rank_pid(2), signal.SIGSTOP)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertRegex(job.text(),
+                             r"parray-mpi: no rank has got on for .*; [0-9.]+ samples a pixel are "
+                             "kept in ")
+        with MpiRun(2, SCENE, *self.one_pass, *SAFE, "--state", self.state) as job:
+            job.finish()
+            self.assertNotIn("going on", job.text())  # with other limits it is another job
+        with MpiRun(1, SCENE, *options) as job:
+            self.check_passes(job.finish(), self.expected_passes)
+            self.assertIn("going on", job.text())
 
     def test_tiles_do_not_change_the_picture(self):
         for mode in ("window", "messages"):

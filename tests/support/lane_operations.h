@@ -67,10 +67,10 @@ inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},     {">="}
 inline constexpr int mask_rows = sizeof mask_operations / sizeof mask_operations[0];
 
 inline constexpr Operation uint_operations[] = {
-    {"load"},     {"broadcast"}, {"+"},           {"^"},       {"&"},       {">> 1"},
-    {">> 8"},     {">> 31"},     {"<< 1"},        {"<< 8"},    {"<< 31"},   {"high"},
-    {"low"},      {"select"},    {"select_bits"}, {"gather"},  {"permute"}, {"compress_store"},
-    {"philox a"}, {"philox b"},  {"philox c"},    {"philox d"}};
+    {"load"},           {"broadcast"}, {"+"},        {"*"},           {"^"},       {"&"},
+    {">> 1"},           {">> 8"},      {">> 31"},    {"<< 1"},        {"<< 8"},    {"<< 31"},
+    {"high"},           {"low"},       {"select"},   {"select_bits"}, {"gather"},  {"permute"},
+    {"compress_store"}, {"philox a"},  {"philox b"}, {"philox c"},    {"philox d"}};
 inline constexpr int uint_rows = sizeof uint_operations / sizeof uint_operations[0];
 
 /// A row for each operation.
@@ -144,6 +144,7 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
   p.store(*row++);
   Uint(in.p[0]).store(*row++);
   (p + q).store(*row++);
+  (p * q).store(*row++);
   (p ^ q).store(*row++);
   (p & q).store(*row++);
   (p >> 1).store(*row++);

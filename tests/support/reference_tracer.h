@@ -53,11 +53,10 @@ ReferenceSums reference_sums_in(const Scene& scene, const RenderSettings& settin
   Sides<Real> sides;
   for (std::uint32_t pixel = 0; pixel < result.pixels.size(); ++pixel) {
     for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
-      const SampleRandom random(settings.seed, pixel, s);
-      const Vec3<Real> value =
-          trace_sample(traced, linear, pixel % settings.width, pixel / settings.width, random,
-                       sides, result.counts.rays);
-      add_sample(vec_cast<double>(value), scale, result.pixels[pixel], result.counts);
+      const SampleRandom random(settings.seed, pixel, s, settings.sampler);
+      const Vec3<Real> value = trace_sample(traced, linear, pixel % settings.width,
+                                            pixel / settings.width, random, sides, result.counts);
+      add_sample(vec_cast<double>(value), scale, s, result.pixels[pixel], result.counts);
     }
   }
   return result;

@@ -16,6 +16,7 @@ inline std::vector<Message> sample_messages() {
   settings.samples_per_pixel = 40;
   settings.max_depth = 50;
   settings.seed = 0xFEDCBA9876543210;
+  settings.sampler = Sampler::sobol;
   settings.precision = Precision::f64;
   settings.accelerator = AcceleratorKind::bvh;
   settings.schedule = SchedulePolicy::factoring;
@@ -45,8 +46,8 @@ inline std::vector<Message> sample_messages() {
           msg::ShowJob{8, 5},
           msg::Job{8, job},
           msg::Cancel{8, 5},
-          msg::Fetch{8, 5},
-          msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, pixels},
+          msg::Fetch{8, 5, false, true},
+          msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false, pixels},
           msg::ListWorkers{8},
           msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}})},
           msg::Error{8, 2, "no such job"}};

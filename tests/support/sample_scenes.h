@@ -47,4 +47,32 @@ inline std::string reference_sha256(const Scene& scene, RenderSettings settings)
   return image_sha256(resolve_image(framebuffer, largest_radiance(scene)));
 }
 
+/// The same of a picture that goes in passes.
+inline std::string reference_passes_sha256(const Scene& scene, RenderSettings settings) {
+  settings.accelerator = AcceleratorKind::linear;
+  settings.row_order = RowOrder::sequential;
+  const auto kernel = make_kernel(scene, settings);
+  const double largest = largest_radiance(scene);
+  Framebuffer framebuffer(settings);
+  for (std::uint32_t pass = 0;; ++pass) {
+    const PassSize size = next_pass_size(framebuffer.state(largest), settings, pass);
+    if (size.samples == 0) {
+      return image_sha256(resolve_image(framebuffer, largest));
+    }
+    framebuffer.begin_pass(
+        counts_after_pass(framebuffer.state(largest), settings, pass, size.samples));
+    const WorkRect& rect = framebuffer.pass_rect();
+    RowBlock block{rect, settings.width, {}, std::vector<PixelSums>(framebuffer.pixels().size())};
+    for (std::uint32_t y = 0; y < settings.height; ++y) {
+      const auto samples = framebuffer.samples_of({y, y + 1, rect.sample_begin, rect.sample_end});
+      const std::vector<SampleRange> all(settings.width, rect.sample_range());
+      kernel->trace_run(
+          {y, 0, settings.width}, RunSamples(samples.empty() ? all : samples),
+          std::span(block.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+          block.counts);
+    }
+    framebuffer.merge(block);
+  }
+}
+
 }  // namespace parray::test

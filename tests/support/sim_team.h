@@ -21,7 +21,8 @@ class SimTeam final : public Team {
     Finished finished;
     finished.job = assignment.job;
     finished.epoch = assignment.epoch;
-    finished.block = trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop);
+    finished.block = trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop,
+                                assignment.samples);
     finished.seconds = static_cast<double>(finished.block.counts.samples) / speed_;
     finished.isa = kernel->isa();
     begun_ = network_.now();

@@ -13,6 +13,7 @@
 #include "common/schedule/work_plan.h"
 #include "proto/clock.h"
 #include "proto/window.h"
+#include "tests/support/dice.h"
 #include "worker/cell_team.h"
 
 /// A job over a window without a tracer: its samples are made-up numbers, which depend on row,
@@ -40,10 +41,11 @@ inline void add_made_sample(std::uint32_t position, std::uint32_t x, std::uint32
                             PixelSums& pixel, TraceCounts& counts) {
   const std::uint64_t bits =
       scrambled((std::uint64_t{position} << 48) | (std::uint64_t{x} << 32) | sample);
-  pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF});
+  pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF}, sample);
   ++counts.samples;
   counts.rays += bits >> 60;
   counts.nonfinite += bits >> 48 & 1;
+  counts.lost += bits >> 49 & 7;
 }
 
 /// The record of a cell; `nanoseconds` is the one thing that may differ between copies.
@@ -52,12 +54,13 @@ inline std::vector<std::byte> made_record(const WorkPlan& plan, std::uint64_t in
   const Cell cell = plan.cell(index);
   std::vector<PixelSums> pixels(plan.cell_pixels());
   TraceCounts counts;
-  for (std::uint32_t x = cell.x_begin; x < cell.x_end; ++x) {
-    for (std::uint32_t s = cell.sample_begin; s < cell.sample_end; ++s) {
-      add_made_sample(cell.position, x, s, pixels[x - cell.x_begin], counts);
+  for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+    const SampleRange samples = cell.samples_of(i);
+    for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+      add_made_sample(cell.position, cell.x_begin + i, s, pixels[i], counts);
     }
   }
-  const CellHeader header{counts.rays, counts.nonfinite, nanoseconds};
+  const CellHeader header{counts.rays, counts.nonfinite, counts.lost, nanoseconds};
   std::vector<std::byte> record(record_bytes_of(plan));
   std::memcpy(record.data(), &header, sizeof header);
   std::memcpy(record.data() + sizeof header, pixels.data(), pixels.size() * sizeof(PixelSums));
@@ -74,13 +77,15 @@ inline std::vector<std::byte> made_records(const WorkPlan& plan, const CellRange
   return records;
 }
 
-/// The made-up samples of a rectangle of work.
-inline RowBlock made_block(const RenderSettings& settings, const WorkRect& rect) {
+/// The made-up samples of a rectangle of work; `samples`: what each of its pixels has, empty: all.
+inline RowBlock made_block(const RenderSettings& settings, const WorkRect& rect,
+                           const std::vector<SampleRange>& samples = {}) {
   RowBlock block{rect, settings.width, {}, {}};
   for (std::uint32_t row = rect.row_begin; row < rect.row_end; ++row) {
     for (std::uint32_t x = 0; x < settings.width; ++x) {
+      const SampleRange own = samples.empty() ? rect.sample_range() : samples[block.pixels.size()];
       PixelSums& pixel = block.pixels.emplace_back();
-      for (std::uint32_t s = rect.sample_begin; s < rect.sample_end; ++s) {
+      for (std::uint32_t s = own.begin; s < own.end; ++s) {
         add_made_sample(row, x, s, pixel, block.counts);
       }
     }
@@ -99,11 +104,18 @@ inline Framebuffer made_framebuffer(const RenderSettings& settings,
 }
 
 inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
-  bool same = a.pixels() == b.pixels() && a.counts() == b.counts();
-  for (std::uint32_t row = 0; row < a.height(); ++row) {
-    same = same && a.samples_in_row(row) == b.samples_in_row(row);
+  return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples();
+}
+
+/// Samples of each pixel after a pass that gives some none, most a few and some very many.
+inline std::vector<std::uint32_t> ragged_counts(Dice& dice,
+                                                const std::vector<std::uint32_t>& before,
+                                                std::uint32_t most) {
+  std::vector<std::uint32_t> counts = before;
+  for (std::uint32_t& count : counts) {
+    count += dice.one_in(3) ? 0 : dice.below32(dice.one_in(20) ? most : most / 16 + 2);
   }
-  return same;
+  return counts;
 }
 
 /// Memory for a window, of zeros, aligned to words.

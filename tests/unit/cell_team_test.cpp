@@ -2,7 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "common/base/error.h"
@@ -11,6 +13,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/window_rig.h"
+#include "worker/team.h"
 #include "worker/window_leases.h"
 
 namespace parray {
@@ -27,8 +30,9 @@ RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t sp
   return settings;
 }
 
-WorkPlan plan_of(const RenderSettings& settings, std::uint32_t tile = 0) {
-  return {settings, {{0, settings.height, 0, settings.samples_per_pixel}}, tile};
+std::shared_ptr<const WorkPlan> plan_of(const RenderSettings& settings, std::uint32_t tile = 0) {
+  const WorkRect all{0, settings.height, 0, settings.samples_per_pixel};
+  return std::make_shared<const WorkPlan>(settings, std::vector{all}, tile);
 }
 
 /// What the team makes of a range; waits for it.
@@ -57,7 +61,7 @@ std::vector<std::byte> plain_records(const RenderSettings& settings, const WorkP
       kernel->trace({row_at[cell.position], x, x + 1}, {cell.sample_begin, cell.sample_end},
                     {&sums[x - cell.x_begin], 1}, counts);
     }
-    const CellHeader header{counts.rays, counts.nonfinite, 0};
+    const CellHeader header{counts.rays, counts.nonfinite, counts.lost, 0};
     const auto* const head = reinterpret_cast<const std::byte*>(&header);
     const auto pixels = std::as_bytes(std::span(sums));
     records.insert(records.end(), head, head + sizeof header);
@@ -79,7 +83,8 @@ TEST_CASE("a team's records are those of a kernel, whatever its threads, tiles a
   Dice dice(1);
   for (const auto& settings : {sized(20, 13, 6), sized(3, 2, 5000), sized(500, 4, 9)}) {
     for (const std::uint32_t tile : {0U, 4U}) {
-      const WorkPlan plan = plan_of(settings, tile);
+      const auto shared = plan_of(settings, tile);
+      const WorkPlan& plan = *shared;
       const std::uint64_t begin = dice.below(plan.cells());
       const CellRange part{begin, begin + 1 + dice.below(plan.cells() - begin)};
       for (const CellRange& range : {CellRange{0, plan.cells()}, part}) {
@@ -87,7 +92,7 @@ TEST_CASE("a team's records are those of a kernel, whatever its threads, tiles a
         for (const int threads : {1, 2, 3}) {
           CAPTURE(threads);
           CAPTURE(tile);
-          ThreadCellTeam team(small_scene(), settings, plan, threads);
+          ThreadCellTeam team(small_scene(), settings, shared, threads);
           const TracedCells result = traced(team, range);
           CHECK(result.range == range);
           CHECK(without_times(result.records, record_bytes_of(plan)) == expected);
@@ -102,8 +107,9 @@ TEST_CASE("a team's records are those of a kernel, whatever its threads, tiles a
 
 TEST_CASE("a team traces range after range and counts the samples of each") {
   const RenderSettings settings = sized(21, 13, 250);
-  const WorkPlan plan = plan_of(settings);
-  ThreadCellTeam team(small_scene(), settings, plan, 2);
+  const auto shared = plan_of(settings);
+  const WorkPlan& plan = *shared;
+  ThreadCellTeam team(small_scene(), settings, shared, 2);
   std::uint64_t samples = 0;
   for (std::uint64_t begin = 0; begin < plan.cells(); begin += 7) {
     const CellRange range{begin, std::min(begin + 7, plan.cells())};
@@ -124,8 +130,9 @@ TEST_CASE("a team traces range after range and counts the samples of each") {
 
 TEST_CASE("records carry the time that their cells took") {
   const RenderSettings settings = sized(20, 20, 100);
-  const WorkPlan plan = plan_of(settings);
-  ThreadCellTeam team(small_scene(), settings, plan, 1);
+  const auto shared = plan_of(settings);
+  const WorkPlan& plan = *shared;
+  ThreadCellTeam team(small_scene(), settings, shared, 1);
   const TracedCells result = traced(team, {0, plan.cells()});
   double nanoseconds = 0;
   for (std::size_t at = 0; at < result.records.size(); at += record_bytes_of(plan)) {
@@ -139,8 +146,9 @@ TEST_CASE("records carry the time that their cells took") {
 
 TEST_CASE("an abandoned range leaves no result, and the next one is right") {
   const RenderSettings settings = sized(100, 100, 20'000);
-  const WorkPlan plan = plan_of(settings);
-  ThreadCellTeam team(small_scene(), settings, plan, 2);
+  const auto shared = plan_of(settings);
+  const WorkPlan& plan = *shared;
+  ThreadCellTeam team(small_scene(), settings, shared, 2);
   for (int i = 0; i < 5; ++i) {
     team.start({0, 50'000});
     const std::uint64_t before = team.traced();
@@ -161,8 +169,9 @@ TEST_CASE("an abandoned range leaves no result, and the next one is right") {
 
 TEST_CASE("a team that is destroyed while it traces ends") {
   const RenderSettings settings = sized(100, 100, 20'000);
-  const WorkPlan plan = plan_of(settings);
-  ThreadCellTeam team(small_scene(), settings, plan, 2);
+  const auto shared = plan_of(settings);
+  const WorkPlan& plan = *shared;
+  ThreadCellTeam team(small_scene(), settings, shared, 2);
   team.start({0, plan.cells() / 2});
   while (team.traced() == 0) {
     team.wait(milliseconds(1));
@@ -171,9 +180,9 @@ TEST_CASE("a team that is destroyed while it traces ends") {
 
 TEST_CASE("a failure to trace is thrown to whoever asks for the result") {
   const RenderSettings settings = sized(20, 13, 6);
-  const WorkPlan plan = plan_of(settings);
-  ThreadCellTeam team(small_scene(), settings, plan, 1);
-  team.start({0, std::uint64_t{1} << 58});  // more memory than a vector may have
+  const auto shared = plan_of(settings);
+  ThreadCellTeam team(small_scene(), settings, shared, 1);
+  team.start({0, std::uint64_t{1} << 50});  // more memory than a vector may have
   team.wait(seconds(60));
   CHECK_THROWS_AS(team.take(), RunError);
 }
@@ -183,7 +192,8 @@ TEST_CASE("teams, leases and the ledger together make the picture of one thread"
   for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
     for (const std::uint32_t tile : {0U, 6U}) {
       settings.schedule = policy;
-      const WorkPlan plan = plan_of(settings, tile);
+      const auto shared = plan_of(settings, tile);
+      const WorkPlan& plan = *shared;
       const WindowLayout layout(plan, 2);
       test::WindowMemory memory(layout.bytes());
       LocalWindow window(memory.bytes());
@@ -195,7 +205,7 @@ TEST_CASE("teams, leases and the ledger together make the picture of one thread"
         options.rank = rank;
         options.all_threads = 2;
         WindowLeases leases(plan, layout, window, options);
-        ThreadCellTeam team(small_scene(), settings, plan, 1);
+        ThreadCellTeam team(small_scene(), settings, shared, 1);
         for (auto taken = leases.take(0, false); taken.answer == LeaseSource::Answer::lease;
              taken = leases.take(1e6, false)) {
           leases.complete(taken.range, traced(team, taken.range).records);
@@ -210,6 +220,66 @@ TEST_CASE("teams, leases and the ledger together make the picture of one thread"
       CHECK(framebuffer.counts().samples == 33 * 21 * 100);
       CHECK(image_sha256(resolve_image(framebuffer, largest_radiance(small_scene()))) ==
             test::reference_sha256(small_scene(), settings));
+    }
+  }
+}
+
+/// Everything of the pass under way in `framebuffer`, by two ranks over a window.
+void trace_pass(const RenderSettings& settings, std::uint32_t tile, Framebuffer& framebuffer,
+                std::vector<std::unique_ptr<ThreadCellTeam>>& teams) {
+  const auto plan = std::make_shared<const WorkPlan>(settings, std::vector{framebuffer.pass_rect()},
+                                                     tile, framebuffer.pass_samples());
+  const WindowLayout layout(*plan, 2);
+  test::WindowMemory memory(layout.bytes());
+  LocalWindow window(memory.bytes());
+  WindowLedger ledger(*plan, layout, window, memory.bytes(), framebuffer, Time(0));
+  std::vector<std::unique_ptr<WindowLeases>> leases;
+  for (std::uint32_t rank = 0; rank < 2; ++rank) {
+    WindowLeaseOptions options;
+    options.rank = rank;
+    options.all_threads = 2;
+    leases.push_back(std::make_unique<WindowLeases>(*plan, layout, window, options));
+    teams[rank]->change_plan(plan);
+  }
+  for (std::size_t turn = 0;; ++turn) {
+    const auto taken = leases[turn % 2]->take(1e6, false);
+    if (taken.answer != LeaseSource::Answer::lease) {
+      break;
+    }
+    leases[turn % 2]->complete(taken.range, traced(*teams[turn % 2], taken.range).records);
+  }
+  while (ledger.collect(Time(0), 100)) {
+  }
+  REQUIRE(ledger.done());
+}
+
+TEST_CASE("passes that give each pixel samples of its own come out as without a window") {
+  Dice dice(2);
+  for (const auto& settings : {sized(33, 21, 50), sized(200, 3, 5), sized(2, 2, 4000)}) {
+    for (const std::uint32_t tile : {0U, 6U}) {
+      const auto kernel = make_kernel(small_scene(), settings);
+      std::vector<std::unique_ptr<ThreadCellTeam>> teams;
+      for (const int threads : {1, 2}) {
+        teams.push_back(
+            std::make_unique<ThreadCellTeam>(small_scene(), settings, nullptr, threads));
+      }
+      Framebuffer framebuffer(settings);
+      Framebuffer expected(settings);
+      for (int pass = 0; pass < 4; ++pass) {
+        CAPTURE(pass);
+        const auto counts = pass == 0 ? std::vector<std::uint32_t>(framebuffer.samples().size(), 6)
+                                      : test::ragged_counts(dice, framebuffer.samples(),
+                                                            settings.samples_per_pixel);
+        framebuffer.begin_pass(counts);
+        trace_pass(settings, tile, framebuffer, teams);
+        expected.begin_pass(counts);
+        std::atomic<std::uint64_t> done = 0;
+        expected.merge(trace_rect(*kernel, settings, expected.pass_rect(), 1, done, false,
+                                  expected.samples_of(expected.pass_rect())));
+        CHECK(framebuffer.samples() == counts);
+        CHECK(test::same_sums(framebuffer, expected));
+      }
+      CHECK(teams[0]->built().seconds > 0);
     }
   }
 }

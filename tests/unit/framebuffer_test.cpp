@@ -44,7 +44,7 @@ RowBlock made_up_block(const RenderSettings& settings, const WorkRect& rect) {
       for (std::uint32_t s = rect.sample_begin; s < rect.sample_end; ++s) {
         const SampleRandom random(1, row_at[position] * settings.width + x, s);
         const auto u = random.at<double>(0, Purpose::scatter);
-        sums.add({scale.to_fixed(u.a * u.d), scale.to_fixed(u.b / 3), scale.to_fixed(u.c)});
+        sums.add({scale.to_fixed(u.a * u.d), scale.to_fixed(u.b / 3), scale.to_fixed(u.c)}, s);
         ++block.counts.samples;
         block.counts.rays += static_cast<std::uint64_t>(u.a * 8);
       }
@@ -98,9 +98,8 @@ TEST_CASE("any split into rectangles, merged in any order, gives the same sums")
     }
     REQUIRE(merged.pixels() == at_once.pixels());
     REQUIRE(merged.counts() == at_once.counts());
-    for (std::uint32_t row = 0; row < settings.height; ++row) {
-      REQUIRE(merged.samples_in_row(row) == settings.samples_per_pixel);
-    }
+    REQUIRE(merged.samples() ==
+            std::vector<std::uint32_t>(merged.pixels().size(), settings.samples_per_pixel));
     CHECK(image_sha256(resolve_image(merged, 1)) == image_sha256(resolve_image(at_once, 1)));
   }
 }
@@ -125,11 +124,11 @@ TEST_CASE("a block's rows land where the row order says, and count their samples
   framebuffer.merge(block);
   for (std::uint32_t row = 0; row < 5; ++row) {
     const PixelSums* pixels = framebuffer.pixels().data() + std::size_t{row} * 2;
-    CHECK(framebuffer.samples_in_row(row) == (row == row_at[3] ? 3U : 0U));
+    CHECK(framebuffer.samples()[std::size_t{row} * 2] == (row == row_at[3] ? 3U : 0U));
     CHECK(pixels[0].sum[0] == 0);
     CHECK(pixels[1].sum[0] == (row == row_at[3] ? 7U : 0U));
   }
-  CHECK(framebuffer.counts() == TraceCounts{6, 9, 0});
+  CHECK(framebuffer.counts() == TraceCounts{6, 9, 0, 0});
 }
 
 TEST_CASE("a block that does not fit the image is refused and changes nothing") {
@@ -222,15 +221,33 @@ TEST_CASE("fixed point keeps order and errs by half a unit at most") {
   }
 }
 
+TEST_CASE("a pass gives each pixel samples of its own, and a block counts what pixels have of it") {
+  const auto settings = sized(2, 2, 8, RowOrder::sequential);
+  Framebuffer framebuffer(settings);
+  framebuffer.begin_pass({4, 4, 4, 4});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 0, 4});
+  CHECK(framebuffer.samples_of({0, 2, 0, 4}).empty());  // all alike
+  framebuffer.merge({{0, 2, 0, 4}, 2, {16, 16, 0, 0}, std::vector<PixelSums>(4)});
+  framebuffer.begin_pass({4, 10, 6, 20});
+  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 4, 20});
+  CHECK(framebuffer.samples_of({0, 2, 5, 12}) ==
+        std::vector<SampleRange>{{5, 5}, {5, 10}, {5, 6}, {5, 12}});
+  CHECK(framebuffer.sample_count({0, 2, 5, 12}) == 13);
+  framebuffer.merge({{0, 2, 5, 12}, 2, {13, 13, 0, 0}, std::vector<PixelSums>(4)});
+  CHECK(framebuffer.samples() == std::vector<std::uint32_t>{4, 9, 5, 11});
+  CHECK_THROWS_AS(framebuffer.begin_pass({4, 9, 5, 10}), std::logic_error);
+  CHECK_THROWS_AS(framebuffer.begin_pass({99, 99}), std::logic_error);
+}
+
 TEST_CASE("sums of squares give the variance of a sample") {
   for (const double largest : {1.0, 3.0, 0.01}) {
     const RadianceScale scale(largest);
     PixelSums sums;
     double mean_square = 0;
-    constexpr int count = 1000;
-    for (int i = 0; i < count; ++i) {
+    constexpr std::uint32_t count = 1000;
+    for (std::uint32_t i = 0; i < count; ++i) {
       const double value = largest * i / count;
-      sums.add({scale.to_fixed(value), scale.to_fixed(largest), 0});
+      sums.add({scale.to_fixed(value), scale.to_fixed(largest), 0}, i);
       mean_square += value * value / count;
     }
     CHECK(scale.mean_square(sums.sum_of_squares[0], count) ==
@@ -258,10 +275,10 @@ TEST_CASE("a white furnace is exactly 1.0f for every number of samples") {
   }
   const auto settings = sized(3, 2, 7);
   Framebuffer framebuffer(settings);
-  RowBlock block{whole(settings), 3, {42, 42, 0}, std::vector<PixelSums>(6)};
+  RowBlock block{whole(settings), 3, {42, 42, 0, 0}, std::vector<PixelSums>(6)};
   for (PixelSums& pixel : block.pixels) {
-    for (int s = 0; s < 7; ++s) {
-      pixel.add({scale.to_fixed(1), scale.to_fixed(1), scale.to_fixed(1)});
+    for (std::uint32_t s = 0; s < 7; ++s) {
+      pixel.add({scale.to_fixed(1), scale.to_fixed(1), scale.to_fixed(1)}, s);
     }
   }
   framebuffer.merge(block);
@@ -273,10 +290,10 @@ TEST_CASE("rows without samples are black, rows with some are their mean") {
   const auto settings = sized(1, 2, 4, RowOrder::sequential);
   Framebuffer framebuffer(settings);
   CHECK(resolve_image(framebuffer, 1).rgb == std::vector<float>(6, 0.0F));
-  RowBlock block{{1, 2, 1, 3}, 1, {2, 2, 0}, std::vector<PixelSums>(1)};
+  RowBlock block{{1, 2, 1, 3}, 1, {2, 2, 0, 0}, std::vector<PixelSums>(1)};
   const RadianceScale scale(2);
-  block.pixels[0].add({scale.to_fixed(2), scale.to_fixed(1), 0});
-  block.pixels[0].add({scale.to_fixed(1), scale.to_fixed(0.25), 0});
+  block.pixels[0].add({scale.to_fixed(2), scale.to_fixed(1), 0}, 1);
+  block.pixels[0].add({scale.to_fixed(1), scale.to_fixed(0.25), 0}, 2);
   framebuffer.merge(block);
   const Image image = resolve_image(framebuffer, 2);
   CHECK(image.width == 1);

@@ -33,6 +33,7 @@ struct Picture {
           for (std::size_t c = 0; c < 3; ++c) {
             expected.sum[c] = spp * radiance;
             expected.sum_of_squares[c] = spp * RadianceScale::square_of(radiance);
+            expected.odd[c] = spp / 2 * radiance;
           }
           return !(pixel == expected);
         }));
@@ -196,9 +197,11 @@ TEST_CASE("a sample of a lone diffuse sphere of albedo 1/2 is exactly 1/2 at eve
       for (const PixelSums& pixel : picture.pixels) {
         const std::uint64_t misses = (pixel.sum[0] - spp * (one / 2)) / (one / 2);
         PixelSums expected;
-        for (std::uint64_t s = 0; s < spp; ++s) {
-          const std::uint64_t value = s < misses ? one : one / 2;
-          expected.add({value, value, value});
+        const std::uint64_t odd_misses = (pixel.odd[0] - spp / 2 * (one / 2)) / (one / 2);
+        for (std::uint32_t s = 0; s < spp; ++s) {
+          const std::uint64_t missed = s % 2 == 1 ? odd_misses : misses - odd_misses;
+          const std::uint64_t value = s / 2 < missed ? one : one / 2;
+          expected.add({value, value, value}, s);
         }
         REQUIRE(pixel == expected);
         hits += spp - misses;

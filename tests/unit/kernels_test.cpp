@@ -138,6 +138,42 @@ void for_all_kernels(const Scene& scene, RenderSettings settings,
   }
 }
 
+/// What path.h says that the camera rays of a picture meet: pixel after pixel, in each sample after
+/// sample.
+template <typename Real, typename Store>
+std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings& settings) {
+  const TraceScene<Real> traced = reference_scene<Real, Store>(scene, settings);
+  const Linear<Real> linear(traced.spheres);
+  std::vector<FirstHit> hits;
+  Sides<Real> sides;
+  for (std::uint32_t pixel = 0; pixel < settings.width * settings.height; ++pixel) {
+    for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
+      const SampleRandom random(settings.seed, pixel, s, settings.sampler);
+      const Ray<Real> ray =
+          traced.view.template ray<Real>(pixel % settings.width, pixel / settings.width, random);
+      start_sides(traced, ray.origin, sides);
+      const Hit<Real> hit = first_crossing(traced, linear, ray, sides);
+      FirstHit& first = hits.emplace_back();
+      if (hit.sphere == no_sphere) continue;
+      const Vec3d outward = vec_cast<double>(crossing_normal(traced, ray, sides, hit));
+      first = {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
+               hit.leaving ? -outward : outward};
+    }
+  }
+  return hits;
+}
+
+std::vector<FirstHit> reference_hits(const Scene& scene, const RenderSettings& settings) {
+  switch (settings.precision) {
+    case Precision::f64:
+      return reference_hits_in<double, double>(scene, settings);
+    case Precision::mixed:
+      return reference_hits_in<double, float>(scene, settings);
+    default:
+      return reference_hits_in<float, float>(scene, settings);
+  }
+}
+
 /// Cuts pixels and samples in two at random, again and again, and traces the pieces.
 void trace_in_pieces(const Kernel& kernel, const PixelRun& run, const SampleRange& samples,
                      std::span<PixelSums> sums, TraceCounts& counts, Dice& dice) {
@@ -164,17 +200,55 @@ TEST_CASE("every kernel's sums and counts are those of the scalar reference") {
     CAPTURE(named.name);
     for (const Precision precision : precisions) {
       CAPTURE(name_of(precision));
+      for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+        CAPTURE(name_of(sampler));
+        RenderSettings settings = settings_of(precision);
+        settings.sampler = sampler;
+        const ReferenceSums expected = reference_sums(named.scene, settings);
+        for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
+          const ReferenceSums found = sums_of(kernel, settings);
+          CHECK(found.counts.samples == expected.counts.samples);
+          CHECK(found.counts.rays == expected.counts.rays);
+          CHECK(found.counts.nonfinite == expected.counts.nonfinite);
+          CHECK_UNARY(found.pixels == expected.pixels);
+        });
+      }
+    }
+  }
+}
+
+TEST_CASE("every kernel's camera rays meet what the scalar reference's meet") {
+  for (const NamedScene& named : scenes()) {
+    CAPTURE(named.name);
+    for (const Precision precision : precisions) {
+      CAPTURE(name_of(precision));
       const RenderSettings settings = settings_of(precision);
-      const ReferenceSums expected = reference_sums(named.scene, settings);
+      const auto expected = reference_hits(named.scene, settings);
       for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
-        const ReferenceSums found = sums_of(kernel, settings);
-        CHECK(found.counts.samples == expected.counts.samples);
-        CHECK(found.counts.rays == expected.counts.rays);
-        CHECK(found.counts.nonfinite == expected.counts.nonfinite);
-        CHECK_UNARY(found.pixels == expected.pixels);
+        const std::size_t in_row = std::size_t{settings.width} * settings.samples_per_pixel;
+        std::vector<FirstHit> found(expected.size());
+        for (std::uint32_t y = 0; y < settings.height; ++y) {
+          kernel.first_hits({y, 0, settings.width}, {0, settings.samples_per_pixel},
+                            std::span(found).subspan(y * in_row, in_row));
+        }
+        CHECK_UNARY(found == expected);
       });
     }
   }
+}
+
+TEST_CASE("what camera rays meet depends on pixel and sample, not on the run that asks") {
+  const Scene scene = lens_in_glass();
+  const RenderSettings settings = settings_of(Precision::f32);
+  const auto expected = reference_hits(scene, settings);
+  for_all_kernels(scene, settings, [&](const Kernel& kernel) {
+    std::vector<FirstHit> found(3 * 2);
+    kernel.first_hits({7, 30, 33}, {2, 4}, found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const std::size_t pixel = 7 * settings.width + 30 + i / 2;
+      CHECK(found[i] == expected[pixel * settings.samples_per_pixel + 2 + i % 2]);
+    }
+  });
 }
 
 TEST_CASE("the reference's scenes show what their names say") {

@@ -154,6 +154,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
     const std::array<std::uint32_t, uint_rows> values{p,
                                                       in.p[0],
                                                       p + q,
+                                                      p * q,
                                                       p ^ q,
                                                       p & q,
                                                       p >> 1,
@@ -177,7 +178,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
       out.uint[row][i] = values[row];
     }
   }
-  constexpr int compressed = 17;
+  constexpr int compressed = 18;
   compress(in.p, in.set, out.uint[compressed]);
 }
 

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -56,6 +57,61 @@ TEST_CASE("a new job is all pending") {
   CHECK(table.leased() == 0);
   CHECK(table.next_deadline() == never);
   CHECK_FALSE(table.done());
+}
+
+TEST_CASE("a job in passes has the work that is added to it") {
+  RenderSettings settings = job(6, 4);
+  settings.adaptive = true;
+  LeaseTable table(settings);
+  CHECK_FALSE(table.has_pending());
+  CHECK(table.done());
+  table.add({0, 6, 0, 2}, 0.5);
+  table.add({0, 6, 2, 4}, 0.25);
+  CHECK(table.pending_units() == 24);
+  CHECK(table.pending() == std::vector<WorkRect>{{0, 6, 0, 2}, {0, 6, 2, 4}});
+  CHECK(table.density() == 0.5);
+  // Guided: half of what is left of the first part, not of all.
+  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{0, 3, 0, 2});
+  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{3, 5, 0, 2});
+  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{5, 6, 0, 2});
+  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{0, 3, 2, 4});
+  CHECK(table.density() == 0.25);
+  CHECK(table.leased_rect(1) == WorkRect{0, 3, 0, 2});
+  CHECK_FALSE(table.leased_rect(99));
+}
+
+TEST_CASE("a progressive job begins with one sample of every pixel, whatever the policy") {
+  for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::guided,
+                            SchedulePolicy::factoring, SchedulePolicy::weighted}) {
+    RenderSettings settings = job(8, 100, policy);
+    settings.progressive = true;
+    LeaseTable table(settings);
+    std::vector<std::uint32_t> begins;
+    std::uint64_t units = 0;
+    while (const auto lease = table.grant(seconds(1), asker(ann), false)) {
+      units += lease->rect.units();
+      begins.push_back(lease->rect.sample_begin);
+    }
+    CHECK(units == 800);
+    CHECK(std::is_sorted(begins.begin(), begins.end()));
+    CHECK(std::set<std::uint32_t>(begins.begin(), begins.end()).contains(1));
+    CHECK(std::set<std::uint32_t>(begins.begin(), begins.end()).contains(16));
+  }
+}
+
+TEST_CASE("restoring takes from every part of the work") {
+  RenderSettings settings = job(6, 20);
+  settings.progressive = true;
+  LeaseTable table(settings);
+  table.restore({0, 6, 16, 20});
+  table.restore({2, 3, 0, 1});
+  CHECK(table.pending_units() == 6 * 16 - 1);
+  CHECK(table.done_units() == 25);
+  CHECK_THROWS_AS(table.restore({0, 1, 16, 20}), std::logic_error);
+  table.restore({0, 6, 1, 16});
+  table.restore({0, 2, 0, 1});
+  table.restore({3, 6, 0, 1});
+  CHECK(table.done());
 }
 
 TEST_CASE("pending work becomes leased by a grant") {

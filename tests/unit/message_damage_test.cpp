@@ -274,7 +274,7 @@ TEST_CASE("bulk data come out as they were sealed, empty ones too") {
 
 TEST_CASE("a row block comes back as it was, an empty one too") {
   CHECK(row_block_from_bytes(row_block_to_bytes(small_block())) == small_block());
-  CHECK(row_block_to_bytes(small_block()).size() == 44 + 48 * 4 + 16);
+  CHECK(row_block_to_bytes(small_block()).size() == 52 + 72 * 4 + 16);
   CHECK(row_block_from_bytes(row_block_to_bytes({})) == RowBlock{});
 }
 
@@ -287,20 +287,48 @@ TEST_CASE("a row block that contradicts itself is refused") {
   CHECK(block_refused(bytes + '\0'));
   CHECK(block_refused(bytes + std::string(48, '\0')));
   for (const std::uint32_t value : {0U, 1U, 4U, 6U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
-    for (const std::size_t at : {0U, 4U, 8U, 12U, 16U}) {  // the rectangle and the width
+    for (const std::size_t at : {0U, 4U, 16U}) {  // the rows and the width
       CAPTURE(at);
       CAPTURE(value);
       CHECK(block_refused(with(bytes, at, value)));
     }
   }
-  CHECK(block_refused(with(bytes, 20, std::uint64_t{11})));  // samples
+  // A rectangle may hold more samples than its pixels have, but not fewer.
+  for (const std::uint32_t begin : {8U, 10U, 11U, 0xFFFFFFFFU}) {
+    CHECK(block_refused(with(bytes, 8, begin)));
+  }
+  for (const std::uint32_t end : {0U, 6U, 7U, 9U}) {
+    CHECK(block_refused(with(bytes, 12, end)));
+  }
+  CHECK(block_refused(with(bytes, 20, std::uint64_t{13})));  // samples
   CHECK(block_refused(with(bytes, 20, UINT64_MAX)));
   CHECK(block_refused(with(bytes, 36, std::uint64_t{13})));  // more non-finite than samples
   CHECK(block_refused(with(bytes, 36, std::uint64_t{12})));  // more than it accounts for
 }
 
+TEST_CASE("a grant's sample ranges must fit its rectangle") {
+  msg::Grant grant;
+  grant.scene = std::string(64, 'a');
+  grant.settings = std::get<msg::Grant>(sample_messages()[6]).settings;
+  grant.settings.adaptive = true;
+  grant.rect = {0, 2, 10, 30};
+  const auto with_ranges = [&](std::size_t count, const SampleRange& odd_one) {
+    grant.samples.assign(count, {10, 30});
+    grant.samples.back() = odd_one;
+    return encode(grant);
+  };
+  const std::size_t pixels = std::size_t{2} * grant.settings.width;
+  CHECK_FALSE(refused(with_ranges(pixels, {12, 12})));
+  CHECK_FALSE(refused(with_ranges(pixels, {0, 0})));  // nothing, wherever
+  CHECK(refused(with_ranges(pixels - 1, {12, 20})));
+  CHECK(refused(with_ranges(pixels + 1, {12, 20})));
+  CHECK(refused(with_ranges(pixels, {9, 20})));
+  CHECK(refused(with_ranges(pixels, {12, 31})));
+  CHECK(refused(with_ranges(pixels, {20, 12})));
+}
+
 TEST_CASE("an image's data must fit its size") {
-  msg::ImageData image{1, json::object(), 2, 3, std::string(72, '\0')};
+  msg::ImageData image{1, json::object(), 2, 3, false, std::string(72, '\0')};
   CHECK_FALSE(refused(encode(image)));
   image.width = 3;
   CHECK(refused(encode(image)));

@@ -73,6 +73,7 @@ const std::vector<TypeRow>& protocol() {
                                 {"max_depth", 50},
                                 {"precision", "f64"},
                                 {"seed", 0xFEDCBA9876543210},
+                                {"sampler", "sobol"},
                                 {"accelerator", "bvh"},
                                 {"isa", "auto"},
                                 {"schedule", "factoring"},
@@ -100,7 +101,8 @@ const std::vector<TypeRow>& protocol() {
         {"epoch", 6},
         {"rect", {1, 30, 2, 40}},
         {"scene", digest},
-        {"settings", settings}}},
+        {"settings", settings}},
+       true},
       {"need_scene", {{"scene", digest}}},
       {"scene", {{"scene", digest}}, true},
       {"result",
@@ -130,9 +132,13 @@ const std::vector<TypeRow>& protocol() {
       {"show_job", {{"request", 8}, {"job", 5}}},
       {"job", {{"request", 8}, {"job", job}}},
       {"cancel", {{"request", 8}, {"job", 5}}},
-      {"fetch", {{"request", 8}, {"job", 5}}},
+      {"fetch", {{"request", 8}, {"job", 5}, {"partial", false}, {"statistics", true}}},
       {"image",
-       {{"request", 8}, {"report", {{"image_sha256", digest}}}, {"width", 2}, {"height", 3}},
+       {{"request", 8},
+        {"report", {{"image_sha256", digest}}},
+        {"width", 2},
+        {"height", 3},
+        {"statistics", false}},
        true},
       {"list_workers", {{"request", 8}}},
       {"workers", {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}}},
@@ -195,7 +201,7 @@ TEST_CASE("unknown keys are ignored, at any level") {
     const Frames more = with(frames, [](json& map) {
       map["colour"] = {{"deep", {1, 2, {3}}}};
       if (map.contains("settings")) {
-        map["settings"]["sampler"] = "sobol";
+        map["settings"]["mood"] = "blue";
       }
     });
     CHECK(encode(decode(more)) == frames);
@@ -346,6 +352,16 @@ TEST_CASE("settings are complete, in range and leave nothing automatic") {
   CHECK(problem("max_depth", limits::max_depth + 1) != "");
   CHECK(problem("samples_per_pixel", (std::uint64_t{1} << 32) + 40) != "");
   CHECK(problem("seed", UINT64_MAX) == "");
+  CHECK(problem("sampler", "quantum") != "");
+  CHECK(problem("sampler", 1) != "");
+}
+
+TEST_CASE("settings without a sampler are of the time when all samples were independent") {
+  const auto sampler_of = [](auto change) {
+    return std::get<msg::Grant>(decode(with(frames_of("grant"), change))).settings.sampler;
+  };
+  CHECK(sampler_of([](json&) {}) == Sampler::sobol);
+  CHECK(sampler_of([](json& map) { map["settings"].erase("sampler"); }) == Sampler::independent);
 }
 
 TEST_CASE("every verdict comes back, and no other word is one") {

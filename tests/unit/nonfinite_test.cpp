@@ -29,17 +29,20 @@ class HoleyKernel final : public Kernel {
            (x == 0 && y == 4);
   }
 
-  void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-             TraceCounts& counts) const override {
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
     const RadianceScale scale(1);
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
         const double nan = std::numeric_limits<double>::quiet_NaN();
         const Vec3d radiance = hole(x, run.y, s) ? Vec3d{0.25, nan, 1} : Vec3d{0.25, 0.5, 1};
-        add_sample(radiance, scale, sums[x - run.x_begin], counts);
+        add_sample(radiance, scale, s, sums[x - run.x_begin], counts);
       }
     }
   }
+  void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
+                  std::span<FirstHit> /*hits*/) const override {}
   [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
   [[nodiscard]] std::string_view isa() const override { return "none"; }
 };
@@ -76,10 +79,12 @@ std::uint64_t holes() {
 }
 
 TEST_CASE("every sample that is not finite is found, with its pixel and its number") {
-  const auto found = locate_nonfinite(HoleyKernel(), {2, 4, 9}, {3, 11}, 77);
+  const auto found =
+      locate_nonfinite(HoleyKernel(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}), 77);
   REQUIRE(found.size() == 1);
   CHECK(found[0] == ExcludedSamples{77, 7, 6, 2});  // samples 6 and 10
-  CHECK(locate_nonfinite(HoleyKernel(), {2, 0, 7}, {0, spp}, 0).empty());
+  CHECK(
+      locate_nonfinite(HoleyKernel(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp}), 0).empty());
 }
 
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
@@ -146,7 +151,7 @@ TEST_CASE("the report says which pixels lack samples") {
   job.start_work(std::make_shared<const std::string>(scene_to_bytes(scene)));
   job.work->framebuffer.merge(traced(job.record.settings, {0, height, 0, spp}, 1));
   job.work->started = Time(0);
-  const auto report = make_report(job, "", seconds(1));
+  const auto report = finish_picture(job, seconds(1)).report;
   CHECK(report.at("nonfinite_samples") == holes());
   CHECK(report.at("nonfinite_pixels") == 3);
   REQUIRE(report.at("nonfinite").size() == 3);

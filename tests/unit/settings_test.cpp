@@ -27,6 +27,9 @@ TEST_CASE("the name of every setting reads back as it") {
   for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
     CHECK(isa_from(name_of(value)) == value);
   }
+  for (const auto value : {Sampler::independent, Sampler::sobol}) {
+    CHECK(sampler_from(name_of(value)) == value);
+  }
   for (const auto value : {AcceleratorKind::automatic, AcceleratorKind::linear,
                            AcceleratorKind::bvh, AcceleratorKind::octree}) {
     CHECK(accelerator_from(name_of(value)) == value);
@@ -46,6 +49,7 @@ TEST_CASE("settings are named as users write them") {
   CHECK(name_of(Precision::mixed) == "mixed");
   CHECK(name_of(Isa::avx512) == "avx512");
   CHECK(name_of(AcceleratorKind::octree) == "octree");
+  CHECK(name_of(Sampler::sobol) == "sobol");
   CHECK(name_of(SchedulePolicy::static_split) == "static");
   CHECK(name_of(RowOrder::interleaved) == "interleaved");
   CHECK(name_of(static_cast<Precision>(77)) == "unknown");
@@ -62,6 +66,8 @@ TEST_CASE("an unknown setting is refused with the known names and the nearest") 
   CHECK(message_of<InputError>([] { isa_from("avx-512"); }) ==
         "unknown instruction set 'avx-512': did you mean 'avx512'? "
         "known: auto, scalar, avx2, avx512");
+  CHECK(message_of<InputError>([] { sampler_from("soboll"); }) ==
+        "unknown sampler 'soboll': did you mean 'sobol'? known: independent, sobol");
   CHECK(message_of<InputError>([] { row_order_from("random"); }) ==
         "unknown row order 'random': known: auto, sequential, interleaved");
   CHECK(message_of<InputError>([] { precision_from(""); }) ==
@@ -105,6 +111,8 @@ TEST_CASE("a setting out of its range is named") {
         "precision: value 9 has no meaning: known: auto, f32, f64, mixed");
   CHECK(with([](auto& s) { s.isa = static_cast<Isa>(4); }) ==
         "isa: value 4 has no meaning: known: auto, scalar, avx2, avx512");
+  CHECK(with([](auto& s) { s.sampler = static_cast<Sampler>(2); }) ==
+        "sampler: value 2 has no meaning: known: independent, sobol");
   CHECK(with([](auto& s) { s.row_order = static_cast<RowOrder>(3); }) ==
         "row order: value 3 has no meaning: known: auto, sequential, interleaved");
 }

@@ -119,7 +119,7 @@ class OtherMode {
 };
 
 Assignment assignment(std::uint64_t epoch, const RenderSettings& settings) {
-  return {7, epoch, whole(settings), settings, "the small scene", shared_scene()};
+  return {7, epoch, whole(settings), settings, {}, "the small scene", shared_scene()};
 }
 
 /// Hours of work, in pieces of a millisecond.

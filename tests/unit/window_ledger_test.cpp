@@ -432,4 +432,78 @@ TEST_CASE("a job of which nothing is left is done at once") {
   CHECK(rig.ledger.progress() == 1);
 }
 
+TEST_CASE("rows of a pass that gives each pixel samples of its own are kept as they are merged") {
+  Dice dice(11);
+  for (int i = 0; i < 60; ++i) {
+    CAPTURE(i);
+    const RenderSettings settings = random_settings(dice);
+    Framebuffer framebuffer(settings);
+    Framebuffer expected(settings);
+    Framebuffer kept(settings);
+    for (int pass = 0; pass < 3; ++pass) {
+      const auto counts =
+          test::ragged_counts(dice, framebuffer.samples(), settings.samples_per_pixel);
+      for (Framebuffer* each : {&framebuffer, &expected, &kept}) {
+        each->begin_pass(counts);
+      }
+      const WorkRect all = framebuffer.pass_rect();
+      if (all.units() == 0) {
+        continue;
+      }
+      const WorkPlan plan(settings, {all}, dice.below32(9), framebuffer.pass_samples());
+      const WindowLayout layout(plan, 3);
+      WindowMemory memory(layout.bytes());
+      LocalWindow window(memory.bytes());
+      WindowLedger ledger(plan, layout, window, memory.bytes(), framebuffer, Time(0));
+      WindowLeases rank(plan, layout, window, {});
+      for (const CellRange& range : shuffled_ranges(dice, plan.cells())) {
+        rank.complete(range, made_records(plan, range));
+        ledger.collect(Time(0), 1000);
+        if (const auto block = ledger.take_finished_rows()) {
+          CHECK(*block == made_block(settings, block->rect, expected.samples_of(block->rect)));
+          kept.merge(*block);
+        }
+      }
+      while (const auto block = ledger.take_finished_rows()) {
+        kept.merge(*block);
+      }
+      expected.merge(made_block(settings, all, expected.samples_of(all)));
+      REQUIRE(ledger.done());
+      CHECK(plan.samples() == expected.sample_count(all));
+      CHECK(framebuffer.samples() == counts);
+      CHECK(same_sums(framebuffer, expected));
+      CHECK(same_sums(kept, expected));
+    }
+  }
+}
+
+TEST_CASE("a row that is spoilt after it was merged is not kept, and the ledger says so") {
+  Rig rig(fixed_settings());
+  const CellRange all{0, rig.plan.cells()};
+  rig.put(all);
+  rig.collect();
+  REQUIRE(rig.ledger.done());
+  rig.put_corrupt({3, 4});
+  std::uint32_t rows = 0;
+  while (const auto block = rig.ledger.take_finished_rows()) {
+    rows += block->rect.rows();
+  }
+  CHECK(rig.ledger.rows_left_out() == 1);
+  CHECK(rows == rig.plan.passes() - 1);
+}
+
+TEST_CASE("a ledger counts on from the one before") {
+  Rig first(fixed_settings());
+  first.put({0, first.plan.cells()});
+  first.put({0, 3});
+  first.collect();
+  Rig second(fixed_settings());
+  second.ledger.go_on_from(first.ledger);
+  second.put({0, 2});
+  second.collect();
+  CHECK(second.ledger.tally().entries == 3);
+  CHECK(second.ledger.tally().duplicates == 3);
+  CHECK(second.ledger.row_nanoseconds() == first.ledger.row_nanoseconds());
+}
+
 }  // namespace parray

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <tuple>
 #include <vector>
 
 #include "common/scene/limits.h"
+#include "common/schedule/row_order.h"
 #include "proto/window.h"
 #include "tests/support/dice.h"
 
@@ -24,7 +26,9 @@ struct Trial {
   std::vector<WorkRect> pending;
   std::uint32_t tile = 0;
 
-  [[nodiscard]] WorkPlan plan() const { return {settings, pending, tile}; }
+  std::vector<SampleRange> samples{};  ///< of each pixel, image order; empty: all
+
+  [[nodiscard]] WorkPlan plan() const { return {settings, pending, tile, samples}; }
 };
 
 RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
@@ -82,9 +86,10 @@ class Samples {
         spp_(settings.samples_per_pixel),
         times_(std::size_t{settings.width} * settings.height * spp_) {}
   void add(const Cell& cell) {
-    for (std::uint32_t x = cell.x_begin; x < cell.x_end; ++x) {
-      const std::size_t first = (std::size_t{cell.position} * width_ + x) * spp_;
-      for (std::uint32_t s = cell.sample_begin; s < cell.sample_end; ++s) {
+    for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+      const std::size_t first = (std::size_t{cell.position} * width_ + cell.x_begin + i) * spp_;
+      const SampleRange samples = cell.samples_of(i);
+      for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
         ++times_[first + s];
       }
     }
@@ -158,6 +163,66 @@ TEST_CASE("the cells of a plan hold every pending sample of every pixel exactly 
     REQUIRE(planned == wanted);
     REQUIRE(passes == wanted);
   }
+}
+
+/// Some pixels with none, most with a few, some with many of the samples.
+std::vector<SampleRange> random_samples(Dice& dice, const RenderSettings& settings) {
+  std::vector<SampleRange> samples(std::size_t{settings.width} * settings.height);
+  for (SampleRange& pixel : samples) {
+    pixel.begin = dice.below32(settings.samples_per_pixel);
+    const std::uint32_t most = settings.samples_per_pixel - pixel.begin + 1;
+    pixel.end =
+        pixel.begin + (dice.one_in(4) ? 0 : dice.below32(dice.one_in(9) ? most : most / 8 + 1));
+  }
+  return samples;
+}
+
+TEST_CASE("in a pass every sample that a pixel has is in exactly one cell, and no other") {
+  Dice dice(6);
+  for (int i = 0; i < 300; ++i) {
+    CAPTURE(i);
+    Trial trial = random_trial(dice);
+    trial.settings.row_order = dice.one_in(2) ? RowOrder::sequential : RowOrder::interleaved;
+    trial.samples = random_samples(dice, trial.settings);
+    const auto row_at = make_row_order(trial.settings.row_order, trial.settings.height);
+    const WorkPlan plan = trial.plan();
+    Samples wanted(trial.settings);
+    std::uint64_t samples = 0;
+    for (const WorkRect& rect : trial.pending) {
+      for (std::uint32_t row = rect.row_begin; row < rect.row_end; ++row) {
+        const std::size_t first = std::size_t{row_at[row]} * trial.settings.width;
+        Cell cell{row, 0, trial.settings.width, rect.sample_begin, rect.sample_end};
+        cell.pass = std::span(trial.samples).subspan(first, trial.settings.width);
+        wanted.add(cell);
+      }
+    }
+    Samples planned(trial.settings);
+    bool small = true;
+    for (std::uint64_t index = 0; index < plan.cells(); ++index) {
+      const Cell cell = plan.cell(index);
+      planned.add(cell);
+      samples += cell.samples();
+      small = small && cell.pixels() <= plan.cell_pixels() && cell.samples() <= 1U << 20;
+    }
+    REQUIRE(planned == wanted);
+    CHECK(plan.samples() == samples);
+    CHECK(small);
+    CHECK(plan.passes() * plan.cells_per_row() == plan.cells());
+  }
+}
+
+TEST_CASE("a pass with a few pixels of very many samples has few cells, none of them long") {
+  const RenderSettings settings = sized(1000, 100, 500);
+  std::vector<SampleRange> samples(100'000, {30, 40});
+  samples[5000] = {10'000, 400'000};
+  samples[77] = {32, limits::max_samples_per_pixel};
+  const WorkPlan plan(settings, {{0, 100, 30, limits::max_samples_per_pixel}}, 0, samples);
+  std::uint64_t longest = 0;
+  for (std::uint64_t index = 0; index < plan.cells(); ++index) {
+    longest = std::max(longest, plan.cell(index).samples());
+  }
+  CHECK(longest <= 1U << 20);
+  CHECK(WindowLayout(plan, 1).bytes() < 2'000'000'000);
 }
 
 TEST_CASE("cells come in the order of rectangles, samples, bands, columns and rows") {

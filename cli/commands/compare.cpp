@@ -1,0 +1,283 @@
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/options.h"
+#include "cli/commands/printing.h"
+#include "cli/delivery.h"
+#include "cli/interrupt.h"
+#include "cli/text.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/image/flip.h"
+#include "common/image/image_file.h"
+#include "common/image/metrics.h"
+#include "common/image/verification_picture.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+struct CompareCommand {
+  std::string reference;
+  std::vector<std::string> images;
+  std::string verification;  ///< empty: none is wanted
+  bool as_json = false;
+};
+
+/// What is said of one picture.
+struct Comparison {
+  std::string file;
+  std::string image_sha256;  ///< that its metadata have; empty: none
+  bool identical = false;
+  ErrorMetrics errors;
+  double flip = 0;
+  std::optional<HdrFlip> hdr_flip;  ///< none: one of the two has 8 bits
+};
+
+/// The names of JSON's numbers and how each is defined: F a picture, R the reference.
+json formulas() {
+  const std::string epsilon = number_text(relative_epsilon);
+  return {
+      {"mse", "mean of (F - R)^2 over the values (channels of pixels) of linear RGB"},
+      {"rmse", "sqrt(mse)"},
+      {"psnr", "-10 log10(mse), in dB, for a peak of 1; null if mse is 0"},
+      {"relmse", "mean of (F - R)^2 / (R^2 + " + epsilon + ")"},
+      {"smape", "mean of |F - R| / (|F| + |R| + " + epsilon + ")"},
+      {"mae", "mean of |F - R|"},
+      {"bias", "mean of F - R"},
+      {"p999", "the least number that |F - R| of 99.9 % of the values does not exceed"},
+      {"max", "largest |F - R|, in pixel (x, y) from the top left"},
+      {"flip", "mean FLIP (Andersson et al. 2020), 67 pixels a degree, values clamped to [0, 1]"},
+      {"hdr_flip",
+       "mean HDR-FLIP (Andersson et al. 2021), ACES, exposures from the reference; null unless "
+       "both pictures are EXR"}};
+}
+
+std::string sha256_in(const ImageFile& file) {
+  for (const auto& [name, value] : file.metadata) {
+    if (name == "parray:image_sha256") return value;
+  }
+  return {};
+}
+
+std::string size_text(const Image& image) {
+  return std::to_string(image.width) + " x " + std::to_string(image.height);
+}
+
+void check_same_size(const CompareCommand& command, const Image& reference, const std::string& file,
+                     const Image& image) {
+  if (image.width != reference.width || image.height != reference.height) {
+    throw InputError(printable(file, 4096) + " has " + size_text(image) + " pixels and " +
+                     printable(command.reference, 4096) + " has " + size_text(reference) +
+                     ": only pictures of one size can be compared");
+  }
+}
+
+void check_verification_path(const CompareCommand& command) {
+  if (command.verification.empty()) return;
+  check_image_path(command.verification);
+  const auto check = [&](const std::string& input) {
+    if (same_file(command.verification, input)) {
+      throw InputError(printable(command.verification, 4096) +
+                       " is one of the pictures to compare: name another file to write");
+    }
+  };
+  check(command.reference);
+  for (const std::string& image : command.images) check(image);
+}
+
+Comparison comparison_of(const std::string& name, const ImageFile& reference,
+                         const ImageFile& file) {
+  Comparison result;
+  result.file = name;
+  result.image_sha256 = sha256_in(file);
+  result.identical = same_bits(reference.image, file.image);
+  result.errors = error_metrics(reference.image, file.image);
+  result.flip = mean_of(flip(reference.image, file.image));
+  if (reference.high_dynamic_range && file.high_dynamic_range) {
+    result.hdr_flip = hdr_flip(reference.image, file.image);
+  }
+  return result;
+}
+
+// ---- JSON ------------------------------------------------------------------------------------
+
+json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
+
+/// Numbers that are not finite become null when they are printed.
+json json_of(const Comparison& one) {
+  const ErrorMetrics& errors = one.errors;
+  json object = {{"file", one.file},
+                 {"image_sha256", text_or_null(one.image_sha256)},
+                 {"identical", one.identical},
+                 {"mse", errors.mse},
+                 {"rmse", errors.rmse},
+                 {"psnr", errors.psnr},
+                 {"relmse", errors.relative_mse},
+                 {"smape", errors.smape},
+                 {"mae", errors.mean_absolute},
+                 {"bias", errors.bias},
+                 {"p999", errors.absolute_999},
+                 {"max", errors.largest_absolute},
+                 {"x", errors.any() ? json(errors.worst_x) : json()},
+                 {"y", errors.any() ? json(errors.worst_y) : json()},
+                 {"flip", one.flip},
+                 {"hdr_flip", nullptr},
+                 {"hdr_flip_exposures", nullptr},
+                 {"nonfinite_pixels", errors.nonfinite_in_image},
+                 {"excluded_pixels", errors.excluded}};
+  if (one.hdr_flip) {
+    object["hdr_flip"] = mean_of(one.hdr_flip->map);
+    object["hdr_flip_exposures"] = {{"start", one.hdr_flip->start_exposure},
+                                    {"stop", one.hdr_flip->stop_exposure},
+                                    {"count", one.hdr_flip->exposures}};
+  }
+  return object;
+}
+
+json document(const CompareCommand& command, const ImageFile& reference,
+              const std::vector<Comparison>& comparisons, float largest) {
+  json images = json::array();
+  for (const Comparison& one : comparisons) images.push_back(json_of(one));
+  return {{"version", PARRAY_VERSION},
+          {"reference",
+           {{"file", command.reference},
+            {"image_sha256", text_or_null(sha256_in(reference))},
+            {"width", reference.image.width},
+            {"height", reference.image.height},
+            {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
+          {"images", images},
+          {"verification_picture",
+           {{"file", text_or_null(command.verification)}, {"largest", largest}}},
+          {"formulas", formulas()}};
+}
+
+// ---- Text ------------------------------------------------------------------------------------
+
+/// Three significant digits, as wide as a column of the table.
+std::string cell(double value) { return formatted("%.3g", value); }
+
+/// The end of a name that is too long for the table says more than its beginning.
+std::string name_cell(const std::string& file) {
+  constexpr std::size_t widest = 28;
+  if (file.size() <= widest) return printable(file, 4 * widest);
+  return "..." + printable(file.substr(file.size() - (widest - 3)), 4 * widest);
+}
+
+std::string at_cell(const ErrorMetrics& errors) {
+  if (!errors.any()) return "-";
+  return std::to_string(errors.worst_x) + "," + std::to_string(errors.worst_y);
+}
+
+void print_tables(const std::vector<Comparison>& comparisons) {
+  std::vector<std::vector<std::string>> means;
+  std::vector<std::vector<std::string>> extremes;
+  for (const Comparison& one : comparisons) {
+    const ErrorMetrics& e = one.errors;
+    const std::string name = name_cell(one.file);
+    means.push_back({name, cell(e.mse), cell(e.rmse), formatted("%.2f", e.psnr),
+                     cell(e.relative_mse), cell(e.smape), cell(e.mean_absolute), cell(e.bias)});
+    extremes.push_back({name, cell(e.absolute_999), cell(e.largest_absolute), at_cell(e),
+                        formatted("%.4f", one.flip),
+                        one.hdr_flip ? formatted("%.4f", mean_of(one.hdr_flip->map)) : "n/a",
+                        one.identical ? "yes" : "no"});
+  }
+  std::cout << table_text({"image", "MSE", "RMSE", "PSNR", "relMSE", "SMAPE", "MAE", "bias"}, means)
+            << "\n"
+            << table_text({"image", "p99.9", "max", "at x,y", "FLIP", "HDR-FLIP", "identical"},
+                          extremes);
+}
+
+void print_legend() {
+  const std::string epsilon = number_text(relative_epsilon);
+  std::cout
+      << "\nR reference, F image, over channels of linear RGB: MSE mean of (F - R)^2; PSNR in "
+         "dB, peak 1;\n"
+         "relMSE mean of (F - R)^2 / (R^2 + "
+      << epsilon << "); SMAPE mean of |F - R| / (|F| + |R| + " << epsilon
+      << ");\n"
+         "MAE mean of |F - R|, p99.9 what 99.9 % of them do not exceed; bias mean of F - R.\n"
+         "FLIP: 0 same, 1 as far apart as can be, of values clamped to [0, 1] as a screen "
+         "shows them;\n"
+         "HDR-FLIP: at all exposures, unclamped, of EXR against EXR only.\n";
+}
+
+void print_notes(const CompareCommand& command, const ImageFile& reference,
+                 const std::vector<Comparison>& comparisons) {
+  for (const Comparison& one : comparisons) {
+    const std::string name = printable(one.file, 500);
+    if (one.errors.excluded > 0) {
+      std::cout << name << ": " << counted(one.errors.excluded, "pixel")
+                << " left out, not finite here (" << one.errors.nonfinite_in_image
+                << ") or in the reference (" << one.errors.nonfinite_in_reference << ")\n";
+    }
+    if (!one.identical && !one.image_sha256.empty() && one.image_sha256 == sha256_in(reference)) {
+      std::cout << name << ": by its image_sha256 the picture that "
+                << printable(command.reference, 500) << " was written from, too\n";
+    }
+  }
+}
+
+void print_text(const CompareCommand& command, const ImageFile& reference,
+                const std::vector<Comparison>& comparisons, float largest) {
+  std::cout << "reference " << printable(command.reference, 500) << ": "
+            << size_text(reference.image) << " pixels\n\n";
+  print_tables(comparisons);
+  print_legend();
+  print_notes(command, reference, comparisons);
+  if (!command.verification.empty()) {
+    std::cout << "wrote " << printable(command.verification, 500)
+              << ": white less V, the sum of |F - R| over " << counted(comparisons.size(), "image")
+              << "; largest V " << cell(static_cast<double>(largest)) << "\n";
+  }
+}
+
+// ---- The command -----------------------------------------------------------------------------
+
+int compare(const CompareCommand& command) {
+  check_verification_path(command);
+  const ImageFile reference = read_image(command.reference);
+  VerificationPicture verification(reference.image);
+  std::vector<Comparison> comparisons;
+  for (const std::string& name : command.images) {
+    const ImageFile file = read_image(name);
+    check_same_size(command, reference.image, name, file.image);
+    comparisons.push_back(comparison_of(name, reference, file));
+    verification.add(file.image);
+  }
+  if (!command.verification.empty()) {
+    const DeferredInterrupts deferred;
+    write_image(command.verification, verification.drawn(), {}, {}, check_interrupted);
+  }
+  if (command.as_json) {
+    print_json(document(command, reference, comparisons, verification.largest()));
+  } else {
+    print_text(command, reference, comparisons, verification.largest());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand("compare", "Say how far pictures are from a reference");
+  const auto options = std::make_shared<CompareCommand>();
+  command->add_option("REF", options->reference, "Reference: an EXR or PNG file")
+      ->required()
+      ->type_name("");
+  command->add_option("IMAGE", options->images, "Pictures of the same size to compare with it")
+      ->required()
+      ->type_name("");
+  forbid_empty(*command
+                    ->add_option("-o,--output", options->verification,
+                                 "Write the verification picture: white less the sum of "
+                                 "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
+                    ->type_name("V.png"));
+  add_json(*command, options->as_json);
+  command->callback([options, &chosen] { chosen = [options] { return compare(*options); }; });
+}
+
+}  // namespace parray

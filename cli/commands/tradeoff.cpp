@@ -1,0 +1,208 @@
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <tuple>
+
+#include "cli/commands/commands.h"
+#include "cli/commands/loading.h"
+#include "cli/commands/options.h"
+#include "cli/commands/printing.h"
+#include "cli/commands/rendering.h"
+#include "cli/interrupt.h"
+#include "cli/progress.h"
+#include "cli/tradeoff/plots.h"
+#include "cli/tradeoff/session.h"
+#include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/image/partial_file.h"
+#include "common/scene/limits.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_ranges.h"
+
+namespace parray {
+namespace {
+
+constexpr NumberRange budget_range{1, 1e6};
+
+struct TradeoffCommand {
+  std::string scene;
+  std::string directory;
+  double error = 0;  ///< 0: not asked
+  double seconds = 120;
+  std::uint32_t width = 0;  ///< 0: not given
+  std::uint32_t height = 0;
+  std::vector<std::string> also;
+  RenderOptions none;  ///< the scene's own settings are what is judged
+  std::uint32_t threads = 0;
+  bool restart = false;
+  bool quiet = false;
+  bool as_json = false;
+};
+
+/// What `parray render` shows of a job.
+class Meter {
+ public:
+  Meter(const TradeoffCommand& command)
+      : began_(clock_.now()),
+        progress_(progress_style(command.quiet), std::cerr, terminal_columns()) {
+    status_.name = "tradeoff";
+    status_.state = "running";
+  }
+
+  void show(double done) {
+    status_.progress = done;
+    const double took = to_seconds(clock_.now() - began_);
+    status_.seconds_left = done > 0.02 ? took / done * (1 - done) : -1;
+    progress_.show(clock_.now(), status_);
+  }
+  void end() {
+    status_.progress = 1;
+    status_.state = "done";
+    progress_.show(clock_.now(), status_);
+  }
+
+ private:
+  SteadyClock clock_;
+  Time began_;
+  JobStatus status_;
+  Progress progress_;
+};
+
+/// The scene's settings with some options of `parray render` laid over them, in the size of `base`.
+RenderSettings also_settings(const std::string& options, const SceneFile& file,
+                             const RenderSettings& base) {
+  CLI::App app;
+  RenderOptions render;
+  render.add_to(app);
+  RenderSettings settings;
+  try {
+    app.parse(options);
+    settings = resolve_settings(requirements_of(file.scene), render.over(file.settings)).settings;
+  } catch (const CLI::ParseError& error) {
+    throw InputError("--also '" + printable(options, 200) + "': " + printable(error.what(), 300));
+  } catch (const InputError& error) {
+    throw InputError("--also '" + printable(options, 200) + "': " + error.what());
+  }
+  if (settings.time_limit > 0 || settings.target_half_width > 0 || !settings.passes.empty()) {
+    throw InputError("--also '" + printable(options, 200) +
+                     "': of limits only --spp and --target-error can be measured");
+  }
+  check_isa(settings.isa);
+  settings.width = base.width;
+  settings.height = base.height;
+  return settings;
+}
+
+tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& file) {
+  tradeoff::Request request;
+  request.scene = resolve_settings(requirements_of(file.scene), file.settings).settings;
+  request.base = tradeoff::with_size(request.scene, command.width, command.height, command.seconds);
+  const auto before = tradeoff::size_in(command.directory);
+  if (before && command.width == 0 && command.height == 0 && !command.restart) {
+    std::tie(request.base.width, request.base.height) = *before;
+  }
+  check_settings(request.base);
+  for (const std::string& options : command.also) {
+    request.also.push_back(also_settings(options, file, request.base));
+  }
+  if (command.error > 0) request.error = command.error;
+  request.seconds = command.seconds;
+  return request;
+}
+
+void write_tables(const tradeoff::Findings& findings, const tradeoff::Journal& journal,
+                  const nlohmann::json& document) {
+  write_text_file(journal.file("tradeoff.csv"), csv_of(findings.rows));
+  write_text_file(journal.file("tradeoff.json"), document.dump(2) + "\n");
+}
+
+int run(const TradeoffCommand& command) {
+  const SceneFile file = load_scene(command.scene, command.none);
+  const tradeoff::Request request = request_of(command, file);
+  const int threads = command.threads > 0 ? static_cast<int>(command.threads) : usable_cpus();
+  const DeferredInterrupts deferred;
+  tradeoff::Journal journal(
+      command.directory,
+      {scene_identity(scene_to_bytes(file.scene)), request.base.width, request.base.height,
+       tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed),
+       threads},
+      command.restart);
+  const StopWatch watch(interrupt_noted);
+  const tradeoff::Bench bench(file.scene, threads, watch.stop());
+  tradeoff::Findings findings;
+  try {
+    Meter meter(command);
+    tradeoff::Session session(request, bench, journal, [&](double done) { meter.show(done); });
+    findings = session.measure();
+    meter.end();
+  } catch (const Interrupted&) {
+    throw Interrupted("interrupted: the same command again goes on with what " +
+                      printable(command.directory, 4096) + " has");
+  }
+  findings.scene_file = command.scene;
+  const nlohmann::json document = json_of(findings);
+  write_tables(findings, journal, document);
+  write_plot_scripts(findings, command.directory);
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const auto no_plots = tradeoff::draw_plots(command.directory, path == nullptr ? "" : path);
+  if (no_plots) std::cerr << "parray: " + *no_plots + "\n";
+  if (command.as_json) {
+    print_json(document);
+  } else {
+    std::cout << text_of(findings) << "\n"
+              << printable(command.directory, 4096)
+              << " has tradeoff.csv, tradeoff.json, plots and the reference.\n\n"
+              << findings.answer << "\n";
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_tradeoff(CLI::App& app, Action& chosen) {
+  auto* command = app.add_subcommand(
+      "tradeoff", "Measure what accuracy costs on this machine; name the cheapest settings");
+  const auto options = std::make_shared<TradeoffCommand>();
+  add_scene(*command, options->scene);
+  forbid_empty(*command
+                    ->add_option("-o,--output", options->directory,
+                                 "Directory for tables, plots and what has been measured; the same "
+                                 "command again goes on from there")
+                    ->type_name("DIR")
+                    ->required());
+  add_real_number(
+      *command, "--error", ranges::target_error, options->error,
+      "Accuracy asked for: RMSE of the picture in linear radiance (default: that of the "
+      "scene's own settings)");
+  add_real_number(*command, "--time-budget", budget_range, options->seconds,
+                  "Seconds for all measurements, about (default: 120)");
+  const auto number = [&](const char* name, std::uint32_t most, std::uint32_t& target,
+                          const char* description) {
+    add_whole_number(
+        *command, name, 1, most,
+        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
+        description);
+  };
+  number(
+      "--width", limits::max_image_side, options->width,
+      "Pixels across to measure at (default: the scene's shape, 200 on the shorter side at most: "
+      "the error of a pixel hardly depends on how many there are)");
+  number("--height", limits::max_image_side, options->height, "Pixels down");
+  number("--threads", 4096, options->threads,
+         "Threads to trace with (default: every processor that may be used)");
+  command
+      ->add_option("--also", options->also,
+                   "More settings to measure, as options of parray render in quotes; may be given "
+                   "several times")
+      ->type_name("'OPTIONS'")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1);
+  command->add_flag("--restart", options->restart, "Forget what DIR has from an earlier run");
+  add_quiet(*command, options->quiet);
+  add_json(*command, options->as_json);
+  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace parray

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+
+#include "cli/direct_render.h"
+#include "cli/plan/effort.h"
+
+namespace parray {
+
+/// What a coordinator and a worker take to hand over and keep what was traced.
+Effort effort_of_collecting(const Framebuffer& traced);
+
+struct Finished {
+  Effort effort;
+  double mean_radiance = 0;
+};
+
+/// What comes after the last sample, done for nothing: estimates, hashes, messages, and a file with
+/// this extension in the system's directory for temporary files. Throws RunError.
+Finished finish(const DirectRender& picture, const std::filesystem::path& extension);
+
+}  // namespace parray

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/plan/probe.h"
+
+namespace parray {
+
+/// What the user asks for: one of the two is > 0.
+struct PlanGoal {
+  double error = 0;    ///< RMSE, linear radiance
+  double seconds = 0;  ///< in all
+};
+
+/// A value, and the interval that it is expected in, 95 % of the time.
+struct Expected {
+  double value = 0;
+  double low = 0;
+  double high = 0;
+};
+
+/// A way to render the picture, and what is expected of it.
+struct Choice {
+  Sampler sampler = Sampler::independent;
+  bool adaptive = false;
+  std::uint32_t samples_per_pixel = 0;  ///< to ask for; 0: adaptive, as many as it takes
+  double time_limit = 0;                ///< to ask for; 0: none
+  Expected samples;                     ///< a pixel
+  Expected error;
+  Expected seconds;
+  double cpu_seconds = 0;
+};
+
+/// All choices that meet the goal, the one to take first; the rest by time, or by error if time was
+/// the goal. `load`: what reading the scene took. Throws InputError, naming the option, for a goal
+/// that cannot be met.
+std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,
+                            Effort load);
+
+}  // namespace parray

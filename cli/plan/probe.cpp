@@ -1,0 +1,388 @@
+#include "cli/plan/probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "cli/direct_render.h"
+#include "cli/plan/overheads.h"
+#include "cli/plan/part_of_picture.h"
+#include "cli/plan/pass_times.h"
+#include "common/image/error_estimate.h"
+#include "common/image/pixel_noise.h"
+#include "common/scene/limits.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_ranges.h"
+#include "common/trace/fingerprint.h"
+
+namespace parray {
+namespace {
+
+// Samples a pixel.
+constexpr double look_samples = 4;
+constexpr double comparison = 8;  ///< of a sampler that only its speed is asked of
+constexpr double adaptive_least = 128;
+constexpr double adaptive_most = 4096;
+/// Pixels of a part, at least.
+constexpr double least_pixels = 49152;
+/// How much of the time to look around, and in tiles of which size; and in which to watch noise
+/// fall, where pixels need their neighbours.
+constexpr double look_share = 0.2;
+constexpr PartOfPicture::Tile look_tile{8, 1};
+constexpr PartOfPicture::Tile noise_tile{32, 32};
+
+/// What is known of Owen-scrambled Sobol points before a scene is: errors fall as n^-(1/2 + d).
+constexpr ExponentPrior sobol_uniform{0.09, 0.05};
+constexpr ExponentPrior sobol_adaptive{0.05, 0.04};
+
+ExponentPrior prior_of(Sampler sampler, ExponentPrior of_sobol) {
+  return sampler == Sampler::sobol ? of_sobol : ExponentPrior{0, 0};
+}
+
+constexpr double normal_95 = 1.96;
+
+struct Stopped {};
+
+/// A picture as it was after one of its passes.
+struct Stage {
+  double samples = 0;  ///< a pixel
+  double rmse = 0;
+  double relative = 0;  ///< standard error of rmse / rmse
+  TracedPass pass;      ///< the latest
+};
+
+/// What ErrorEstimate's interval is beside the error itself.
+StatedHigh stated_high(const PictureState& state, double pixels) {
+  const ErrorEstimate error = estimate_rmse(state);
+  // factor = e^relative, nearly, and relative is in proportion to 1/sqrt(pixels).
+  const double factor = error.low > 0 ? error.rmse * error.rmse / (error.low * error.low) : 1;
+  const double own = static_cast<double>(state.counts.size());
+  const double relative = (std::sqrt(2 * factor - 1) - 1) * std::sqrt(own / pixels);
+  double seldom = 0;
+  for (const std::uint32_t count : state.counts) {
+    seldom += 1.0 / count;
+  }
+  const double unseen =
+      3 * state.largest_radiance * state.largest_radiance / pixels * (seldom / own);
+  return {1 + relative + relative * relative / 2, unseen};
+}
+
+/// The error of `state`; where there is no noise, the smallest that sums can show.
+Stage stage_of(const PictureState& state) {
+  const ErrorEstimate error = estimate_rmse(state);
+  const double least = state.largest_radiance / RadianceScale::one / 2;
+  if (error.rmse < least) {
+    return {0, least, 0, {}};
+  }
+  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
+}
+
+/// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
+double variance_of(const PictureState& state, double rmse) {
+  const RadianceScale scale(state.largest_radiance);
+  double sum = 0;
+  double biased = 0;
+  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
+    const PixelNoise noise = noise_of(state.pixels[i], state.counts[i], scale);
+    for (const double variance : noise.variance) {
+      sum += variance;
+      biased += variance * (1 - 1.0 / state.counts[i]);
+    }
+  }
+  // Around their own mean samples spread less than around the true one, by the mean's error.
+  const double values = 3 * static_cast<double>(state.pixels.size());
+  return std::max(biased / values + rmse * rmse, sum / values * 0.5);
+}
+
+/// A sampler's kernel: all of the picture, and a part of it.
+struct Candidate {
+  Sampler sampler = Sampler::independent;
+  std::unique_ptr<Kernel> kernel;
+  std::unique_ptr<PartOfPicture> part;
+};
+
+class Prober {
+ public:
+  Prober(const ProbeRequest& request, const std::atomic<bool>& stop)
+      : request_(request), stop_(stop), pixels_(pixels_of(request.settings)) {}
+
+  Probe run() {
+    began_ = effort_now();
+    build();
+    choose_part();
+    const std::vector<Stage> uniform = stages(main_, false, {4, 4, 4, 12, 8, 16});
+    error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
+    cost_scale_ = rays_ / rays_of(*render_);
+    result_.stated_uniform = stated_high(render_->state(), pixels_);
+    std::vector<Stage> other;
+    if (other_) {
+      other = stages(*other_, false, {comparison});
+    }
+    const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
+    result_.stated_adaptive = stated_high(render_->state(), pixels_);
+    add_main(uniform, adaptive);
+    if (other_) {
+      add_other(other);
+    }
+    result_.pixels = static_cast<std::uint64_t>(pixels_of_part());
+    result_.seconds = (effort_now() - began_).wall;
+    return std::move(result_);
+  }
+
+ private:
+  static double pixels_of(const RenderSettings& settings) {
+    return static_cast<double>(settings.width) * settings.height;
+  }
+
+  // ---- Tracing -------------------------------------------------------------------------------
+
+  /// What is done once, but for loading, and the kernels.
+  void build() {
+    trace_fingerprint();
+    const std::string bytes = scene_to_bytes(*request_.scene);
+    for (int side = 0; side < 2; ++side) {  // a coordinator and a worker take it in
+      requirements_of(scene_from_bytes(bytes));
+    }
+    main_ = candidate(request_.samplers.back());
+    result_.fixed = effort_now() - began_;
+    if (request_.samplers.size() > 1) {
+      other_ = candidate(request_.samplers.front());
+    }
+    tracing_began_ = effort_now();
+  }
+
+  [[nodiscard]] Candidate candidate(Sampler sampler) const {
+    RenderSettings settings = request_.settings;
+    settings.sampler = sampler;
+    return {sampler, build_kernel(*request_.scene, settings, request_.threads).kernel, {}};
+  }
+
+  void cut_part(double pixels) {
+    const RenderSettings& s = request_.settings;
+    const auto most = static_cast<std::uint64_t>(std::min(pixels, pixels_));
+    const auto cut = [&](Candidate& one) {
+      one.part = std::make_unique<PartOfPicture>(*one.kernel, s.width, s.height, most, noise_tile);
+    };
+    cut(main_);
+    if (other_) {
+      cut(*other_);
+    }
+  }
+
+  /// The larger the part, the better it stands for the picture; the smaller, the more samples its
+  /// pixels can have in time.
+  void choose_part() {
+    cut_part(least_pixels);
+    stages(main_, false, {look_samples});  // touches memory for the first time
+    if (other_) {
+      stages(*other_, false, {look_samples});
+    }
+    look_around();
+    const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
+    cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
+  }
+
+  /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
+  void look_around() {
+    const double affordable = look_share * request_.seconds / sample_.wall / look_samples;
+    const RenderSettings& s = request_.settings;
+    const PartOfPicture everywhere(
+        *main_.kernel, s.width, s.height,
+        static_cast<std::uint64_t>(std::min(pixels_, std::max(affordable, least_pixels))),
+        look_tile);
+    const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
+    variance_ = variance_of(render_->state(), look.rmse);
+    rays_ = rays_of(*render_);
+    const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
+    result_.collect = times * effort_of_collecting(render_->framebuffer);
+    const Finished finished = finish(*render_, request_.image.extension());
+    result_.finish = times * finished.effort;
+    result_.mean_radiance = finished.mean_radiance;
+  }
+
+  /// Segments of a path.
+  static double rays_of(const DirectRender& render) {
+    const TraceCounts& counts = render.framebuffer.counts();
+    return static_cast<double>(counts.rays) / static_cast<double>(counts.samples);
+  }
+
+  [[nodiscard]] double seconds_left() const {
+    return request_.seconds - (effort_now() - tracing_began_).wall;
+  }
+
+  /// As many samples a pixel as the wanted error will take, within reason.
+  [[nodiscard]] double adaptive_depth() const {
+    const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
+    // Adaptive passes take about 0.6 of it, those of evenly spread points half of that.
+    const double share = main_.sampler == Sampler::sobol ? 0.3 : 0.6;
+    return std::clamp(share * wanted, adaptive_least, adaptive_most);
+  }
+
+  /// Four times as many samples after each, until time or use ends.
+  [[nodiscard]] std::vector<double> adaptive_passes() const {
+    const double each = 1.3 * sample_.wall * pixels_of_part();
+    const double most = std::min(adaptive_depth(), seconds_left() / each);
+    std::vector<double> passes = {pilot_samples};
+    for (double total = pilot_samples; passes.size() < 2 || total < 0.7 * most;) {
+      const double next = std::clamp(most, 2 * total, 4 * total);
+      passes.push_back(next - total);
+      total = next;
+    }
+    return passes;
+  }
+
+  [[nodiscard]] double pixels_of_part() const {
+    return static_cast<double>(main_.part->width()) * main_.part->height();
+  }
+
+  [[nodiscard]] RenderSettings settings_of(Sampler sampler, const PartOfPicture& part,
+                                           bool adaptive, const std::vector<double>& passes) const {
+    RenderSettings settings = request_.settings;
+    settings.width = part.width();
+    settings.height = part.height();
+    settings.sampler = sampler;
+    settings.adaptive = adaptive;
+    settings.samples_per_pixel = limits::max_samples_per_pixel;
+    settings.row_order = RowOrder::sequential;
+    settings.progressive = false;
+    for (const double samples : passes) {
+      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of(settings)));
+    }
+    return settings;
+  }
+
+  std::vector<Stage> stages(const Candidate& one, bool adaptive,
+                            const std::vector<double>& passes) {
+    return stages(one.sampler, *one.part, adaptive, passes);
+  }
+
+  /// Renders the part in passes of so many samples a pixel; render_ is what comes of it.
+  std::vector<Stage> stages(Sampler sampler, const PartOfPicture& part, bool adaptive,
+                            const std::vector<double>& passes) {
+    const RenderSettings settings = settings_of(sampler, part, adaptive, passes);
+    std::vector<Stage> found;
+    Effort last{};
+    double samples_before = 0;
+    const auto note = [&](const DirectRender& now) {
+      const Effort noting = effort_now();
+      const Effort took = Effort{now.seconds, now.cpu_seconds} - last - counting_;
+      const auto samples = static_cast<double>(now.framebuffer.counts().samples);
+      found.push_back(stage_of(now.state()));
+      found.back().samples = now.samples_per_pixel();
+      found.back().pass = {samples - samples_before, took};
+      if (adaptive && found.size() == 1) {
+        measure_deciding(now.state(), settings);
+      }
+      samples_before = samples;
+      last = Effort{now.seconds, now.cpu_seconds} + (effort_now() - noting);
+    };
+    counting_ = {};
+    render_ = render_directly(part, *request_.scene, settings, request_.threads, stop_, note);
+    if (!render_) {
+      throw Stopped{};
+    }
+    sample_ = 1 / found.back().pass.samples * found.back().pass.effort;
+    result_.samples += render_->framebuffer.counts().samples;
+    return found;
+  }
+
+  /// What stands between two passes, and the model of adaptive passes.
+  void measure_deciding(const PictureState& state, RenderSettings settings) {
+    const Effort began = effort_now();
+    const std::uint64_t more = 2 * pilot_samples * state.counts.size();
+    const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, 1, more);
+    counting_ = effort_now() - began;
+    settings.passes.clear();
+    settings.target_error = ranges::target_error.least;
+    next_pass_size(state, settings, 1);
+    result_.pass = pixels_ / pixels_of_part() * (effort_now() - began);
+    adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
+  }
+
+  // ---- What it says --------------------------------------------------------------------------
+
+  void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive) {
+    SamplerProbe found{
+        main_.sampler,
+        ErrorLaw(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
+                 prior_of(main_.sampler, sobol_uniform)),
+        ErrorLaw(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
+        {},
+        {}};
+    std::vector<TracedPass> equal = passes_of(uniform);
+    equal.push_back(adaptive.front().pass);
+    times_ = fit_pass_times(equal);
+    found.uniform_sample = cost_scale_ * times_.sample;
+    found.adaptive_sample =
+        cost_scale_ * sample_effort(passes_of({adaptive.begin() + 1, adaptive.end()}), times_.pass);
+    result_.collect = result_.collect + pixels_ / pixels_of_part() * times_.pass;
+    result_.timing_doubt = times_.doubt;
+    result_.samplers.push_back(std::move(found));
+  }
+
+  /// Only its speed was measured, beside the main sampler's: samples of any sampler show the same
+  /// variance.
+  void add_other(const std::vector<Stage>& stages) {
+    const SamplerProbe main = result_.samplers.front();
+    const double share = sample_effort(passes_of(stages), times_.pass).cpu / times_.sample.cpu;
+    const double pilot_rmse = std::sqrt(variance_ / pilot_samples);
+    const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
+    SamplerProbe found{
+        other_->sampler,
+        ErrorLaw(ModelError::uniform(std::sqrt(variance_)),
+                 std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
+        ErrorLaw(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
+                 none),
+        share * main.uniform_sample, share * main.adaptive_sample};
+    result_.samplers.insert(result_.samplers.begin(), std::move(found));
+  }
+
+  [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
+    std::vector<MeasuredError> errors;
+    for (const Stage& stage : stages) {
+      errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
+    }
+    return errors;
+  }
+
+  static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
+    std::vector<TracedPass> passes;
+    for (const Stage& stage : stages) {
+      passes.push_back(stage.pass);
+    }
+    return passes;
+  }
+
+  const ProbeRequest& request_;
+  const std::atomic<bool>& stop_;
+  const double pixels_;  ///< of the picture
+  Effort began_;
+  Effort tracing_began_;
+  Candidate main_;
+  std::optional<Candidate> other_;
+  std::optional<DirectRender> render_;
+  std::optional<ModelError> adaptive_model_;
+  double variance_ = 0;     ///< of a sample, mean over the picture
+  double rays_ = 0;         ///< of a sample, likewise
+  double error_scale_ = 1;  ///< the picture's error / the part's
+  double cost_scale_ = 1;   ///< of a sample, likewise
+  PassTimes times_;         ///< of the main sampler, on the part
+  Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
+  Effort counting_;         ///< what counting the next pass's samples takes
+  Probe result_;
+};
+
+}  // namespace
+
+std::optional<Probe> probe(const ProbeRequest& request, const std::atomic<bool>& stop) {
+  try {
+    return Prober(request, stop).run();
+  } catch (const Stopped&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace parray

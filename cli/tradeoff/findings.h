@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/tradeoff/analysis.h"
+#include "cli/tradeoff/paired.h"
+
+namespace parray::tradeoff {
+
+/// How the error falls with samples, of one sampler.
+struct Convergence {
+  std::string name;             ///< "independent", "sobol, adaptive"
+  std::optional<PowerLaw> mse;  ///< of samples a pixel
+  double equal_time_gain = 0;   ///< independent's MSE over this one's in the same time; 0: unknown
+};
+
+/// How often stated intervals hold, pooled over pixels, channels and runs.
+struct Calibration {
+  std::string name;  ///< "all", "sobol"
+  std::array<double, 5> actual{};
+  double pictures = 0;  ///< share of pictures' [low, high] that hold
+  std::size_t runs = 0;
+};
+
+/// All that a trade has found.
+struct Findings {
+  std::string scene_file;
+  RenderSettings scene;  ///< its own, its own size
+  RenderSettings base;   ///< as measured
+  Timing timing;
+  std::vector<Row> rows;
+  PairedBiases biases;
+  std::vector<Convergence> convergence;
+  std::vector<Calibration> calibration;
+  double reference_samples = 0;
+  double reference_rmse = 0;
+  std::vector<std::string> left_out;  ///< canonical forms
+  std::vector<std::string> notes;     ///< sentences about what is limited
+  std::string answer;
+  nlohmann::json answer_facts;
+};
+
+/// Rows of `runs`, as `variants` order them, with their budgets and the front.
+std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
+                         const PairedBiases& biases, const Timing& timing);
+std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
+std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
+
+std::string csv_of(const std::vector<Row>& rows);
+nlohmann::json json_of(const Findings& findings);
+/// For people: the front, the budget, what was found. Without the answer.
+std::string text_of(const Findings& findings);
+
+}  // namespace parray::tradeoff

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/image/image.h"
+
+/// How far a picture F is from a reference R of the same size, in numbers.
+///
+/// All are taken over values of linear RGB as they are, unclamped: a value is one channel of one
+/// pixel. A pixel that is not finite in R or in F is left out.
+namespace parray {
+
+/// What keeps relative errors of dark values finite; part of their definition.
+inline constexpr double relative_epsilon = 0.01;
+
+struct ErrorMetrics {
+  /// Mean of (F - R)^2.
+  double mse = 0;
+  /// Its square root.
+  double rmse = 0;
+  /// -10 log10(mse), in decibel: peak signal to noise for a peak of 1. Infinite if mse is 0.
+  double psnr = 0;
+  /// Mean of (F - R)^2 / (R^2 + relative_epsilon): Rousselle, Knaus and Zwicker, "Adaptive
+  /// Sampling and Reconstruction using Greedy Error Minimization", 2011.
+  double relative_mse = 0;
+  /// Mean of |F - R| / (|F| + |R| + relative_epsilon), in [0, 1): the symmetric mean absolute
+  /// percentage error of Vogels et al., "Denoising with Kernel Prediction and Asymmetric Loss
+  /// Functions", 2018, as a fraction.
+  double smape = 0;
+  /// Mean of |F - R|.
+  double mean_absolute = 0;
+  /// Mean of F - R: what averaging more samples would not take away.
+  double bias = 0;
+  /// Least number that |F - R| of 99.9 % of the values does not exceed (nearest rank).
+  double absolute_999 = 0;
+  /// Largest |F - R|, and the first pixel, in reading order, that has it.
+  double largest_absolute = 0;
+  std::uint32_t worst_x = 0;
+  std::uint32_t worst_y = 0;
+
+  std::size_t nonfinite_in_reference = 0;  ///< pixels of R with an infinity or a NaN
+  std::size_t nonfinite_in_image = 0;      ///< pixels of F with one
+  std::size_t excluded = 0;                ///< pixels with one in R or F
+
+  /// False if every pixel was left out: then the errors are NaN and there is no worst pixel.
+  [[nodiscard]] bool any() const { return compared > 0; }
+  std::size_t compared = 0;  ///< pixels that were not
+};
+
+/// Precondition: both have the same size, of one pixel or more.
+ErrorMetrics error_metrics(const Image& reference, const Image& image);
+
+/// Every channel of pixel `index` (y * width + x) is finite.
+bool finite_pixel(const Image& image, std::size_t index);
+
+/// Same size and the same bits in every value: NaN may equal NaN, and -0 differs from 0.
+bool same_bits(const Image& a, const Image& b);
+
+}  // namespace parray

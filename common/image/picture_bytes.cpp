@@ -1,0 +1,52 @@
+#include "common/image/picture_bytes.h"
+
+#include <cstring>
+
+#include "common/base/bytes.h"
+
+namespace parray {
+namespace {
+
+template <typename T>
+void append(std::string& bytes, const std::vector<T>& values) {
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+template <typename T>
+void take(std::string_view& bytes, std::size_t count, std::vector<T>& values) {
+  values.resize(count);
+  std::memcpy(values.data(), bytes.data(), count * sizeof(T));
+  bytes.remove_prefix(count * sizeof(T));
+}
+
+}  // namespace
+
+std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics) {
+  std::string bytes;
+  bytes.reserve(picture_size(image.width, image.height, true));
+  append(bytes, image.rgb);
+  append(bytes, statistics.samples);
+  append(bytes, statistics.half_width);
+  return bytes;
+}
+
+std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, bool statistics) {
+  return width * height * (statistics ? 7 : 3) * sizeof(float);
+}
+
+PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes) {
+  const bool statistics = bytes.size() == picture_size(width, height, true);
+  if (!statistics && bytes.size() != picture_size(width, height, false)) {
+    throw DecodeError("picture does not fit its size");
+  }
+  const std::size_t pixels = std::size_t{width} * height;
+  PictureParts parts{{width, height, {}}, {}};
+  take(bytes, 3 * pixels, parts.image.rgb);
+  if (statistics) {
+    take(bytes, pixels, parts.statistics.samples);
+    take(bytes, 3 * pixels, parts.statistics.half_width);
+  }
+  return parts;
+}
+
+}  // namespace parray

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "common/image/channels.h"
+#include "common/scene/scene.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// Features are traced with the first so many samples of each pixel, or all if there are fewer.
+inline constexpr std::uint32_t feature_samples = 16;
+
+/// Traces the extra channels `wanted` of the picture that `settings` (resolved) make of `scene`.
+/// Camera rays and paths are those of the picture's own samples 0 .. feature_samples - 1, in its
+/// precision. Means are over these samples.
+///
+/// - depth, "Z": mean distance from the camera's plane, along the direction in which it looks, in
+///   the scene's unit; over the samples that meet a sphere. 0 where none does: no surface has it.
+/// - normal, "N.X", "N.Y", "N.Z": mean of the unit normals of the first surfaces, in the scene's
+///   axes, each on the side that the ray comes from. The sky counts as 0, so that the mean is
+///   shorter than 1 at edges.
+/// - albedo, "albedo.R", "albedo.G", "albedo.B": mean albedo of the first surfaces; 1 for glass, 0
+///   for the sky.
+/// - sphere, "sphere": place (from 0) in Scene::spheres of the sphere that sample 0 meets first;
+///   2^32 - 1 for the sky. Whole numbers; all others are floats.
+/// - cost, "cost": mean number of ray segments of a sample's path.
+///
+/// Normal and albedo are what denoisers expect (Intel Open Image Denoise, documentation of filter
+/// RT). The same values for any number of `threads`, accelerator and instruction set.
+/// `between_bands`, if set, is called several times a second; what it throws ends the work. Memory:
+/// that of the scene's kernel.
+Channels trace_features(const Scene& scene, const RenderSettings& settings, const Aovs& wanted,
+                        int threads, const std::function<void()>& between_bands = {});
+
+}  // namespace parray

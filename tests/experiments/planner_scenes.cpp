@@ -1,0 +1,28 @@
+// Scenes over the extremes of what a scene file may hold, for tests/experiments/planner:
+// planner_scenes DIR COUNT.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include "common/scene/scene_writer.h"
+#include "tests/support/extreme_scenes.h"
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::cerr << "usage: planner_scenes DIR COUNT\n";
+    return 2;
+  }
+  const parray::test::ExtremeScenes scenes(20261121);
+  for (std::uint64_t i = 0; i < std::strtoull(argv[2], nullptr, 10); ++i) {
+    const parray::test::ExtremeScene made = scenes.make(i);
+    parray::SceneFile file;
+    file.scene = made.scene;
+    std::string name = made.kind + ".json";
+    for (char& c : name) c = c == ' ' ? '-' : c;
+    std::ofstream out(std::filesystem::path(argv[1]) / name);
+    parray::write_scene(out, file, [] {});
+  }
+  return 0;
+}

@@ -1,0 +1,186 @@
+#include "cli/plan/plan.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cli/plan/part_of_picture.h"
+#include "cli/plan/pass_times.h"
+#include "common/base/error.h"
+#include "tests/support/sample_scenes.h"
+
+namespace parray {
+namespace {
+
+using doctest::Approx;
+
+TEST_CASE("a part of a picture has the picture's own pixels, spread over all of it") {
+  const Scene scene = test::small_scene();
+  RenderSettings settings = test::small_settings(scene);
+  settings.width = 200;
+  settings.height = 100;
+  const auto kernel = make_kernel(scene, settings);
+  const PartOfPicture part(*kernel, settings.width, settings.height, 2000, {16, 8});
+  CHECK(part.width() % 16 == 0);
+  CHECK(part.height() % 8 == 0);
+  CHECK(part.width() * part.height() == Approx(2000).epsilon(0.3));
+  CHECK(part.columns().front() < 50);
+  CHECK(part.columns().back() >= 150);
+  CHECK(part.rows().front() < 25);
+  CHECK(part.rows().back() >= 75);
+  for (std::uint32_t y = 0; y < part.height(); ++y) {
+    std::vector<PixelSums> of_part(part.width());
+    std::vector<PixelSums> of_picture(settings.width);
+    TraceCounts counts;
+    part.trace({y, 0, part.width()}, {0, 3}, of_part, counts);
+    CHECK(counts.samples == 3 * part.width());
+    kernel->trace({part.rows()[y], 0, settings.width}, {0, 3}, of_picture, counts);
+    for (std::uint32_t x = 0; x < part.width(); ++x) {
+      REQUIRE(of_part[x] == of_picture[part.columns()[x]]);
+    }
+  }
+}
+
+TEST_CASE("a part's columns and rows never repeat, whatever the picture's shape") {
+  const Scene scene = test::small_scene();
+  RenderSettings settings = test::small_settings(scene);
+  const auto kernel = make_kernel(scene, settings);
+  struct Shape {
+    std::uint32_t width, height;
+    std::uint64_t pixels;
+  };
+  for (const Shape& shape : {Shape{1, 1, 1},
+                             {65536, 1, 100},
+                             {1, 65536, 5000},
+                             {33, 31, 500},
+                             {1000, 10, 1},
+                             {640, 480, 640 * 480},
+                             {640, 480, 200000}}) {
+    const PartOfPicture part(*kernel, shape.width, shape.height, shape.pixels, {32, 32});
+    const std::set<std::uint32_t> columns(part.columns().begin(), part.columns().end());
+    const std::set<std::uint32_t> rows(part.rows().begin(), part.rows().end());
+    CHECK(columns.size() == part.width());
+    CHECK(rows.size() == part.height());
+    CHECK(*columns.rbegin() < shape.width);
+    CHECK(*rows.rbegin() < shape.height);
+  }
+}
+
+TEST_CASE("what a pass takes is told from what its samples take") {
+  // 2 s a pass and 0.01 s a sample of processor time, with half of the processors it could have.
+  std::vector<TracedPass> passes;
+  for (const double samples : {100.0, 400.0, 1000.0}) {
+    passes.push_back({samples, {2 * (2 + 0.01 * samples), 2 + 0.01 * samples}});
+  }
+  const PassTimes times = fit_pass_times(passes);
+  CHECK(times.pass.cpu == Approx(2));
+  CHECK(times.pass.wall == Approx(4));
+  CHECK(times.sample.cpu == Approx(0.01));
+  CHECK(times.sample.wall == Approx(0.02));
+  CHECK(times.doubt == Approx(0.05));
+  passes = {{50, {9, 7}}};
+  CHECK(sample_effort(passes, times.pass).cpu == Approx(0.1));
+}
+
+TEST_CASE("passes that took uneven time on the wall leave doubt") {
+  const std::vector<TracedPass> passes = {{100, {1, 1}}, {100, {3, 1}}};
+  CHECK(fit_pass_times(passes).doubt == Approx(0.5));
+}
+
+/// A probe as if a sample took a millisecond of each pixel's million, and had a deviation of 1.
+Probe simple_probe(std::vector<Sampler> samplers) {
+  Probe probe;
+  probe.fixed = {1, 1};
+  probe.finish = {2, 2};
+  probe.mean_radiance = 1;
+  for (const Sampler sampler : samplers) {
+    const double exponent = sampler == Sampler::sobol ? 0.1 : 0;
+    const std::vector<MeasuredError> measured = {{1, 1, 0.01}};
+    const ErrorLaw law(ModelError::uniform(1), measured, {exponent, 0});
+    probe.samplers.push_back({sampler, law, law, {1e-6, 2e-6}, {1e-6, 2e-6}});
+  }
+  return probe;
+}
+
+RenderSettings megapixel() {
+  RenderSettings settings;
+  settings.width = 1000;
+  settings.height = 1000;
+  return settings;
+}
+
+TEST_CASE("times add up: once, samples, finish") {
+  const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0.1, 0}, {0.5, 0.5});
+  REQUIRE(all.size() == 2);
+  for (const Choice& choice : all) {
+    CHECK(choice.seconds.value == Approx(0.5 + 1 + 2 + choice.samples.value));
+    CHECK(choice.cpu_seconds == Approx(0.5 + 1 + 2 + 2 * choice.samples.value));
+    CHECK(choice.error.value <= 0.1);
+    CHECK(choice.error.value > 0.095);
+  }
+}
+
+TEST_CASE("the sampler that needs fewer samples is recommended") {
+  const auto all =
+      choices(simple_probe({Sampler::independent, Sampler::sobol}), megapixel(), {0.01, 0}, {});
+  REQUIRE(all.size() == 4);
+  CHECK(all.front().sampler == Sampler::sobol);
+  CHECK(all.back().sampler == Sampler::independent);
+}
+
+TEST_CASE("a time is used up by uniform samples, and left to the clock by adaptive ones") {
+  const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0, 103}, {});
+  REQUIRE(all.size() == 2);
+  for (const Choice& choice : all) {
+    if (choice.adaptive) {
+      CHECK(choice.time_limit == Approx(101));
+      CHECK(choice.seconds.value < 103.01);
+    } else {
+      CHECK(choice.samples_per_pixel == 100);
+      CHECK(choice.seconds.value == Approx(103));
+      CHECK(choice.error.value == Approx(0.1));
+    }
+  }
+}
+
+TEST_CASE("adaptive passes that would end too late are left out") {
+  const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0, 13}, {});
+  REQUIRE(all.size() == 1);
+  CHECK_FALSE(all.front().adaptive);
+  CHECK(all.front().samples_per_pixel == 10);
+}
+
+std::string refusal(PlanGoal goal) {
+  try {
+    choices(simple_probe({Sampler::sobol}), megapixel(), goal, {});
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST_CASE("what cannot be reached is refused, with what can be") {
+  CHECK(refusal({1e-9, 0}).find("single precision") != std::string::npos);
+  // 1 / 2^24^0.6 = 4.7e-5
+  CHECK(refusal({4e-5, 0}).find("ask for 5.1e-05") != std::string::npos);
+  CHECK(refusal({1e-4, 0}).empty());
+  CHECK(refusal({0, 3}).find("allow more") != std::string::npos);
+}
+
+TEST_CASE("a probe can be stopped") {
+  const Scene scene = test::small_scene();
+  ProbeRequest request;
+  request.scene = &scene;
+  request.settings = test::small_settings(scene);
+  request.samplers = {Sampler::sobol};
+  request.image = "picture.exr";
+  const std::atomic<bool> stop = true;
+  CHECK_FALSE(probe(request, stop));
+}
+
+}  // namespace
+}  // namespace parray

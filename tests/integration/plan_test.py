@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""parray plan: a command that runs, an error that comes about true, and what it refuses."""
+
+import json
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+from farm import BIN, SCENES, run
+
+SCENE = SCENES / "one-weekend-20.json"
+SMALL = ["--width", 96, "--height", 64, "--probe-seconds", 0.3]
+
+
+class Plan(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-plan-")
+        self.addCleanup(temporary.cleanup)
+        self.directory = pathlib.Path(temporary.name)
+        self.image = self.directory / "it's a picture.exr"
+        self.report = self.directory / "report.json"
+
+    def plan(self, *options, scene=SCENE):
+        done = run("plan", scene, *SMALL, "-o", self.image, "--json", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def carry_out(self, choice):
+        """Runs the line as a shell would; returns the report."""
+        line = choice["command_line"].replace("parray", str(BIN / "parray"), 1)
+        done = subprocess.run(f"{line} --quiet --report {self.report}", shell=True, timeout=120,
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{line}\n{done.stderr}")
+        self.assertTrue(self.image.exists())
+        return json.loads(self.report.read_text())
+
+    def refused(self, words, *options, scene=SCENE):
+        done = run("plan", scene, *SMALL, *options)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+
+    def test_every_choice_for_an_error_runs_and_has_about_that_error(self):
+        plan = self.plan("--error", 0.01)
+        self.assertEqual(plan["recommended"], plan["choices"][0])
+        ways = {(choice["sampler"], choice["adaptive"]) for choice in plan["choices"]}
+        self.assertEqual(ways, {(s, a) for s in ("independent", "sobol") for a in (False, True)})
+        for choice in plan["choices"]:
+            with self.subTest(choice=choice["command_line"]):
+                report = self.carry_out(choice)
+                self.assertEqual(report["sampler"], choice["sampler"])
+                self.assertEqual(report["adaptive"], choice["adaptive"])
+                ratio = report["error"]["rmse"] / choice["error"]["value"]
+                self.assertTrue(0.6 < ratio < 1.6, ratio)
+                self.assertLess(report["error"]["rmse"], 0.015)
+                samples = report["samples"] / report["width"] / report["height"]
+                ratio = samples / choice["samples_per_pixel"]["value"]
+                self.assertTrue(0.5 < ratio < 2, ratio)
+
+    def test_intervals_hold_their_values(self):
+        for choice in self.plan("--error", 0.005)["choices"]:
+            for key in ("samples_per_pixel", "error", "seconds"):
+                of = choice[key]
+                self.assertTrue(0 < of["low"] <= of["value"] <= of["high"], (key, of))
+
+    def test_a_time_becomes_a_time_limit_that_leaves_room_for_writing(self):
+        choices = self.plan("--time", 2)["choices"]
+        limited = next(choice for choice in choices if choice["adaptive"])
+        limit = float(limited["command"][limited["command"].index("--time-limit") + 1])
+        self.assertTrue(1 < limit < 2, limit)
+        uniform = next(choice for choice in choices if not choice["adaptive"])
+        self.assertIn("--spp", uniform["command"])
+        errors = [choice["error"]["value"] for choice in choices]
+        self.assertLess(max(errors), 0.01)
+
+    def test_options_of_the_picture_are_in_the_command(self):
+        plan = self.plan("--error", 0.02, "--max-depth", 3, "--sampler", "sobol", "--threads", 1)
+        words = plan["recommended"]["command"]
+        for option, value in (("--max-depth", "3"), ("--sampler", "sobol"), ("--threads", "1"),
+                              ("--width", "96")):
+            self.assertEqual(words[words.index(option) + 1], value)
+            self.assertEqual(words.count(option), 1)
+        self.assertEqual({choice["sampler"] for choice in plan["choices"]}, {"sobol"})
+
+    def test_text_has_the_command_and_a_table(self):
+        done = run("plan", SCENE, *SMALL, "--error", 0.02)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(f"  parray render {SCENE} -o one-weekend-20.exr", done.stdout)
+        self.assertEqual(done.stdout.count("uniform"), 2)
+        self.assertEqual(done.stdout.count("adaptive"), 2)
+
+    def test_a_scene_without_noise_needs_hardly_a_sample(self):
+        best = self.plan("--error", 0.001, scene=SCENES / "furnace.json")["recommended"]
+        self.assertLess(best["samples_per_pixel"]["value"], 33)
+        self.assertLess(best["error"]["value"], 1e-6)
+
+    def test_an_error_beyond_single_precision_is_refused(self):
+        self.refused(["--error 1e-09", "single precision", "or more"], "--error", 1e-9)
+
+    def test_an_error_that_takes_too_many_samples_is_refused(self):
+        self.refused(["--error 1e-06", "16777216 samples a pixel", "or more"], "--error", 1e-6)
+
+    def test_a_time_too_short_for_anything_is_refused(self):
+        self.refused(["--time 0.01", "allow more"], "--time", 0.01)
+
+    def test_goals_that_are_none_or_two_are_refused(self):
+        self.refused(["--error or --time"])
+        self.refused(["--error or --time"], "--error", 0.1, "--time", 3)
+        self.refused(["--error"], "--error", -1)
+        self.refused(["--probe-seconds"], "--error", 0.1, "--probe-seconds", 0)
+
+    def test_a_file_that_cannot_be_written_is_refused_before_the_probe(self):
+        self.refused([".tiff"], "--error", 0.1, "-o", "picture.tiff")
+
+
+if __name__ == "__main__":
+    unittest.main()

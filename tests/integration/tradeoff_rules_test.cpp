@@ -1,0 +1,326 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <set>
+
+#include "cli/tradeoff/answer.h"
+#include "cli/tradeoff/findings.h"
+#include "cli/tradeoff/journal.h"
+#include "cli/tradeoff/reference.h"
+
+namespace parray::tradeoff {
+namespace {
+
+using doctest::Approx;
+
+RenderSettings base_settings() {
+  RenderSettings settings;
+  settings.width = 100;
+  settings.height = 50;
+  settings.samples_per_pixel = 64;
+  settings.sampler = Sampler::independent;
+  settings.precision = Precision::f32;
+  settings.accelerator = AcceleratorKind::bvh;
+  return settings;
+}
+
+RenderSettings sampled(Sampler sampler, std::uint32_t samples) {
+  RenderSettings settings = base_settings();
+  settings.sampler = sampler;
+  settings.samples_per_pixel = samples;
+  return settings;
+}
+
+Row row(const RenderSettings& settings, double seconds, double rmse, Knob knob = Knob::spp) {
+  Row one;
+  one.knob = knob;
+  one.settings = settings;
+  one.options = options_of(settings);
+  one.runs = 4;
+  one.seconds = {seconds, seconds, seconds};
+  one.samples = settings.samples_per_pixel;
+  one.mse = rmse * rmse;
+  one.rmse = rmse;
+  one.budget.monte_carlo = rmse;
+  return one;
+}
+
+/// Independent samples of variance 1 that take 1 ms each; sobol's error falls as 1 / samples.
+std::vector<Row> known_rows() {
+  std::vector<Row> rows;
+  for (const std::uint32_t samples : {16U, 64U, 256U, 1024U}) {
+    rows.push_back(
+        row(sampled(Sampler::independent, samples), 1e-3 * samples, 1 / std::sqrt(samples)));
+    rows.push_back(row(sampled(Sampler::sobol, samples), 1.25e-3 * samples, 2.0 / samples));
+  }
+  return rows;
+}
+
+TEST_CASE("trade: the front is what nothing else is faster and more accurate than") {
+  std::vector<Row> rows = {row(sampled(Sampler::independent, 16), 1, 4),
+                           row(sampled(Sampler::independent, 32), 2, 3),
+                           row(sampled(Sampler::independent, 64), 3, 3),   // as accurate, slower
+                           row(sampled(Sampler::independent, 128), 2, 5),  // beaten by both first
+                           row(sampled(Sampler::independent, 256), 9, 1)};
+  rows.push_back(row(sampled(Sampler::sobol, 256), 9, 1));  // the same as the one before
+  mark_front(rows);
+  CHECK(rows[0].on_front);
+  CHECK(rows[1].on_front);
+  CHECK_FALSE(rows[2].on_front);
+  CHECK(rows[2].dominated_by == rows[1].options);
+  CHECK_FALSE(rows[3].on_front);
+  CHECK(rows[3].dominated_by == rows[0].options);  // the fastest of those
+  CHECK(rows[4].on_front);
+  CHECK(rows[5].on_front);
+}
+
+TEST_CASE("trade: a power law is found where there is one, with its scatter where there is not") {
+  const auto law = fit_power_law({{1, 8}, {2, 4}, {8, 1}});
+  REQUIRE(law.has_value());
+  CHECK(law->slope == Approx(-1));
+  CHECK(law->slope_error == Approx(0).epsilon(1e-12));
+  CHECK(law->at(4) == Approx(2));
+  // By hand: x = 0, 1, 2 and y = 0, 0, 3 in logarithms; slope 3/2, residuals 1/2, -1, 1/2.
+  const double e = std::exp(1.0);
+  const auto rough = fit_power_law({{1, 1}, {e, 1}, {e * e, e * e * e}});
+  REQUIRE(rough.has_value());
+  CHECK(rough->slope == Approx(1.5));
+  CHECK(rough->slope_error == Approx(std::sqrt(1.5 / 1 / 2)));
+  CHECK_FALSE(fit_power_law({{1, 1}}).has_value());
+  CHECK_FALSE(fit_power_law({{1, 1}, {1, 2}}).has_value());
+  CHECK_FALSE(fit_power_law({{1, 1}, {2, 0}}).has_value());
+}
+
+TEST_CASE("trade: a curve goes through its points, straight between and beyond in the logarithm") {
+  const LogCurve curve({{100, 1}, {1, 100}, {10, 10}, {0, 5}, {1000, 1}});
+  REQUIRE(curve.known());
+  CHECK(curve.at(1) == Approx(100));
+  CHECK(curve.at(10) == Approx(10));
+  CHECK(curve.at(31.6227766) == Approx(3.16227766));
+  CHECK(curve.at(0.01) == Approx(10000));
+  CHECK(curve.at(1e6) == Approx(1));  // as the last two go: level
+  CHECK_FALSE(LogCurve({{1, 1}, {2, -1}}).known());
+  CHECK(LogCurve({{10, 5}}, -2).at(100) == Approx(0.05));
+}
+
+TEST_CASE("trade: the budget is the root of the squares of its parts") {
+  const Budget budget{0.03, 0.04, 0.12, 0.84};
+  CHECK(budget.predicted() == Approx(0.13));
+  CHECK(budget.predicted_8bit() == Approx(0.85));
+}
+
+TEST_CASE("trade: quartiles interpolate between ranks") {
+  const Quartiles quartiles = quartiles_of({4, 1, 3, 2});
+  CHECK(quartiles.q1 == 1.75);
+  CHECK(quartiles.median == 2.5);
+  CHECK(quartiles.q3 == 3.25);
+  CHECK(quartiles_of({7}).q3 == 7);
+}
+
+TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as they do") {
+  const Variant variant{Knob::spp, base_settings(), 2};
+  Run run;
+  run.options = options_of(variant.settings);
+  run.seconds = 1;
+  run.cpu_seconds = 4;
+  run.mse = 0.01;
+  run.claimed = 0.1;
+  run.low = 0.09;
+  run.high = 0.11;
+  Run other = run;
+  other.seconds = 3;
+  other.mse = 0.03;  // outside of its claim
+  const std::vector<const Run*> runs = {&run, &other};
+  const Row calm = row_of(variant, runs, {false, 2});
+  CHECK(calm.mse == Approx(0.02));
+  CHECK(calm.mse_deviation == Approx(std::sqrt(2.0) * 0.01));
+  CHECK(calm.rmse == Approx(std::sqrt(0.02)));
+  CHECK(calm.claims_held == 0.5);
+  CHECK(calm.seconds.median == 2);
+  CHECK(calm.ratio() == Approx(std::sqrt(0.5)));
+  CHECK(row_of(variant, runs, {true, 2}).seconds.median == 2);  // 4 of both threads
+  other.mse_scatter = 0.02;                                     // the reference is no better
+  CHECK(row_of(variant, runs, {false, 2}).claims_held == 1);
+}
+
+TEST_CASE("trade: a machine is busy when threads do not get the processors that they ask for") {
+  Run run;
+  run.seconds = 1;
+  run.cpu_seconds = 1.9;
+  CHECK_FALSE(timing_of({run}, 2).busy);
+  run.cpu_seconds = 1.2;
+  CHECK(timing_of({run}, 2).busy);
+}
+
+TEST_CASE("trade: a paired bias is the square of the mean difference without the noise's own") {
+  PairedDifference differences;
+  // Two pixels: the first differs by 1 and 3, the second by noise alone, +2 and -2.
+  differences.add({1, 1, 1, 2, 2, 2}, {0, 0, 0, 0, 0, 0});
+  differences.add({3, 3, 3, 0, 0, 0}, {0, 0, 0, 2, 2, 2});
+  const PairedBias bias = differences.bias();
+  CHECK(bias.mean == Approx(1));       // (2 + 0) / 2
+  CHECK(bias.square == Approx(-0.5));  // products 1 x 3 and 2 x -2
+  CHECK(bias.rms() == 0);
+  CHECK(PairedBias{0.04, 0.001, 0}.rms() == Approx(0.2));
+  CHECK(PairedBias{0.04, 0.03, 0}.rms() == 0);
+}
+
+TEST_CASE("trade: the cheapest settings for an error, sampler by sampler") {
+  // 0.02: independent takes 2500 samples and 2.5 s, sobol 100 and 0.125 s.
+  const auto candidates = candidates_for(0.02, known_rows(), base_settings(), {});
+  REQUIRE(candidates.size() == 2);
+  CHECK(candidates[0].settings.sampler == Sampler::sobol);
+  CHECK(candidates[0].settings.samples_per_pixel == 100);
+  CHECK(candidates[0].seconds == Approx(0.125));
+  CHECK(candidates[1].settings.samples_per_pixel == 2500);
+  CHECK(candidates[1].seconds == Approx(2.5));
+  const auto own = own_for(0.02, known_rows(), base_settings());
+  REQUIRE(own.has_value());
+  CHECK(own->settings.samples_per_pixel == 2500);
+  CHECK(candidates_for(0.02, {}, base_settings(), {}).empty());
+}
+
+TEST_CASE("trade: another depth is taken if it is faster by more than doubt and hardly biased") {
+  std::vector<Row> rows = known_rows();
+  RenderSettings shallow = sampled(Sampler::independent, 64);
+  shallow.max_depth = 5;
+  rows.push_back(row(shallow, 0.032, 0.125, Knob::depth));  // half the time
+  PairedBiases biases;
+  biases.depth[5] = {1e-6, 1e-9, 0};  // RMSE 0.001
+  const auto depth_for = [&](double error) {
+    return candidates_for(error, rows, base_settings(), biases)[0].settings.max_depth;
+  };
+  CHECK(depth_for(0.02) == 5);
+  CHECK(depth_for(0.002) == 10);  // a quarter of the mean square
+  rows.back() = row(shallow, 0.062, 0.125, Knob::depth);
+  CHECK(depth_for(0.02) == 10);
+}
+
+TEST_CASE("trade: a target is rounded so that it promises no more than it was asked for") {
+  std::vector<Row> rows;
+  for (const double target : {0.1, 0.05, 0.025}) {
+    RenderSettings settings = base_settings();
+    settings.adaptive = true;
+    settings.target_error = target;
+    rows.push_back(row(settings, 1e-3 / (target * target), 0.97 * target, Knob::target));
+  }
+  const auto candidates = candidates_for(0.0123456, rows, base_settings(), {});
+  REQUIRE(candidates.size() == 1);
+  CHECK(options_against(candidates[0].settings, base_settings()) ==
+        "--sampler independent --target-error 0.0123");
+  CHECK(candidates[0].seconds == Approx(1e-3 / (0.0123 * 0.0123)));
+}
+
+TEST_CASE("trade: what missed its error is corrected by the square of the miss") {
+  Row missed = row(sampled(Sampler::sobol, 100), 1, 0.03);
+  const auto better = corrected(missed, 0.02);
+  REQUIRE(better.has_value());
+  CHECK(better->settings.samples_per_pixel == 226);  // 225, in pairs
+  CHECK(better->seconds == Approx(2.25));
+  CHECK_FALSE(corrected(row(sampled(Sampler::sobol, 100), 1, 0.0199), 0.02).has_value());
+  CHECK_FALSE(corrected(row(sampled(Sampler::sobol, 100), 1, 0), 0.02).has_value());
+}
+
+TEST_CASE("trade: the sentence names settings, time, error and what the scene's own take") {
+  Answer answer;
+  answer.error = 0.01;
+  answer.asked = true;
+  answer.scene = base_settings();
+  answer.scene.width = 1000;
+  answer.scene.height = 500;
+  answer.pick = row(sampled(Sampler::sobol, 38), 0.42, 0.0099);
+  answer.pick.rmse_deviation = 0.0003;
+  answer.own_seconds = 2.142;
+  answer.own_options = "--sampler independent --spp 190";
+  CHECK(sentence_of(answer) ==
+        "For an RMSE of 0.01: --sampler sobol --spp 38 (0.42 s at 100 x 50 on this machine, about "
+        "42 s at the scene's 1000 x 500; measured RMSE 0.0099 +- 0.0003); the scene's own settings "
+        "reach it with --sampler independent --spp 190 and take 5.1 x as long.");
+}
+
+TEST_CASE("trade: the sweep tries every knob, nothing twice, and leaves out what takes too long") {
+  Pilot pilot;
+  pilot.samples_per_second = 1e6;
+  pilot.error = 0.1;
+  pilot.other_speeds[AcceleratorKind::octree] = 1e4;
+  RenderSettings slow = base_settings();
+  slow.accelerator = AcceleratorKind::octree;
+  slow.samples_per_pixel = 100;
+  const auto sweep = plan_sweep(base_settings(), {slow}, pilot, 50);
+  std::set<std::string> options;
+  std::set<Knob> knobs;
+  for (const Variant& variant : sweep.variants) {
+    CHECK(options.insert(options_of(variant.settings)).second);
+    knobs.insert(variant.knob);
+    CHECK(variant.runs >= 2);
+    CHECK(variant.runs <= 16);
+  }
+  for (const Knob knob :
+       {Knob::scene, Knob::also, Knob::spp, Knob::target, Knob::depth, Knob::precision}) {
+    CHECK(knobs.count(knob) == 1);
+  }
+  CHECK(knobs.count(Knob::accelerator) == 0);  // 8 s a render
+  CHECK(sweep.left_out.size() >= 1);
+  CHECK(std::set<std::string>(sweep.left_out.begin(), sweep.left_out.end()).size() ==
+        sweep.left_out.size());
+}
+
+TEST_CASE(
+    "trade: seeds of references, pairs and runs are apart; knobs that keep noise share them") {
+  std::set<std::uint64_t> seeds;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    seeds.insert(seed_of(sampled(Sampler::sobol, 16), 1, i));
+    seeds.insert(seed_of(sampled(Sampler::sobol, 32), 1, i));
+    seeds.insert(reference_seed(1, i));
+    seeds.insert(paired_seed(1, i));
+  }
+  CHECK(seeds.size() == 4000);
+  RenderSettings deep = sampled(Sampler::sobol, 16);
+  deep.max_depth = 50;
+  deep.accelerator = AcceleratorKind::octree;
+  CHECK(seed_of(deep, 1, 3) == seed_of(sampled(Sampler::sobol, 16), 1, 3));
+}
+
+TEST_CASE("trade: pictures shrink to a size that the time has room for, and keep their shape") {
+  RenderSettings scene = base_settings();
+  scene.width = 1200;
+  scene.height = 800;
+  scene.samples_per_pixel = 100;
+  CHECK(with_size(scene, 0, 0, 120).width == 300);
+  CHECK(with_size(scene, 0, 0, 120).height == 200);
+  CHECK(with_size(scene, 600, 0, 120).height == 400);
+  CHECK(with_size(scene, 0, 80, 120).width == 120);
+  CHECK(with_size(scene, 10, 20, 120).width == 10);
+  scene.samples_per_pixel = 10000;
+  const RenderSettings small = with_size(scene, 0, 0, 240);  // 6000 pixels
+  CHECK(small.width == 95);
+  CHECK(small.height == 63);
+}
+
+TEST_CASE("trade: 8 bits round to the nearest code of sRGB and clamp") {
+  CHECK(through_8bit(-1) == 0);
+  CHECK(through_8bit(0) == 0);
+  CHECK(through_8bit(2) == 1);
+  CHECK(through_8bit(1) == 1);
+  CHECK(through_8bit(0.2140) == Approx(0.2122).epsilon(1e-3));  // code 127 of 127.4
+  CHECK(through_8bit(0.0002) == Approx(1 / (255 * 12.92)));     // code 0.66, rounded up
+}
+
+TEST_CASE("trade: a run comes back from its line, and a damaged line does not") {
+  Run run;
+  run.options = "--sampler sobol --spp 16";
+  run.seed = 18446744073709551615U;
+  run.seconds = 0.125;
+  run.mse = -1e-9;
+  run.coverage = {0.5, 0.8, 0.9, 0.95, 0.99};
+  const std::string line = csv_line(run);
+  CHECK(csv_line(run_of_csv(line)) == line);
+  CHECK(run_of_csv(line).seed == run.seed);
+  CHECK(run_of_csv(line).mse == -1e-9);
+  CHECK_THROWS(run_of_csv(line.substr(0, line.rfind(','))));
+  CHECK_THROWS(run_of_csv(line + ",1"));
+  CHECK_THROWS(run_of_csv(line + "x"));
+}
+
+}  // namespace
+}  // namespace parray::tradeoff

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""parray tradeoff: what it measures, that it goes on where it was stopped, and what it refuses."""
+
+import csv
+import json
+import math
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from farm import BIN, run
+
+SCENE = {
+    "version": 1,
+    "camera": {"look_from": [0, 1, 6], "look_at": [0, 0.8, 0], "up": [0, 1, 0], "vfov": 40, "aperture": 0.1,
+               "focus_distance": 6},
+    "image": {"width": 64, "height": 48},
+    "render": {"samples_per_pixel": 64, "max_depth": 16, "seed": 3},
+    "materials": {"grey": {"type": "diffuse", "albedo": [0.6, 0.5, 0.4]},
+                  "glass": {"type": "dielectric", "ior": 1.5},
+                  "mirror": {"type": "metal", "albedo": [0.9, 0.9, 0.9], "fuzz": 0.1}},
+    "spheres": [{"center": [0, -100, 0], "radius": 100, "material": "grey"},
+                {"center": [-1.2, 0.8, 0], "radius": 0.8, "material": "grey"},
+                {"center": [0.5, 0.8, 0.5], "radius": 0.8, "material": "glass"},
+                {"center": [1.6, 0.6, -1], "radius": 0.6, "material": "mirror"}]}
+
+
+class Tradeoff(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-tradeoff-")
+        self.addCleanup(temporary.cleanup)
+        self.directory = pathlib.Path(temporary.name)
+        self.scene = self.directory / "scene.json"
+        self.scene.write_text(json.dumps(SCENE))
+        self.output = self.directory / "trade"
+
+    def trade(self, *options, scene=None, environment=None):
+        result = run("tradeoff", scene or self.scene, "-o", self.output, "--time-budget", 4, "--quiet", *options,
+                     **({"env": environment} if environment else {}))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result
+
+    def document(self):
+        return json.loads((self.output / "tradeoff.json").read_text())
+
+    def refused(self, *options, mentions, status=2):
+        result = run("tradeoff", *options)
+        self.assertEqual((result.returncode, result.stdout), (status, ""), result.stderr)
+        self.assertRegex(result.stderr, r"\Aparray: [^\n]*\n\Z")
+        for part in mentions:
+            self.assertIn(str(part), result.stderr)
+
+    def test_tables_plots_budget_and_the_sentence(self):
+        result = self.trade("--json")
+        document = json.loads(result.stdout)
+        self.assertEqual(document, self.document())
+        rows = document["rows"]
+        with open(self.output / "tradeoff.csv", newline="") as file:
+            table = list(csv.DictReader(file))
+        self.assertEqual([row["options"] for row in rows], [row["options"] for row in table])
+        self.assertEqual({row["sampler"] for row in rows}, {"independent", "sobol"})
+        for knob in ("scene", "spp", "target", "depth", "precision"):
+            self.assertTrue(any(row["knob"] == knob for row in rows), knob)
+        for row in rows:
+            parts = [row[part] for part in ("eps_mc", "eps_depth", "eps_precision")]
+            self.assertAlmostEqual(row["predicted_rmse"], math.sqrt(sum(p * p for p in parts)))
+            # Of parts that are measured by themselves. The scatter of few runs of few pixels apart,
+            # they make up the whole.
+            self.assertAlmostEqual(row["predicted_to_rmse"], 1, delta=0.15, msg=row["options"])
+            self.assertAlmostEqual(row["predicted_to_rmse_8bit"], 1, delta=0.15, msg=row["options"])
+            self.assertEqual(row["on_front"], row["dominated_by"] == "", row["options"])
+            faster = [other["options"] for other in rows
+                      if other["seconds"] < row["seconds"] and other["rmse"] < row["rmse"]]
+            self.assertTrue(faster == [] or not row["on_front"], row["options"])
+        shallow = next(row for row in rows if row["max_depth"] == 2)
+        self.assertGreater(shallow["eps_depth"], 5 * shallow["eps_mc"] / 10)
+        self.assertLessEqual(abs(shallow["bias"]), shallow["depth_bound"] * 1.05)
+        pooled = next(one for one in document["calibration"] if one["intervals"] == "all")
+        self.assertAlmostEqual(pooled["actual"][3], 0.95, delta=0.04)
+        self.assertIn("For an RMSE of", document["sentence"])
+        self.assertIn("--sampler", document["answer"]["options"])
+        self.assertLessEqual(document["answer"]["rmse"], document["answer"]["error"] * 1.01)
+        plots = {path.name for path in (self.output / "plots").iterdir()}
+        for name in ("convergence", "front", "budget", "coverage"):
+            self.assertLessEqual({name + ".dat", name + ".gp"}, plots)
+            if shutil.which("gnuplot"):
+                self.assertLessEqual({name + ".svg", name + ".png"}, plots)
+
+    def test_the_answer_holds_when_it_is_tried(self):
+        document = json.loads(self.trade("--json", "--error", 0.02).stdout)
+        answer = document["answer"]
+        self.assertEqual((answer["error"], answer["asked"]), (0.02, True))
+        self.assertTrue(document["sentence"].startswith("For an RMSE of 0.02: --sampler "))
+        picture = self.directory / "picture.exr"
+        done = run("render", self.scene, "-o", picture, "--seed", 99, *answer["options"].split(), "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        reference = run("compare", self.output / "reference.exr", picture, "--json")
+        rmse = json.loads(reference.stdout)["images"][0]["rmse"]
+        self.assertLess(rmse, 0.02 * 1.15)
+
+    def test_goes_on_after_a_kill_with_what_it_has(self):
+        command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", 4, "--quiet"]
+        process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        runs = self.output / "runs.csv"
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (runs.exists() and runs.read_bytes().count(b"\n") > 20):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        kept = runs.read_bytes()
+        self.assertGreater(kept.count(b"\n"), 20)
+        reference = (self.output / "reference.exr").read_bytes()
+        with open(runs, "ab") as file:
+            file.write(b"--sampler sobol --spp 16,1")  # cut by the end of the program
+        self.trade()
+        whole = kept[:kept.rindex(b"\n") + 1]
+        self.assertEqual(runs.read_bytes()[:len(whole)], whole)
+        self.assertEqual((self.output / "reference.exr").read_bytes(), reference)
+        lines = runs.read_text().splitlines()
+        keys = [tuple(line.split(",")[:2]) for line in lines]
+        self.assertEqual(len(keys), len(set(keys)), "a render was repeated")
+        self.trade()  # all is there: nothing is measured again
+        self.assertEqual(runs.read_text().splitlines()[:len(lines)], lines)
+
+    def test_an_interrupt_keeps_what_there_is_and_says_so(self):
+        command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", 60, "--quiet"]
+        process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (self.output / "state.json").exists():
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, output), (130, ""))
+        self.assertRegex(errors, r"\Aparray: interrupted: the same command again goes on[^\n]*\n\Z")
+
+    def test_another_scene_or_size_needs_another_directory_or_restart(self):
+        self.trade()
+        other = dict(SCENE, spheres=SCENE["spheres"][:2])
+        scene = self.directory / "other.json"
+        scene.write_text(json.dumps(other))
+        self.refused(scene, "-o", self.output, mentions=["scene_sha256", "another directory", "--restart"])
+        self.refused(self.scene, "-o", self.output, "--width", 32, mentions=["another", "--restart"])
+        self.trade("--restart", scene=scene)
+        self.assertEqual(self.document()["scene"], str(scene))
+
+    def test_damaged_measurements_are_refused(self):
+        self.trade()
+        runs = self.output / "runs.csv"
+        whole = runs.read_text()
+        runs.write_text(whole.replace(",", ";", 1))
+        self.refused(self.scene, "-o", self.output, mentions=[f"{runs}:1", "--restart"])
+        lines = whole.splitlines()
+        lines[3] = lines[3].rsplit(",", 1)[0]
+        runs.write_text("\n".join(lines) + "\n")
+        self.refused(self.scene, "-o", self.output, mentions=[f"{runs}:4", "--restart"])
+        (self.output / "state.json").write_text("{")
+        self.refused(self.scene, "-o", self.output, mentions=["state.json", "--restart"])
+
+    def test_without_gnuplot_one_line_says_how_to_get_plots(self):
+        result = self.trade(environment={"PATH": str(self.directory)})
+        self.assertRegex(result.stderr, r"\Aparray: no plots: gnuplot is missing [^\n]*\n\Z")
+        self.assertIn("gnuplot-nox", result.stderr)
+        self.assertTrue((self.output / "plots" / "front.gp").exists())
+
+    def test_bad_usage_is_refused_before_any_work(self):
+        self.refused(self.scene, mentions=["--output"])
+        self.refused(self.scene, "-o", self.output, "--error", 0, mentions=["--error"])
+        self.refused(self.scene, "-o", self.output, "--time-budget", "nan", mentions=["--time-budget"])
+        self.refused(self.directory / "none.json", "-o", self.output, mentions=["none.json"])
+        self.assertFalse(self.output.exists())
+        self.refused(self.scene, "-o", self.scene, mentions=["another directory"])
+
+    def test_a_scene_without_noise_has_an_answer_too(self):
+        empty = dict(SCENE, spheres=[], materials={})
+        empty["sky"] = {"horizon": [0.5, 0.5, 0.5], "zenith": [0.5, 0.5, 0.5]}
+        self.scene.write_text(json.dumps(empty))
+        self.trade("--time-budget", 2)
+        self.assertIn("For an RMSE of", self.document()["sentence"])
+
+
+if __name__ == "__main__":
+    unittest.main()

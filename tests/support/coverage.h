@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tests/support/noise_trials.h"
+
+namespace parray::test {
+
+/// What a picture would be with endless samples, nearly: by pixel and channel.
+struct Reference {
+  std::vector<double> mean;
+  std::vector<double> variance;  ///< of one sample
+  double samples = 0;            ///< a pixel
+};
+
+/// From independent samples with a seed of its own.
+Reference trace_reference(const NoisyScene& scene, std::uint32_t samples);
+
+/// The picture's error against the reference, whose own error is taken off.
+double true_rmse(const GrowingPicture& picture, const Reference& reference);
+
+/// How often the errors that pictures state hold, over many pictures of some scenes.
+class Coverage {
+ public:
+  /// Pixels and channels of all scenes are sorted into strata, four by mean and five by variance.
+  explicit Coverage(const std::vector<Reference>& references);
+
+  void add(std::size_t scene, const GrowingPicture& picture, const ErrorEstimate& error);
+
+  [[nodiscard]] double pooled() const;           ///< share of intervals that hold
+  [[nodiscard]] double least_of_strata() const;  ///< in the stratum where it is least
+  [[nodiscard]] double pictures() const;         ///< share of [low, high] that hold
+  [[nodiscard]] double claimed_to_true() const;  ///< ratio of the root mean squares
+  struct Bias {
+    double value = 0;      ///< mean error / mean
+    double scatter = 0;    ///< its standard error
+    double allowance = 0;  ///< mean error / mean half-width
+  };
+  static constexpr std::size_t strata = 20;
+  [[nodiscard]] Bias bias(std::size_t stratum) const;
+  [[nodiscard]] double of_stratum(std::size_t stratum) const;
+
+ private:
+  struct Stratum {
+    double intervals = 0;
+    double hold = 0;
+    double mean = 0;
+    double half_width = 0;
+    double pictures = 0;
+    double error = 0;
+    double squares = 0;  ///< of the error of a picture's mean over the stratum
+  };
+
+  const std::vector<Reference>& references_;
+  std::vector<std::vector<std::uint8_t>> stratum_of_;
+  std::array<Stratum, strata> strata_{};
+  double pictures_ = 0;
+  double pictures_hold_ = 0;
+  double claimed_ = 0;
+  double true_ = 0;
+};
+
+}  // namespace parray::test

@@ -1,0 +1,173 @@
+#include "common/image/error_law.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "common/image/passes.h"
+#include "common/image/radiance_scale.h"
+
+namespace parray {
+namespace {
+
+using doctest::Approx;
+
+ErrorLaw law_of(double deviation, std::vector<MeasuredError> measured, ExponentPrior prior) {
+  return {ModelError::uniform(deviation), measured, prior};
+}
+
+/// Two halves: in one every sample is 0.5, in the other three quarters of the samples are 1 and the
+/// rest 0, or the other way round.
+struct HalfNoisy {
+  HalfNoisy(std::uint32_t side, std::uint32_t samples)
+      : pixels(std::size_t{side} * side), counts(pixels.size(), samples) {
+    const RadianceScale scale(1);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const bool noisy = i >= pixels.size() / 2;
+      for (std::uint32_t sample = 0; sample < samples; ++sample) {
+        // Half of the pixels have more ones among their odd samples, half among their even ones.
+        const bool one = (sample + i) % 2 == 0 ? sample % 4 < 3 : sample % 4 == 3;
+        const std::uint64_t value = scale.to_fixed(noisy ? (one ? 1 : 0) : 0.5);
+        pixels[i].add({value, value, value}, sample);
+      }
+    }
+    state = {side, side, pixels, counts, 1};
+  }
+  std::vector<PixelSums> pixels;
+  std::vector<std::uint32_t> counts;
+  PictureState state;
+};
+
+TEST_CASE("independent samples: error is the deviation over the root of their number") {
+  const ModelError model = ModelError::uniform(0.2);
+  CHECK(model.at(1) == Approx(0.2));
+  CHECK(model.at(100) == Approx(0.02));
+  CHECK(model.samples_for(0.02) == Approx(100));
+  CHECK(model.samples_for(0.4) == Approx(0.25));
+}
+
+TEST_CASE("with a known exponent of 0 the law goes through the one measurement") {
+  const ErrorLaw law = law_of(0.2, {{16, 0.04, 0.01}}, {0, 0});
+  CHECK(law.at(16) == Approx(0.04));
+  CHECK(law.at(64) == Approx(0.02));
+  CHECK(law.samples_for(0.01) == Approx(256));
+  CHECK(law.relative_at(1 << 20) == Approx(0.01));
+}
+
+TEST_CASE("without a prior to speak of, the exponent of exact measurements is found") {
+  // E = 0.3 n^-0.7
+  std::vector<MeasuredError> measured;
+  for (const double n : {8.0, 32.0, 128.0}) {
+    measured.push_back({n, 0.3 * std::pow(n, -0.7), 0.01});
+  }
+  const ErrorLaw law = law_of(1, measured, {0, 100});
+  CHECK(law.exponent() == Approx(0.2));
+  CHECK(law.at(1000) == Approx(0.3 * std::pow(1000, -0.7)));
+  CHECK(law.samples_for(0.3 * std::pow(5000, -0.7)) == Approx(5000));
+}
+
+TEST_CASE("measurements and prior are weighed by their variances") {
+  // Two measurements as good as each other would say d = 0.2; by hand, with x = -+ ln(2) and the
+  // doubt of the first one octave pair away left out by a large standard error of both:
+  // precision of the data 2 ln(2)^2 / r^2, of the prior 1 / s^2.
+  const double r = 10;
+  const double x = std::log(2.0);
+  const double s = r / (std::sqrt(2.0) * x);  // as much as the data's
+  const std::vector<MeasuredError> measured = {{4, std::pow(4, -0.7), r},
+                                               {16, std::pow(16, -0.7), r}};
+  const ErrorLaw law = law_of(1, measured, {0.1, s});
+  CHECK(law.exponent() == Approx(0.15).epsilon(1e-4));
+  // At the last measurement its own doubt; beyond, the exponent's comes in: s^2 / 2 its variance.
+  CHECK(law.relative_at(16) == Approx(r));
+  const double away = std::log(1024.0 / 16);
+  CHECK(law.relative_at(1024) == Approx(std::sqrt(r * r + s * s / 2 * away * away)).epsilon(1e-4));
+}
+
+TEST_CASE("between measurements the law goes through them, beyond them along its exponent") {
+  const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {64, 0.1, 0.001}}, {0.1, 0.001});
+  CHECK(law.at(4) == Approx(0.6));
+  CHECK(law.at(64) == Approx(0.1));
+  // Gains are 1.2 and 0.8; half way between, in logarithms, at 16.
+  CHECK(law.at(16) == Approx(std::sqrt(1.2 * 0.8) / 4));
+  CHECK(law.exponent() == Approx(0.1).epsilon(0.01));
+  CHECK(law.at(1024) == Approx(0.1 / 4 * std::pow(16, -law.exponent())));
+  CHECK(law.at(1) == Approx(0.6 * 2 * std::pow(4, law.exponent())));
+}
+
+TEST_CASE("where the exponent is known, a measurement of more samples counts for more") {
+  const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {256, 0.06, 0.001}}, {0, 0});
+  // Gains 1.2 at 4 samples, 0.96 at 256.
+  CHECK(law.at(256) < 0.0615);
+  CHECK(law.at(256) > 0.06);
+  CHECK(law.at(1024) == Approx(law.at(256) / 2));
+}
+
+TEST_CASE("adaptive passes leave pixels without noise out") {
+  const HalfNoisy picture(64, 32);
+  const ModelError model = ModelError::adaptive(picture.state, 0.1);
+  CHECK(model.at(32) == Approx(0.1));
+  // As many samples again, all of them where the noise is: three times as many there.
+  CHECK(model.at(64) == Approx(0.1 / std::sqrt(3.0)).epsilon(0.05));
+  // In the long run half of all samples would be wasted by equal counts.
+  CHECK(model.at(32 * 1024) == Approx(0.1 / std::sqrt(2 * 1024.0)).epsilon(0.05));
+}
+
+TEST_CASE("a picture whose pilot meets the target stops there") {
+  const ErrorLaw law = law_of(0.1, {{32, 0.1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const Forecast forecast = forecast_target(law, {}, 0.1, 1e6);
+  CHECK(forecast.samples == pilot_samples);
+  CHECK(forecast.passes == 1);
+  CHECK(forecast.rmse == Approx(0.1 / std::sqrt(32.0)));
+}
+
+TEST_CASE("a target that needs little more than the pilot takes one more pass, 3 % beyond it") {
+  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const Forecast forecast = forecast_target(law, {}, 1 / std::sqrt(64.0), 1e6);
+  CHECK(forecast.passes == 2);
+  CHECK(forecast.samples == Approx(32 + 1.03 * 32).epsilon(1e-4));
+  CHECK(forecast.rmse < 1 / std::sqrt(64.0));
+}
+
+TEST_CASE("passes to a far target grow as the render's own, and end just beyond it") {
+  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const Forecast forecast = forecast_target(law, {}, 0.01, 1e6);
+  // 32, 128, 512, 2048 (lacking 9488, more than 7 * 512); then 8191 lack: 2048 more, then all.
+  CHECK(forecast.samples == Approx(4096 + 1.03 * (10000 - 4096)).epsilon(1e-3));
+  CHECK(forecast.passes == 6);
+}
+
+TEST_CASE("the stated interval has to meet the target, not the error alone") {
+  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const StatedHigh stated{1.21, 0};
+  CHECK(stated.of(0.1, 100) == Approx(0.11));
+  const Forecast forecast = forecast_target(law, stated, 0.011, 1e6);
+  CHECK(stated.of(forecast.rmse, forecast.samples) <= 0.011);
+  CHECK(forecast.rmse == Approx(0.01).epsilon(0.02));
+}
+
+TEST_CASE("passes end at the most samples that there may be") {
+  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const Forecast forecast = forecast_target(law, {}, 1e-4, 5000);
+  CHECK(forecast.samples == Approx(5000));
+  CHECK(forecast.rmse > 1e-4);
+}
+
+TEST_CASE("a time limit: at most half of the time left, until there is little") {
+  // The pilot takes 32 of 96 seconds and 1 for itself. Of 63 left, half: 31.5; of 30.5 that are
+  // then left, less than half of what is traced but more than a quarter: 15.25; of 14.25, less than
+  // a quarter: 12.46875; then 0.78 is less than a 32nd.
+  const Forecast forecast = forecast_time({1, 1, 1}, 96, 1e6);
+  CHECK(forecast.passes == 4);
+  CHECK(forecast.samples == Approx(32 + 31.5 + 15.25 + 12.46875).epsilon(1e-5));
+}
+
+TEST_CASE("however short the time, the pilot is traced") {
+  const Forecast forecast = forecast_time({1, 1, 1}, 5, 1e6);
+  CHECK(forecast.passes == 1);
+  CHECK(forecast.samples == pilot_samples);
+}
+
+}  // namespace
+}  // namespace parray
