@@ -1,5 +1,6 @@
 #include "cli/plan/overheads.h"
 
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -44,6 +45,11 @@ double mean_of(const Image& image) {
 }
 
 }  // namespace
+
+void forget_memory() {
+  constexpr int large = 128 * 1024;  // glibc's own bound, which it would raise with use
+  mallopt(M_MMAP_THRESHOLD, large);
+}
 
 Effort effort_of_collecting(const Framebuffer& traced) {
   const Effort began = effort_now();

@@ -141,6 +141,7 @@ class Prober {
 
   /// What is done once, but for loading, and the kernels.
   void build() {
+    forget_memory();
     trace_fingerprint();
     const std::string bytes = scene_to_bytes(*request_.scene);
     for (int side = 0; side < 2; ++side) {  // a coordinator and a worker take it in
