@@ -40,8 +40,8 @@ ModelError ModelError::adaptive(const PictureState& state, double rmse) {
   const auto pixels = static_cast<double>(state.counts.size());
   const double first = state.counts[0];
   std::vector<std::pair<double, double>> points;
-  for (double octave = 0; octave <= 10; octave += 0.5) {
-    const double samples = first * std::exp2(octave);
+  for (int half_octaves = 0; half_octaves <= 20; ++half_octaves) {
+    const double samples = first * std::exp2(half_octaves / 2.0);
     const double share = allocation.share_of_square_error(samples * pixels);
     points.emplace_back(std::log(samples), std::log(rmse) + std::log(share) / 2);
   }
