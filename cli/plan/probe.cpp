@@ -296,10 +296,15 @@ class Prober {
     const std::uint64_t more = 2 * pilot_samples * state.counts.size();
     const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, 1, more);
     counting_ = effort_now() - began;
-    settings.passes.clear();
-    settings.target_error = ranges::target_error.least;
-    next_pass_size(state, settings, 1);
-    result_.pass = pixels_ / pixels_of_part() * (effort_now() - began);
+    // Again, with memory that was touched before, as in all passes but the first.
+    const Effort again = effort_now();
+    counts_after_pass(state, settings, 1, more);
+    if (request_.error > 0) {
+      settings.passes.clear();
+      settings.target_error = ranges::target_error.least;
+      next_pass_size(state, settings, 1);
+    }
+    result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
   }
 

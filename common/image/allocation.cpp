@@ -28,7 +28,9 @@ double expected_square(const NoiseModel& model, const Surroundings& around) {
 }  // namespace
 
 Allocation::Allocation(const PictureState& state, bool equal_half_widths)
-    : counts_(state.counts.begin(), state.counts.end()), weights_(state.pixels.size()) {
+    : counts_(state.counts.begin(), state.counts.end()),
+      weights_(state.pixels.size()),
+      squares_(state.pixels.size()) {
   const NoiseModel model(state, Horizon::windows);
   visit_noise(state, 1, Horizon::windows, [&](std::size_t i, const NoiseNearby& noise) {
     double most = 0;
@@ -38,10 +40,11 @@ Allocation::Allocation(const PictureState& state, bool equal_half_widths)
       const double radiance = std::min(noise.own.mean[channel], around.radiance);
       const double share =
           std::min(1.0, bias_allowed * radiance * counts_[i] / state.largest_radiance);
-      const double square = (1 - share) * expected_square(model, around) +
-                            share * model.own_square(noise.own.variance[channel]);
+      const double own = model.own_square(noise.own.variance[channel]);
+      const double square = (1 - share) * expected_square(model, around) + share * own;
       most = std::max(most, model.half_width_square(square, around));
       sum += square;
+      squares_[i] += own;
     }
     weights_[i] = equal_half_widths ? most : std::sqrt(sum);
   });
@@ -108,7 +111,7 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
 double Allocation::square_error_at(double level) const {
   double square = 0;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
+    square += squares_[i] / std::max<double>(counts_[i], level * weights_[i]);
   }
   return square;
 }

@@ -183,6 +183,16 @@ class MpiTest(unittest.TestCase):
             self.check_passes(job.finish(), self.expected_passes)
             self.assertRegex(job.text(), "parray-mpi: going on from ")
 
+    def test_a_preview_shows_the_picture_before_it_is_done_and_changes_nothing(self):
+        for mode in ("window", "messages"):
+            preview = self.state.parent / f"{mode}.png"
+            with MpiRun(2, SCENE, *self.passes, *SAFE, "--mode", mode,
+                        "--preview", preview) as job:
+                wait_for(preview.exists, "the preview")
+                self.assertIsNone(job.process.poll(), "the job was over too early")
+                self.assertGreater(preview.stat().st_size, 10000)
+                self.check_passes(job.finish(), self.expected_passes)
+
     def test_a_rank_that_does_not_come_to_the_end_of_a_pass_ends_the_job(self):
         options = [*self.passes, *SAFE, "--state", self.state]
         with MpiRun(3, SCENE, *options, "--patience", 2) as job:
