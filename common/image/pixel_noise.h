@@ -44,11 +44,11 @@ struct NoiseNearby {
   std::array<Surroundings, 3> around{};
 };
 
-/// Means over a square around each pixel of a row. Values are rounded so that all sums are
-/// exact, and one without its own pixel knows nothing of that. Cut at the border.
+/// Means over a square around each pixel of a row, cut at the border. Variances are rounded so that
+/// all sums are exact, and one without its own pixel knows nothing of that.
 class NoiseWindow {
  public:
-  /// Values by channel, in units of the largest radiance squared, and the number of samples.
+  /// Variances by channel, in units of the largest radiance squared, and the number of samples.
   using Values = std::array<double, 4>;
   static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
 
