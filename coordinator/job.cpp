@@ -37,9 +37,9 @@ void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
   if (record.passes.empty()) {
     next_pass(Time{});
   } else {
-    work->expected_samples = next_pass_size(work->framebuffer.state(work->largest_radiance),
-                                            record.settings, 0)
-                                 .expected;
+    work->expected_samples =
+        next_pass_size(work->framebuffer.state(work->largest_radiance), record.settings, 0)
+            .expected;
   }
 }
 

@@ -257,7 +257,7 @@ TEST_CASE("passes: counts and half-widths have the same bits with every compiler
   for (const float half_width : estimate_error(picture.state()).half_width) {
     mix(std::bit_cast<std::uint32_t>(half_width));
   }
-  CHECK(hash == 11183352928064130228);
+  CHECK(hash == 11183352928064130228U);
 }
 
 TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
