@@ -43,6 +43,7 @@ void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
   }
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): the work is a part of the job
 void Job::begin_pass(std::uint64_t samples) {
   JobWork& w = *work;
   const auto pass = static_cast<std::uint32_t>(w.passes++);
@@ -131,6 +132,7 @@ void Job::take_up(Store& store) {
   }
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): likewise
 void Job::note_all_merged() {
   for (const WorkRect& rect : work->leases.pending()) {
     work->leases.restore(rect);

@@ -100,8 +100,8 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   // Rounding may have lost the last pair, and a pixel that is full leaves more over.
   for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
     std::uint32_t& count = counts[(last + k) % counts.size()];
-    const double room = (limits::max_samples_per_pixel - count) / 2 * 2;
-    const double given = std::min(room, 2 * std::floor(owed / 2 + 0.5));
+    const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
+    const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
     count += static_cast<std::uint32_t>(given);
     owed -= given;
   }

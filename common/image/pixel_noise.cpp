@@ -30,12 +30,12 @@ PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceS
   if (count < 2) {
     return noise;
   }
-  const double odds = count / 2;
-  const double evens = count - odds;
+  const std::uint32_t odds = count / 2;
+  const std::uint32_t evens = count - odds;
   const double unit = scale.mean(1, 1);
   const double per_sample = 1.0 / count;
   const double unbiased = count / (count - 1.0);
-  const double weight = unit / (count * std::sqrt(evens * odds));
+  const double weight = unit / (count * std::sqrt(static_cast<double>(evens) * odds));
   for (std::size_t channel = 0; channel < 3; ++channel) {
     const auto sum = static_cast<double>(pixel.sum[channel]);
     const auto odd = static_cast<double>(pixel.odd[channel]);
