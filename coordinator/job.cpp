@@ -31,11 +31,19 @@ void Job::start_work(std::shared_ptr<const std::string> scene_bytes) {
   fresh->largest_radiance = largest_radiance(scene);
   fresh->scene_bytes = std::move(scene_bytes);
   work = std::move(fresh);
-  if (record.settings.in_passes() && record.passes.empty()) {
+  if (!record.settings.in_passes()) {
+    return;
+  }
+  if (record.passes.empty()) {
     next_pass(Time{});
+  } else {
+    work->expected_samples =
+        next_pass_size(work->framebuffer.state(work->largest_radiance), record.settings, 0)
+            .expected;
   }
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): the work is a part of the job
 void Job::begin_pass(std::uint64_t samples) {
   JobWork& w = *work;
   const auto pass = static_cast<std::uint32_t>(w.passes++);
@@ -74,10 +82,13 @@ bool Job::next_pass(Time now) {
   }
   const bool recorded = w.passes < record.passes.size();  // an earlier life has decided
   const PassSize next =
-      recorded ? PassSize{record.passes[w.passes], StopReason::samples}
+      recorded ? PassSize{record.passes[w.passes]}
                : next_pass_size(w.framebuffer.state(w.largest_radiance), record.settings,
                                 static_cast<std::uint32_t>(w.passes), affordable_samples(now));
   w.stopped_by = next.stop;
+  if (!recorded) {
+    w.expected_samples = next.samples > 0 ? next.expected : w.framebuffer.counts().samples;
+  }
   if (next.samples == 0) {
     return false;
   }
@@ -121,10 +132,16 @@ void Job::take_up(Store& store) {
   }
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): likewise
 void Job::note_all_merged() {
   for (const WorkRect& rect : work->leases.pending()) {
     work->leases.restore(rect);
   }
+}
+
+bool Job::whole() const {
+  const std::vector<std::uint32_t>& pixels = work->framebuffer.samples();
+  return std::find(pixels.begin(), pixels.end(), 0U) == pixels.end();
 }
 
 double Job::progress(Time now) const {
@@ -132,8 +149,10 @@ double Job::progress(Time now) const {
   if (!s.in_passes()) {
     return work->leases.progress();
   }
-  const auto all = static_cast<double>(s.samples_per_pixel) * s.width * s.height;
-  double share = static_cast<double>(work->framebuffer.counts().samples) / all;
+  double share = work->expected_samples == 0
+                     ? 0
+                     : static_cast<double>(work->framebuffer.counts().samples) /
+                           static_cast<double>(work->expected_samples);
   if (s.time_limit > 0 && work->started != never) {
     share = std::max(share, to_seconds(now - work->started) / s.time_limit);
   }
@@ -159,15 +178,14 @@ json job_summary(const Job& job, Time now) {
     return summary;
   }
   const JobWork& work = *job.work;
-  const std::vector<std::uint32_t>& pixels = work.framebuffer.samples();
-  summary["whole"] = std::find(pixels.begin(), pixels.end(), 0U) == pixels.end();
+  summary["whole"] = job.whole();
   summary["progress"] = job.progress(now);
   const std::uint64_t samples = work.framebuffer.counts().samples;
   if (work.started != never && now > work.started && samples > 0) {
     const double elapsed = to_seconds(now - work.started);
     const double progress = summary["progress"];
     summary["samples_per_second"] = static_cast<double>(samples) / elapsed;
-    summary["seconds_left"] = elapsed * (1 - progress) / progress;
+    summary["seconds_left"] = progress > 0 ? elapsed * (1 - progress) / progress : -1;
   }
   return summary;
 }

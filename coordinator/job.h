@@ -27,6 +27,7 @@ struct JobWork {
   std::size_t passes = 0;  ///< begun
   Time pass_began = never;
   std::uint64_t samples_before_pass = 0;
+  std::uint64_t expected_samples = 0;  ///< of the finished picture; 0: unknown
   StopReason stopped_by = StopReason::samples;
   std::set<WorkerId> contributors;
   std::uint32_t contributor_threads = 0;
@@ -53,8 +54,10 @@ struct Job {
   bool next_pass(Time now);
   /// Marks all pending work as done: it has been merged, without leases of the table's.
   void note_all_merged();
-  /// Share of the work that is done, 0 .. 1. Of a picture that goes in passes nobody knows the end:
-  /// what the limits say.
+  /// Whether every pixel has a sample.
+  [[nodiscard]] bool whole() const;
+  /// Share of the work that is done, 0 .. 1. Of a picture that has a target to meet nobody knows
+  /// the end: 0 in its first pass, then as the error so far says. It may fall.
   [[nodiscard]] double progress(Time now) const;
   /// Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
   [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life} << 32) + 1; }

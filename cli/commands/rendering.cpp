@@ -61,7 +61,7 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
     const Time now = clock.now();
     progress.show(now, status);
     if (status.ended()) break;
-    preview.follow(now, client, status);
+    preview.follow(now, status, [&] { return client.fetch_partial(job); });
     client.rest(next_look(now - begin));
   }
   if (status.state != name_of(JobState::done)) {

@@ -52,7 +52,12 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, ThreadCellT
       locate_(std::move(locate)),
       pet_(std::move(pet)),
       options_(options),
-      progress_(progress_style(options.quiet), std::cerr, terminal_columns()),
+      progress_(progress_style(options.following.quiet), std::cerr, terminal_columns()),
+      preview_(options.following.preview,
+               [this] {
+                 stop_if_interrupted();
+                 stay_alive();
+               }),
       started_(clock_.now()),
       samples_before_(kept.job().work->framebuffer.counts().samples),
       next_checkpoint_(started_ + options.checkpoint) {
@@ -145,7 +150,12 @@ void MpiCoordinator::take_turn(Time now) {
 }
 
 void MpiCoordinator::look_after_ranks(Time now) {
-  progress_.show(now, status(now, false));
+  const JobStatus so_far = status(now, false);
+  progress_.show(now, so_far);
+  preview_.follow(now, so_far, [this] {
+    const JobWork& work = *kept_.job().work;
+    return resolve_image(work.framebuffer, work.largest_radiance);
+  });
   pass_->ledger.listen(now);
   if (now - pass_->ledger.last_sign_of_life() >= options_.patience) {
     give_up(now);
@@ -206,6 +216,7 @@ JobStatus MpiCoordinator::status(Time now, bool done) const {
   status.name = job.record.name;
   status.state = name_of(done ? JobState::done : JobState::running);
   status.progress = done ? 1 : progress;
+  status.whole = preview_.wanted() && job.whole();
   if (progress > before && elapsed > 0) {
     const std::uint64_t merged = job.work->framebuffer.counts().samples - samples_before_;
     status.samples_per_second = (in_passes ? static_cast<double>(merged)

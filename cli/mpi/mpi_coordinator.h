@@ -8,6 +8,7 @@
 #include "cli/mpi/kept_job.h"
 #include "cli/mpi/message_leases.h"
 #include "cli/mpi/mpi_job.h"
+#include "cli/preview.h"
 #include "cli/progress.h"
 #include "coordinator/window_ledger.h"
 #include "worker/rank_worker.h"
@@ -21,7 +22,7 @@ class MpiCoordinator {
   struct Options {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
-    bool quiet = false;
+    Following following;
   };
   /// References outlive the object. `pet` is called all the time.
   MpiCoordinator(const MpiWorld& world, KeptJob& kept, ThreadCellTeam& team,
@@ -79,6 +80,7 @@ class MpiCoordinator {
   SteadyClock clock_;
   std::unique_ptr<Pass> pass_;
   Progress progress_;
+  Preview preview_;
   bool asked_for_help_ = false;  ///< others get on only while rank 0 looks
   std::uint64_t last_activity_ = 0;
   Time eager_until_{};

@@ -76,7 +76,7 @@ void MpiOptions::add_to(CLI::App& app) {
       ->group(safety_group);
   app.add_flag("--row-seconds", row_seconds,
                "Put the time that each row took into the report, for simulations");
-  add_quiet(app, quiet);
+  add_following(app, following);
 }
 
 }  // namespace parray

@@ -33,7 +33,7 @@ struct MpiOptions {
   std::uint32_t patience = 60;    ///< seconds
   std::uint32_t checkpoint = 10;  ///< seconds
   bool row_seconds = false;
-  bool quiet = false;
+  Following following;
 
   void add_to(CLI::App& app);
 };

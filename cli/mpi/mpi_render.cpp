@@ -207,6 +207,7 @@ int work(const MpiOptions& options, const MpiWorld& world) {
 
 MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
   check_outputs(options.output.paths(), options.scene);
+  const Preview preview(options.following.preview);  // before any work
   Submission submission = load_submission(options.scene, options.render, 50);
   check_isa(submission.settings.isa);
   if (options.mode == MpiMode::static_split) {
@@ -302,7 +303,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& k
   MpiCoordinator coordinator(world, kept, team, Locator(job), [&dog] { dog.pet(); },
                              {.patience = seconds(options.patience),
                               .checkpoint = seconds(options.checkpoint),
-                              .quiet = options.quiet});
+                              .following = options.following});
   Job& done = kept.job();
   rendered.parts = std::make_unique<Parts>(world, job);
   Parts& parts = *rendered.parts;

@@ -1,5 +1,6 @@
 #include "cli/plan/overheads.h"
 
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -45,15 +46,19 @@ double mean_of(const Image& image) {
 
 }  // namespace
 
+void forget_memory() {
+  constexpr int large = 128 * 1024;  // glibc's own bound, which it would raise with use
+  mallopt(M_MMAP_THRESHOLD, large);  // NOLINT(concurrency-mt-unsafe): before other threads allocate
+}
+
 Effort effort_of_collecting(const Framebuffer& traced) {
   const Effort began = effort_now();
   const std::uint32_t most = *std::max_element(traced.samples().begin(), traced.samples().end());
   const WorkRect rect{0, traced.height(), 0, most};
   const std::string sent =
       row_block_to_bytes({rect, traced.width(), traced.counts(), traced.pixels()});
-  const std::string received = sent;
-  const RowBlock block = row_block_from_bytes(received);
-  const std::string kept = row_block_to_bytes(block);
+  const RowBlock received = row_block_from_bytes(std::string(sent));
+  const std::string kept = row_block_to_bytes(received);
   return effort_now() - began;
 }
 

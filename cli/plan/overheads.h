@@ -7,6 +7,10 @@
 
 namespace parray {
 
+/// From now on large pieces of memory come from the system and go back to it: a render begins with
+/// none, and pays for the first touch of each.
+void forget_memory();
+
 /// What a coordinator and a worker take to hand over and keep what was traced.
 Effort effort_of_collecting(const Framebuffer& traced);
 

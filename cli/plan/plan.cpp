@@ -15,8 +15,9 @@ constexpr double most_samples = limits::max_samples_per_pixel;
 constexpr double normal_95 = 1.96;
 /// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
 constexpr double uniform_margin = 1.03;
-/// Adaptive passes look at their error, or at the clock, as they go: worth some time, or error.
-constexpr double adaptive_bonus = 0.95;
+/// Adaptive passes look at their error as they go, or at the clock: worth some time, or error.
+constexpr double looks_at_error = 0.95;
+constexpr double looks_at_clock = 0.8;
 /// By how much errors of evenly spread points are off their law: they are least at powers of two.
 constexpr double between_powers = 0.03;
 Expected around(double value, double relative) {
@@ -194,7 +195,8 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
   }
   const auto worth = [&](const Choice& choice) {
     const double cost = goal.error > 0 ? choice.seconds.value : choice.error.value;
-    return choice.adaptive ? adaptive_bonus * cost : cost;
+    const double bonus = goal.error > 0 ? looks_at_error : looks_at_clock;
+    return choice.adaptive ? bonus * cost : cost;
   };
   std::stable_sort(all.begin(), all.end(),
                    [&](const Choice& a, const Choice& b) { return worth(a) < worth(b); });

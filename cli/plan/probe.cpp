@@ -141,6 +141,7 @@ class Prober {
 
   /// What is done once, but for loading, and the kernels.
   void build() {
+    forget_memory();
     trace_fingerprint();
     const std::string bytes = scene_to_bytes(*request_.scene);
     for (int side = 0; side < 2; ++side) {  // a coordinator and a worker take it in
@@ -295,10 +296,15 @@ class Prober {
     const std::uint64_t more = 2 * pilot_samples * state.counts.size();
     const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, 1, more);
     counting_ = effort_now() - began;
-    settings.passes.clear();
-    settings.target_error = ranges::target_error.least;
-    next_pass_size(state, settings, 1);
-    result_.pass = pixels_ / pixels_of_part() * (effort_now() - began);
+    // Again, with memory that was touched before, as in all passes but the first.
+    const Effort again = effort_now();
+    counts_after_pass(state, settings, 1, more);
+    if (request_.error > 0) {
+      settings.passes.clear();
+      settings.target_error = ranges::target_error.least;
+      next_pass_size(state, settings, 1);
+    }
+    result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
   }
 
@@ -342,6 +348,7 @@ class Prober {
 
   [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
     std::vector<MeasuredError> errors;
+    errors.reserve(stages.size());
     for (const Stage& stage : stages) {
       errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
     }
@@ -350,6 +357,7 @@ class Prober {
 
   static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
     std::vector<TracedPass> passes;
+    passes.reserve(stages.size());
     for (const Stage& stage : stages) {
       passes.push_back(stage.pass);
     }

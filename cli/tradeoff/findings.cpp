@@ -31,6 +31,7 @@ std::map<std::string, std::vector<const Row*>> families_of(const std::vector<Row
 /// MSE as a function of seconds.
 LogCurve over_time(const std::vector<const Row*>& rows) {
   std::vector<std::pair<double, double>> points;
+  points.reserve(rows.size());
   for (const Row* row : rows) points.emplace_back(row->seconds.median, row->mse);
   return LogCurve(points);
 }

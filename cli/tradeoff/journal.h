@@ -43,7 +43,7 @@ class Journal {
 
   [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
   [[nodiscard]] bool has(const std::string& options, std::uint64_t seed) const {
-    return known_.count({options, seed}) > 0;
+    return known_.contains({options, seed});
   }
   /// Throws RunError when it cannot be written.
   void append(const Run& run);

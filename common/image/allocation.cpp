@@ -13,18 +13,26 @@ namespace {
 /// Bias that a pixel's own luck may bring, of its mean. If the pixel's count follows its own
 /// variance to a share s, the bias is up to s * third moment / (variance * count) <= s * largest /
 /// count.
-constexpr double bias_allowed = 0.0015;
+constexpr double bias_allowed = 0.001;
+
+/// Mean square error expected of a pixel, times its count. What the model has learnt of pixels with
+/// such surroundings knows of their luck, too: it counts for as much as has been seen there.
+double expected_square(const NoiseModel& model, const Surroundings& around) {
+  constexpr double much = 8;
+  const double learnt = model.expected_square(around);
+  const double share = around.seen / (around.seen + much);
+  const double trust = around.mean > 0 ? share * share : 1;
+  return trust * learnt + (1 - trust) * around.mean;
+}
 
 }  // namespace
 
 Allocation::Allocation(const PictureState& state, bool equal_half_widths)
-    : counts_(state.counts.begin(), state.counts.end()), weights_(state.pixels.size()) {
-  // A pixel is judged by the other half of the picture, in which its own samples are not.
-  const NoiseModel white(state, NoiseModel::Asked::white);
-  const NoiseModel black(state, NoiseModel::Asked::black);
-  visit_noise(state, 1, [&](std::size_t i, const NoiseNearby& noise) {
-    const bool is_white = NoiseModel::is_white(i % state.width, i / state.width);
-    const NoiseModel& model = is_white ? black : white;
+    : counts_(state.counts.begin(), state.counts.end()),
+      weights_(state.pixels.size()),
+      squares_(state.pixels.size()) {
+  const NoiseModel model(state, Horizon::windows);
+  visit_noise(state, 1, Horizon::windows, [&](std::size_t i, const NoiseNearby& noise) {
     double most = 0;
     double sum = 0;
     for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -32,10 +40,11 @@ Allocation::Allocation(const PictureState& state, bool equal_half_widths)
       const double radiance = std::min(noise.own.mean[channel], around.radiance);
       const double share =
           std::min(1.0, bias_allowed * radiance * counts_[i] / state.largest_radiance);
-      const double square = (1 - share) * model.expected_square(around) +
-                            share * model.own_square(noise.own.variance[channel]);
+      const double own = model.own_square(noise.own.variance[channel]);
+      const double square = (1 - share) * expected_square(model, around) + share * own;
       most = std::max(most, model.half_width_square(square, around));
       sum += square;
+      squares_[i] += own;
     }
     weights_[i] = equal_half_widths ? most : std::sqrt(sum);
   });
@@ -91,8 +100,8 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   // Rounding may have lost the last pair, and a pixel that is full leaves more over.
   for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
     std::uint32_t& count = counts[(last + k) % counts.size()];
-    const double room = (limits::max_samples_per_pixel - count) / 2 * 2;
-    const double given = std::min(room, 2 * std::floor(owed / 2 + 0.5));
+    const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
+    const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
     count += static_cast<std::uint32_t>(given);
     owed -= given;
   }
@@ -102,7 +111,7 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
 double Allocation::square_error_at(double level) const {
   double square = 0;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    square += weights_[i] * weights_[i] / std::max<double>(counts_[i], level * weights_[i]);
+    square += squares_[i] / std::max<double>(counts_[i], level * weights_[i]);
   }
   return square;
 }

@@ -32,8 +32,8 @@ class Allocation {
   [[nodiscard]] double share_of_square_error(double total) const;
 
  private:
-  /// Sum of the expected square errors of all pixels if one of weight w has at least level * w
-  /// samples.
+  /// Sum of the expected square errors of all pixels and channels if a pixel of weight w has at
+  /// least level * w samples.
   [[nodiscard]] double square_error_at(double level) const;
   /// Samples, all pixels together, if a pixel of weight w has at least level * w.
   [[nodiscard]] double total_at(double level) const;
@@ -42,6 +42,9 @@ class Allocation {
 
   std::vector<std::uint32_t> counts_;
   std::vector<double> weights_;
+  /// Mean square errors times counts by the pixels' own variances: each says little, their sum is
+  /// right, since no weight knows of its pixel's luck.
+  std::vector<double> squares_;
 };
 
 }  // namespace parray

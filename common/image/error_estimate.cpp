@@ -91,9 +91,9 @@ ErrorEstimate estimate_error(const PictureState& state) {
   if (error.rmse < 0) {
     return error;
   }
-  const NoiseModel model(state);
+  const NoiseModel model(state, Horizon::neighbours);
   error.half_width.resize(state.pixels.size() * 3);
-  visit_noise(state, 1, [&](std::size_t i, const NoiseNearby& noise) {
+  visit_noise(state, 1, Horizon::neighbours, [&](std::size_t i, const NoiseNearby& noise) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       error.half_width[i * 3 + channel] = static_cast<float>(
           model.half_width(noise.own.variance[channel], noise.around[channel], state.counts[i]));

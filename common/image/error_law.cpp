@@ -14,14 +14,14 @@ constexpr double least_relative = 0.005;
 
 constexpr double unit = 1 << 20;  ///< of samples in whole numbers, which passes count in
 
-constexpr double least_samples = -7;  ///< logarithms: bounds of every search
-constexpr double most_samples = 60;
+constexpr double search_begin = -7;  ///< of every search, in logarithms of samples
+constexpr double search_end = 60;
 
 /// Where a falling function of the logarithm of samples meets `wanted`.
 template <typename Falling>
 double samples_where(const Falling& falling, double wanted) {
-  double low = least_samples;
-  double high = most_samples;
+  double low = search_begin;
+  double high = search_end;
   for (int step = 0; step < 60; ++step) {
     const double middle = (low + high) / 2;
     (falling(std::exp(middle)) > wanted ? low : high) = middle;
@@ -40,8 +40,8 @@ ModelError ModelError::adaptive(const PictureState& state, double rmse) {
   const auto pixels = static_cast<double>(state.counts.size());
   const double first = state.counts[0];
   std::vector<std::pair<double, double>> points;
-  for (double octave = 0; octave <= 10; octave += 0.5) {
-    const double samples = first * std::exp2(octave);
+  for (int half_octaves = 0; half_octaves <= 20; ++half_octaves) {
+    const double samples = first * std::exp2(half_octaves / 2.0);
     const double share = allocation.share_of_square_error(samples * pixels);
     points.emplace_back(std::log(samples), std::log(rmse) + std::log(share) / 2);
   }

@@ -328,7 +328,7 @@ void write_image(const fs::path& path, const Image& image, const ImageMetadata& 
 }
 
 std::string image_library_version() {
-  const unsigned version = OIIO::openimageio_version();
+  const int version = OIIO::openimageio_version();
   return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
          std::to_string(version % 100);
 }

@@ -57,16 +57,12 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
-NoiseModel::NoiseModel(const PictureState& state, Asked asked)
+NoiseModel::NoiseModel(const PictureState& state, Horizon horizon)
     : unit_(state.largest_radiance * state.largest_radiance),
       per_unit_(1 / unit_),
       around_(places) {
   const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / sample_size);
-  visit_noise(state, stride, [&](std::size_t i, const NoiseNearby& noise) {
-    if (asked != Asked::all &&
-        is_white(i % state.width, i / state.width) != (asked == Asked::white)) {
-      return;
-    }
+  visit_noise(state, stride, horizon, [&](std::size_t i, const NoiseNearby& noise) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       add(noise.own.variance[channel], noise.around[channel], noise.own.difference[channel],
           state.counts[i]);

@@ -15,12 +15,9 @@ namespace parray {
 /// channel; all are added before any is asked for.
 class NoiseModel {
  public:
-  /// Which pixels are asked: all, or one half of a chessboard of blocks.
-  enum class Asked : std::uint8_t { all, white, black };
-  static bool is_white(std::size_t x, std::size_t y) { return (x / 8 + y / 8) % 2 == 0; }
-
-  /// Each pixel has at least 2 samples. Of large pictures every few rows are asked.
-  explicit NoiseModel(const PictureState& state, Asked asked = Asked::all);
+  /// Each pixel has at least 2 samples. Of large pictures every few rows are asked. `horizon`: of
+  /// the surroundings that it is going to be asked about.
+  NoiseModel(const PictureState& state, Horizon horizon);
 
   /// Half the width of the 95 % interval. Two answers, averaged as squares. By the variance around
   /// the pixel: what covers 95 % of the pixels with such surroundings; a pixel that has seen none

@@ -37,7 +37,7 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
   const bool widths = settings.target_half_width > 0;
   const ErrorEstimate error = widths ? estimate_error(state) : estimate_rmse(state);
   if (error.rmse < 0) {
-    return {most, StopReason::samples};
+    return {most};
   }
   double share = 0;
   if (settings.target_error > 0) {
@@ -57,8 +57,7 @@ PassSize towards_targets(const PictureState& state, const RenderSettings& settin
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking =
       widths ? std::max((total - traced) * 1.1, traced / 8) : lacking_for_error(total, traced);
-  return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most,
-          StopReason::samples};
+  return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most};
 }
 
 /// Uniform passes give every pixel the same, in pairs but for the last sample of an odd number.
@@ -119,7 +118,8 @@ std::string_view name_of(StopReason reason) {
 PassSize next_pass_size(const PictureState& state, const RenderSettings& settings,
                         std::uint32_t pass, std::uint64_t affordable) {
   if (!settings.passes.empty()) {
-    return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes};
+    return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes,
+            std::accumulate(settings.passes.begin(), settings.passes.end(), std::uint64_t{0})};
   }
   const std::uint64_t pixels = pixels_of(state);
   const std::uint64_t traced = samples_of(state);
@@ -130,23 +130,25 @@ PassSize next_pass_size(const PictureState& state, const RenderSettings& setting
   }
   const std::uint64_t left = total - traced;
   if (!settings.in_passes()) {
-    return {left, StopReason::samples};
+    return {left, StopReason::samples, total};
   }
+  const bool targets = settings.target_error > 0 || settings.target_half_width > 0;
   if (traced == 0) {
     const std::uint64_t pairs =
         std::clamp<std::uint64_t>(affordable / 4 / pixels, 1, pilot_samples / 2);
-    return {std::min(left, pairs * 2 * pixels), StopReason::samples};
+    return {std::min(left, pairs * 2 * pixels), StopReason::samples, targets ? 0 : total};
   }
-  PassSize wanted{left, StopReason::samples};
-  if (settings.target_error > 0 || settings.target_half_width > 0) {
+  PassSize wanted{left};
+  if (targets) {
     wanted = towards_targets(state, settings, left);
     if (wanted.samples == 0) {
       return wanted;
     }
   }
+  wanted.expected = traced + wanted.samples;
   wanted.samples = part_of(wanted.samples, traced);
   if (settings.time_limit > 0) {
-    wanted = {within_time(wanted.samples, traced, affordable), StopReason::samples};
+    wanted.samples = within_time(wanted.samples, traced, affordable);
     wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
   return whole_pairs(wanted, settings, left, pixels, affordable);

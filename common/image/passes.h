@@ -27,6 +27,9 @@ std::string_view name_of(StopReason reason);
 struct PassSize {
   std::uint64_t samples = 0;  ///< of all pixels together; 0: the picture is done
   StopReason stop = StopReason::samples;
+  /// Samples that the finished picture is going to have, as far as can be told now; 0: nothing is
+  /// known yet. More than there will be if time runs out.
+  std::uint64_t expected = 0;
 };
 
 /// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to

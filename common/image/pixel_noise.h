@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "common/image/passes.h"
@@ -27,13 +27,16 @@ struct PixelNoise {
 /// error of the mean is half of the sum of theirs. Arithmetic that is the same everywhere.
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale);
 
-/// What the up to 8 pixels around a pixel say about its noise, of one channel: all that can be
-/// known of it without asking its own samples, whose luck would decide the answer.
+/// What the pixels around a pixel say about its noise, of one channel: all that can be known of it
+/// without asking its own samples, whose luck would decide the answer.
 struct Surroundings {
-  double radiance = 0;  ///< mean
-  double mean = 0;      ///< variance
+  double radiance = 0;  ///< mean of the up to 8 next to it
+  double mean = 0;      ///< variance; see Horizon
   /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
   double ridge = 0;
+  /// Horizon::windows: how many samples of the largest radiance that variance would take in the 8,
+  /// had they as many samples as the pixels of the window. Independent of the pixel's own, nearly.
+  double seen = 0;
 };
 
 struct NoiseNearby {
@@ -41,54 +44,100 @@ struct NoiseNearby {
   std::array<Surroundings, 3> around{};
 };
 
-/// Calls visit(index, NoiseNearby) for each pixel of every `stride`-th row, in order. Beyond the
-/// border the picture is mirrored. Memory: three rows.
-template <typename Visit>
-void visit_noise(const PictureState& state, std::size_t stride, Visit&& visit) {
-  const RadianceScale scale(state.largest_radiance);
-  const std::size_t width = state.width;
-  std::array<std::vector<PixelNoise>, 3> rows;
-  rows.fill(std::vector<PixelNoise>(width));
-  std::size_t have = 0;
-  const auto row = [&](std::size_t y) -> const std::vector<PixelNoise>& {
-    for (; have <= y; ++have) {
-      if (have + 3 > y) {
-        for (std::size_t x = 0; x < width; ++x) {
-          const std::size_t i = have * width + x;
-          rows[have % 3][x] = noise_of(state.pixels[i], state.counts[i], scale);
-        }
-      }
+/// Means over a square around each pixel of a row, cut at the border. Variances are rounded so that
+/// all sums are exact, and one without its own pixel knows nothing of that.
+class NoiseWindow {
+ public:
+  /// Variances by channel, in units of the largest radiance squared, and the number of samples.
+  using Values = std::array<double, 4>;
+  static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
+
+  NoiseWindow(std::size_t reach, std::size_t width) : reach_(reach), columns_(width) {}
+  /// Makes it a window around row y of `height`; y must not fall. `row_at(y)`: span of Values; asks
+  /// for rows y - 3 * reach - 1 and on, none as much as 2 * reach + 2 rows above the last one.
+  template <typename RowAt>
+  void move_to(std::size_t y, std::size_t height, RowAt&& row_at) {
+    const std::size_t first = y - std::min(y, reach_);
+    if (first >= end_) {
+      columns_.assign(columns_.size(), {});
+      first_ = end_ = first;
     }
-    return rows[y % 3];
-  };
-  const auto before = [](std::size_t i, std::size_t size) {
-    return i > 0 ? i - 1 : std::min<std::size_t>(1, size - 1);
-  };
-  const auto after = [](std::size_t i, std::size_t size) {
-    return i + 1 < size ? i + 1 : i - std::min<std::size_t>(1, i);
-  };
-  for (std::size_t y = 0; y < state.height; y += stride) {
-    const PixelNoise* const above = row(before(y, state.height)).data();
-    const PixelNoise* const below = row(after(y, state.height)).data();
-    const PixelNoise* const here = row(y).data();
-    for (std::size_t x = 0; x < width; ++x) {
-      const std::size_t left = before(x, width);
-      const std::size_t right = after(x, width);
-      NoiseNearby nearby{here[x], {}};
-      for (std::size_t channel = 0; channel < 3; ++channel) {
-        Surroundings& around = nearby.around[channel];
-        const auto add = [&](const PixelNoise& one, const PixelNoise& opposite) {
-          around.radiance += (one.mean[channel] + opposite.mean[channel]) / 8;
-          around.mean += (one.variance[channel] + opposite.variance[channel]) / 8;
-          around.ridge =
-              std::max(around.ridge, std::min(one.variance[channel], opposite.variance[channel]));
-        };
-        add(above[left], below[right]);
-        add(above[x], below[x]);
-        add(above[right], below[left]);
-        add(here[left], here[right]);
+    for (; end_ < std::min(y + reach_ + 1, height); ++end_) {
+      if (end_ - first_ > 2 * reach_) {
+        add(row_at(first_++), -1);
       }
-      visit(y * width + x, nearby);
+      add(row_at(end_), 1);
+    }
+    while (first_ < first) {
+      add(row_at(first_++), -1);
+    }
+    sum_ = {};
+    next_ = 0;
+  }
+  /// Means over the window without its middle, whose own are `own`; x ascends by 1 from 0.
+  Values around(std::size_t x, const Values& own);
+
+ private:
+  void add(std::span<const Values> row, double sign);
+
+  std::size_t reach_;
+  std::vector<Values> columns_;  ///< sums over rows first_ .. end_ - 1
+  std::size_t first_ = 0;
+  std::size_t end_ = 0;
+  Values sum_{};
+  std::size_t next_ = 0;  ///< column to be added next
+};
+
+/// How far Surroundings.mean looks.
+enum class Horizon : std::uint8_t {
+  /// To the 8 pixels next to it.
+  neighbours,
+  /// That of the 8, mixed with that of wider windows by as much as the 8 may have missed. Where few
+  /// bright samples are seen, an estimate of the 8 alone is 0 or far too high by turns: it would
+  /// send samples after luck, more of them where that shows more, and so tell a pixel of its own
+  /// luck in the end. Nor does it matter how many samples the 8 have: that, too, would tell.
+  windows,
+};
+
+/// NoiseNearby of a picture's pixels, by rows. The 8 next to a pixel are mirrored at the border.
+/// Memory: some 40 rows.
+class NoiseRows {
+ public:
+  /// A view of `state`.
+  NoiseRows(const PictureState& state, Horizon horizon);
+  /// Of row y, which is below the last one asked for. Valid until the next call.
+  std::span<const NoiseNearby> row(std::size_t y);
+
+ private:
+  static constexpr std::size_t near = 4;  ///< reach of the windows
+  static constexpr std::size_t far = 16;
+  static constexpr std::size_t rows_kept = 2 * far + 2;
+
+  void keep_rows_until(std::size_t y);
+  [[nodiscard]] const std::vector<PixelNoise>& noise_at(std::size_t y) const;
+  void look_around(std::size_t x, std::size_t y);
+  void look_afar(std::size_t x, const NoiseWindow::Values& own);
+
+  PictureState state_;
+  Horizon horizon_;
+  RadianceScale scale_;
+  double unit_;  ///< of variance: the largest radiance squared
+  std::vector<std::vector<PixelNoise>> noise_;
+  std::vector<std::vector<NoiseWindow::Values>> values_;
+  std::size_t have_ = 0;  ///< rows above this one are kept, or were
+  NoiseWindow near_;
+  NoiseWindow far_;
+  std::vector<NoiseNearby> row_;
+};
+
+/// Calls visit(index, NoiseNearby) for each pixel of every `stride`-th row, in order.
+template <typename Visit>
+void visit_noise(const PictureState& state, std::size_t stride, Horizon horizon, Visit&& visit) {
+  NoiseRows rows(state, horizon);
+  for (std::size_t y = 0; y < state.height; y += stride) {
+    std::size_t i = y * state.width;
+    for (const NoiseNearby& noise : rows.row(y)) {
+      visit(i++, noise);
     }
   }
 }

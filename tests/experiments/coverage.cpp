@@ -5,6 +5,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -20,6 +21,7 @@ using namespace parray::test;
 struct Options {
   std::uint32_t seeds = 200;
   std::uint32_t target_seeds = 10;
+  std::uint32_t bias_seeds = 400;
   std::uint32_t reference = 16384;
 };
 
@@ -118,6 +120,81 @@ void print_coverage(const std::vector<NoisyScene>& scenes, const Options& option
   }
 }
 
+using Strata = std::array<double, Coverage::strata>;
+
+/// Sums over strata of what a picture in adaptive passes has more than a uniform one of its seed.
+Strata adaptive_less_uniform(const std::vector<NoisyScene>& scenes, std::size_t scene,
+                             RenderSettings settings, const Coverage& coverage) {
+  Strata sums{};
+  for (const bool adaptive : {true, false}) {
+    settings.adaptive = adaptive;
+    const std::vector<double> means = trial_of(scenes[scene], settings).picture.means();
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      sums[coverage.stratum_of(scene, i)] += adaptive ? means[i] : -means[i];
+    }
+  }
+  return sums;
+}
+
+struct Bias {
+  Strata value{};     ///< sums over the pixels and channels of a stratum
+  Strata variance{};  ///< of that
+};
+
+/// Adds what `seeds` pictures of a scene tell, as a mean.
+void add_bias(const std::vector<NoisyScene>& scenes, std::size_t scene, Sampler sampler,
+              std::uint32_t seeds, const Coverage& coverage, Bias& bias) {
+  Strata sum{};
+  Strata squares{};
+  for_seeds(
+      seeds,
+      [&](std::uint32_t seed) {
+        RenderSettings settings = scenes[scene].settings;
+        settings.seed = seed;
+        settings.samples_per_pixel = 256;
+        settings.sampler = sampler;
+        return adaptive_less_uniform(scenes, scene, settings, coverage);
+      },
+      [&](const Strata& found) {
+        for (std::size_t at = 0; at < found.size(); ++at) {
+          sum[at] += found[at];
+          squares[at] += found[at] * found[at];
+        }
+      });
+  const double n = seeds;
+  for (std::size_t at = 0; at < sum.size(); ++at) {
+    bias.value[at] += sum[at] / n;
+    bias.variance[at] += (squares[at] - sum[at] * sum[at] / n) / (n * (n - 1));
+  }
+}
+
+void print_bias(const std::vector<NoisyScene>& scenes, const Options& options,
+                const std::vector<Reference>& references) {
+  const Coverage coverage(references);
+  Strata mean{};
+  for (std::size_t scene = 0; scene < scenes.size(); ++scene) {
+    for (std::size_t i = 0; i < references[scene].mean.size(); ++i) {
+      mean[coverage.stratum_of(scene, i)] += references[scene].mean[i];
+    }
+  }
+  for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+    Bias bias;
+    for (std::size_t scene = 0; scene < scenes.size(); ++scene) {
+      add_bias(scenes, scene, sampler, options.bias_seeds, coverage, bias);
+    }
+    std::printf("%s, 256 samples: adaptive less uniform passes, in %% of the mean\n\n",
+                std::string(name_of(sampler)).c_str());
+    std::puts("| mean | variance: least | | | | most |\n|---|---|---|---|---|---|");
+    for (std::size_t at = 0; at < Coverage::strata; ++at) {
+      std::printf("%s %+.3f +- %.3f |%s",
+                  at % 5 == 0 ? ("| " + std::to_string(at / 5 + 1) + " |").c_str() : "",
+                  100 * bias.value[at] / mean[at], 100 * std::sqrt(bias.variance[at]) / mean[at],
+                  at % 5 == 4 ? "\n" : "");
+    }
+    std::puts("");
+  }
+}
+
 struct Found {
   double samples = 0;
   double claimed = 0;
@@ -195,6 +272,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     std::uint32_t& value = std::strcmp(argv[i], "--seeds") == 0          ? options.seeds
                            : std::strcmp(argv[i], "--target-seeds") == 0 ? options.target_seeds
+                           : std::strcmp(argv[i], "--bias-seeds") == 0   ? options.bias_seeds
                                                                          : options.reference;
     std::from_chars(argv[i + 1], argv[i + 1] + std::strlen(argv[i + 1]), value);
   }
@@ -205,6 +283,13 @@ int main(int argc, char** argv) {
     const FloatMode of_thread;
     references[i] = trace_reference(scenes[i], options.reference);
   }
-  print_coverage(scenes, options, references);
-  print_targets(scenes, options, references);
+  if (options.seeds > 0) {
+    print_coverage(scenes, options, references);
+  }
+  if (options.bias_seeds > 0) {
+    print_bias(scenes, options, references);
+  }
+  if (options.target_seeds > 0) {
+    print_targets(scenes, options, references);
+  }
 }

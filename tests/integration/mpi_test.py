@@ -26,7 +26,7 @@ def size(width, height, spp):
 
 
 SIZE = size(100, 75, 40)
-LONG_CORE_SECONDS = 9  # long enough to be interrupted
+LONG_CORE_SECONDS = 16  # long enough to be interrupted
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
@@ -86,8 +86,8 @@ class MpiTest(unittest.TestCase):
             self.assertIn(self.expected["image_sha256"][:16], job.text())
             return report, job.text()
 
-    def long_job(self, ranks, *options):
-        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options)
+    def long_job(self, ranks, *options, **more):
+        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options, **more)
 
     def check_goes_on(self, ranks):
         with self.long_job(ranks) as job:
@@ -183,6 +183,16 @@ class MpiTest(unittest.TestCase):
             self.check_passes(job.finish(), self.expected_passes)
             self.assertRegex(job.text(), "parray-mpi: going on from ")
 
+    def test_a_preview_shows_the_picture_before_it_is_done_and_changes_nothing(self):
+        for mode in ("window", "messages"):
+            preview = self.state.parent / f"{mode}.png"
+            with MpiRun(2, SCENE, *self.passes, *SAFE, "--mode", mode,
+                        "--preview", preview) as job:
+                wait_for(preview.exists, "the preview")
+                self.assertIsNone(job.process.poll(), "the job was over too early")
+                self.assertGreater(preview.stat().st_size, 10000)
+                self.check_passes(job.finish(), self.expected_passes)
+
     def test_a_rank_that_does_not_come_to_the_end_of_a_pass_ends_the_job(self):
         options = [*self.passes, *SAFE, "--state", self.state]
         with MpiRun(3, SCENE, *options, "--patience", 2) as job:
@@ -218,7 +228,9 @@ class MpiTest(unittest.TestCase):
                              ["a.exr", "a.json", "log"])
 
     def test_a_rank_killed_in_mid_job_ends_it_and_another_number_of_ranks_goes_on(self):
-        with self.long_job(3) as job:
+        # On a busy machine the second that mpirun leaves others may be too short for words.
+        patient = ("--mca", "odls_base_sigkill_timeout", "2")
+        with self.long_job(3, mpirun=patient) as job:
             wait_for_rows(self.state, job)
             os.kill(job.rank_pid(1), signal.SIGKILL)
             self.assertNotEqual(job.wait(), 0)

@@ -29,6 +29,9 @@ class Coverage {
 
   void add(std::size_t scene, const GrowingPicture& picture, const ErrorEstimate& error);
 
+  [[nodiscard]] std::size_t stratum_of(std::size_t scene, std::size_t value) const {
+    return stratum_of_[scene][value];
+  }
   [[nodiscard]] double pooled() const;           ///< share of intervals that hold
   [[nodiscard]] double least_of_strata() const;  ///< in the stratum where it is least
   [[nodiscard]] double pictures() const;         ///< share of [low, high] that hold

@@ -168,6 +168,32 @@ TEST_CASE("a coordinator finishes a job of which everything is kept but the pict
   }
 }
 
+TEST_CASE("a job with a target says how far it is as soon as its first pass tells") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.target_error = 0.004;
+  CrashStore store = new_store(record_of(settings));
+  Life life(store);
+  std::vector<double> progress{life.job.progress(Time{})};
+  CHECK(job_summary(life.job, seconds(1)).at("seconds_left") == -1);
+  for (bool goes_on = true; goes_on;) {
+    for (const WorkRect& all : life.job.work->leases.pending()) {
+      life.trace(all);
+    }
+    life.job.note_all_merged();
+    goes_on = life.next_pass(false);
+    progress.push_back(life.job.progress(Time{}));
+  }
+  REQUIRE(progress.size() >= 4);
+  CHECK(progress[0] == 0);
+  for (std::size_t pass = 2; pass < progress.size(); ++pass) {
+    CHECK(progress[pass] > progress[pass - 1]);
+  }
+  CHECK(progress[1] > 0.01);
+  CHECK(progress[progress.size() - 2] < 1);
+  CHECK(life.job.work->stopped_by == StopReason::error);
+}
+
 TEST_CASE("a job with a time limit that is taken up between passes does not run away") {
   RenderSettings settings = adaptive_settings();
   settings.samples_per_pixel = 1'000'000;

@@ -257,7 +257,7 @@ TEST_CASE("passes: counts and half-widths have the same bits with every compiler
   for (const float half_width : estimate_error(picture.state()).half_width) {
     mix(std::bit_cast<std::uint32_t>(half_width));
   }
-  CHECK(hash == 7591905536746535515);
+  CHECK(hash == 11183352928064130228U);
 }
 
 TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
@@ -281,32 +281,44 @@ TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
   CHECK(count_with(5) > 0.9 * without);
 }
 
-TEST_CASE("passes: adaptive ones do not darken rare bright samples") {
-  constexpr double rare = 0.003;
-  constexpr std::uint32_t side = 256;
-  constexpr int pictures = 24;
+/// Numbers of samples from one that is bright to the next.
+class Gaps {
+ public:
+  Gaps(double probability, std::uint64_t seed)
+      : dice_(seed), per_log_(1 / std::log1p(-probability)), left_(next()) {}
+  bool bright() {
+    if (left_ > 0) {
+      --left_;
+      return false;
+    }
+    left_ = next();
+    return true;
+  }
+
+ private:
+  std::uint64_t next() { return static_cast<std::uint64_t>(std::log(1 - dice_.unit()) * per_log_); }
+  Dice dice_;
+  double per_log_;
+  std::uint64_t left_;
+};
+
+/// Mean over the pixels that rare bright samples light, per their probability, of pictures in which
+/// squares with common and with rare ones alternate.
+double mean_of_rare(double rare, std::uint32_t square, std::uint32_t pictures) {
+  constexpr std::uint32_t side = 128;
   double total = 0;
-  for (int i = 0; i < pictures; ++i) {
-    RenderSettings settings = sized(side, side, 96);
+  for (std::uint32_t i = 0; i < pictures; ++i) {
+    RenderSettings settings = sized(side, side, 256);
     settings.adaptive = true;
     GrowingPicture picture(settings, 1);
-    Dice dice(static_cast<std::uint64_t>(i));
-    const auto gap = [&dice](double probability) {
-      return static_cast<std::uint64_t>(std::log(1 - dice.unit()) / std::log(1 - probability));
+    Gaps rare_ones(rare, 2 * i);
+    Gaps common_ones(0.05, 2 * i + 1);
+    const auto is_rare = [square](std::size_t pixel) {
+      return (pixel % side / square + pixel / side / square) % 2 == 0;
     };
-    // Alternating blocks, one with common and one with rare bright samples.
-    std::uint64_t until_rare = gap(rare);
-    const auto is_rare = [](std::size_t pixel) { return (pixel / 8 + pixel / side / 8) % 2 == 0; };
     grow_in_passes(settings, picture, [&](const std::vector<std::uint32_t>& until) {
       picture.make_up(until, [&](std::size_t pixel, auto) {
-        if (!is_rare(pixel)) {
-          return grey(dice.unit() < 0.05 ? 1 : 0);
-        }
-        if (until_rare-- > 0) {
-          return grey(0);
-        }
-        until_rare = gap(rare);
-        return grey(1);
+        return grey((is_rare(pixel) ? rare_ones : common_ones).bright() ? 1 : 0);
       });
     });
     const std::vector<double> means = picture.means();
@@ -314,9 +326,14 @@ TEST_CASE("passes: adaptive ones do not darken rare bright samples") {
       total += is_rare(pixel) ? means[pixel * 3] : 0;
     }
   }
-  const double mean = total / (pictures * side * side / 2.0);
-  // Its standard error is 0.26 %; of 600 such pictures, the mean was 0.02 +- 0.05 % too high.
-  CHECK(std::abs(mean / rare - 1) < 0.01);
+  return total / (pictures * side * side / 2.0) / rare;
+}
+
+TEST_CASE("passes: adaptive ones do not darken rare bright samples, pass after pass") {
+  // Standard errors are 0.5 to 0.9 %; of hundreds of such pictures 0 to 0.3 % were missing. Were
+  // pixels judged by the 8 around them alone, or by how many samples these have, 2 to 5 % would be.
+  CHECK(std::abs(mean_of_rare(0.001, 8, 40) - 1) < 0.025);
+  CHECK(std::abs(mean_of_rare(0.001, 32, 60) - 1) < 0.015);
 }
 
 }  // namespace

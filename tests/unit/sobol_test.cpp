@@ -118,8 +118,8 @@ TEST_CASE("coordinates of different sets are evenly distributed jointly") {
     int most = 0;
     for (std::size_t i = 0; i < orders.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        for (const std::size_t p : {0, 1}) {
-          for (const std::size_t q : {0, 1}) {
+        for (const std::size_t p : {0U, 1U}) {
+          for (const std::size_t q : {0U, 1U}) {
             const int t =
                 quality(coordinate(orders[i], p, 0, k), coordinate(orders[j], q, 0, k), k);
             most = std::max(most, t);
