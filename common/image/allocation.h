@@ -43,7 +43,7 @@ class Allocation {
   std::vector<std::uint32_t> counts_;
   std::vector<double> weights_;
   /// Mean square errors times counts by the pixels' own variances: each says little, their sum is
-  /// right, since no weight knows of its pixel's luck.
+  /// right, since weights hardly know of their pixels' luck.
   std::vector<double> squares_;
 };
 
