@@ -1,47 +1,41 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands/commands.h"
-#include "cli/front_door.h"
-#include "cli/interrupt.h"
-#include "cli/usage_error.h"
+#include "common/base/error.h"
+#include "common/process/stop_signal.h"
 
 namespace {
 
-constexpr const char* about = "ParRay renders scenes of spheres, on this machine or on many.";
+using namespace parray;
+
+constexpr Program parray_program = {"parray",
+                                    "ParRay renders scenes of spheres, on this machine or on many.",
+                                    "parray " PARRAY_VERSION};
 constexpr const char* footer =
     "\nparray COMMAND --help lists a command's options.\n"
     "Exit status: 0 done; 1 failed; 2 bad usage or bad input; 130 interrupted.";
 
-constexpr const char* program = "parray";
-
-int front_door(int argc, char** argv) {
-  parray::install_signal_handlers();
-  CLI::App app(about, "parray");
-  app.footer(footer);
-  app.set_version_flag("--version", "parray " PARRAY_VERSION);
-  app.require_subcommand(0, 1);
-  parray::Action action = [&app] {
-    std::cout << app.help();
+int do_chosen(const Action& chosen, const CommandLine& line) {
+  if (!chosen) {
+    std::cout << line.help();
     return 0;
-  };
-  parray::add_commands(app, action);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help, --version
-    return parray::checked_output(program, app.exit(asked, std::cout, std::cerr));
-  } catch (const CLI::ParseError& error) {
-    return parray::fail(program, 2, parray::usage_message(app, error));
   }
-  return parray::run_action(program, action);
+  try {
+    return chosen();
+  } catch (const nlohmann::json::exception& error) {
+    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return front_door(argc, argv);
-  } catch (...) {  // not even the message could be made
-    return 1;
-  }
+  stop_at_signals();
+  Action chosen;
+  return run_main(parray_program, argc, argv, [&](CommandLine& line) {
+    line.footer(footer);
+    add_commands(line, chosen);
+    return [&] { return do_chosen(chosen, line); };
+  });
 }

@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <iterator>
+#include <new>
+#include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
 #include "common/base/error.h"
+#include "common/image/image.h"
+#include "common/image/picture_bytes.h"
 #include "common/scene/scene_bytes.h"
 #include "coordinator/coordinator.h"
 
@@ -18,12 +22,18 @@ namespace {
 /// Entries of a list: with names of the longest kind they still fit a control frame.
 constexpr std::size_t most_listed = 1000;
 
+std::string megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
 }  // namespace
 
-void Coordinator::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
-                               const std::string& message) {
-  send(peer, msg::Error{request, status, message});
-}
+/// A submitted job that the backroom has looked at.
+struct Coordinator::Accepted {
+  Job job;
+  std::string refusal;
+  std::uint32_t status = 2;
+};
 
 void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   for (const auto& [id, job] : jobs_) {
@@ -32,34 +42,82 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
       return;
     }
   }
-  try {
-    make_room_for_job();
-    Job job;
-    job.record.id = next_job_;
-    job.record.token = m.token;
-    job.record.name = m.name;
-    job.record.priority = m.priority;
-    job.record.settings = m.settings;
-    job.record.precision_reason = m.precision_reason;
-    job.record.duplicates_removed = m.duplicates_removed;
-    job.record.load_seconds = m.load_seconds;
-    job.record.scene = scene_identity(m.scene_bytes);
-    job.start_work(std::make_shared<const std::string>(std::move(m.scene_bytes)));
-    store_.put_scene(job.record.scene, *job.work->scene_bytes);
-    store_.put_job(job.record);
-    store_dirty_ = true;
-    ++next_job_;
-    log_->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
-               job.record.name, job.work->requirements.spheres, m.settings.width, m.settings.height,
-               m.settings.samples_per_pixel);
-    send(peer, msg::Submitted{m.request, job.record.id});
-    jobs_.emplace(job.record.id, std::move(job));
-    sort_open_jobs();
-  } catch (const InputError& error) {
-    fail_request(peer, m.request, 2, error.what());
-  } catch (const DecodeError& error) {
-    fail_request(peer, m.request, 2, error.what());
+  if (submitting_.contains(m.token)) {
+    return;  // its answer is on its way
   }
+  const auto accepted = std::make_shared<Accepted>();
+  JobRecord& record = accepted->job.record;
+  record.token = m.token;
+  record.name = m.name;
+  record.priority = m.priority;
+  record.settings = m.settings;
+  record.precision_reason = m.precision_reason;
+  record.duplicates_removed = m.duplicates_removed;
+  record.load_seconds = m.load_seconds;
+  record.scene_bytes = m.scene.size();
+  try {
+    const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
+    if (needed > options_.memory) {
+      throw InputError("its picture takes " + megabytes(needed) +
+                       " of memory, and this coordinator has " + megabytes(options_.memory) +
+                       ": raise --memory, or render fewer pixels");
+    }
+    if (store_ == nullptr &&
+        !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
+      throw InputError(
+          "this coordinator's memory, " + megabytes(options_.memory) +
+          ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+    }
+    submitting_[m.token] = record.id = next_job_;
+    make_room_for_job();
+  } catch (const InputError& error) {
+    submitting_.erase(m.token);
+    fail_request(peer, m.request, 2, error.what());
+    return;
+  }
+  ++next_job_;
+  backroom_.give([this, accepted, store = store_, peer, request = m.request,
+                  scene = std::move(m.scene)]() -> Backroom::Outcome {
+    Job& job = accepted->job;
+    try {
+      const Bulk bytes = scene.bytes();
+      job.spheres = scene.scene()->spheres.size();  // or it is no scene at all
+      job.record.scene = scene_identity(bytes.data.view());
+      if (store != nullptr) {
+        store->put_scene(job.record.scene, bytes.data.view());
+        store->put_job(job.record);
+      } else {
+        job.scene = scene;
+      }
+    } catch (const DecodeError& error) {
+      accepted->refusal = error.what();
+    } catch (const StorageFull& error) {
+      accepted->refusal = error.what();
+      accepted->status = 1;
+    } catch (const std::bad_alloc&) {
+      accepted->refusal = "not enough memory for this scene";
+      accepted->status = 1;
+    }
+    const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
+    return accepted->refusal.empty() ? Backroom::Outcome{{}, outcome}
+                                     : Backroom::Outcome{outcome, {}};
+  });
+}
+
+void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {
+  Job& job = accepted.job;
+  submitting_.erase(job.record.token);
+  if (!accepted.refusal.empty()) {
+    fail_request(peer, request, accepted.status, accepted.refusal);
+    return;
+  }
+  const RenderSettings& s = job.record.settings;
+  log_->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
+             job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
+  send(peer, msg::Submitted{request, job.record.id});
+  const JobId id = job.record.id;
+  jobs_.emplace(id, std::move(job));
+  sort_open_jobs();
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
@@ -67,67 +125,124 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   const std::size_t skipped = jobs_.size() - std::min(jobs_.size(), most_listed);
   for (auto job = std::next(jobs_.begin(), static_cast<std::ptrdiff_t>(skipped));
        job != jobs_.end(); ++job) {
-    list.push_back(job_summary(job->second, now));
+    list.push_back(job_summary(job->second, now, waits_for(job->second)));
   }
   send(peer, msg::Jobs{m.request, std::move(list)});
 }
 
+/// The job, or null once the client has been told that there is none.
+Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id) {
+  Job* job = job_of(id);
+  if (job == nullptr) {
+    fail_request(peer, request, 2, "no job " + std::to_string(id) + ": see parray jobs");
+  }
+  return job;
+}
+
 void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
-  if (const Job* job = job_of(m.job)) {
-    send(peer, msg::Job{m.request, job_summary(*job, now)});
-  } else {
-    fail_request(peer, m.request, 2, "no job " + std::to_string(m.job) + ": see parray jobs");
+  if (const Job* job = asked_for(peer, m.request, m.job)) {
+    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
   }
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Cancel& m) {
-  Job* job = job_of(m.job);
-  if (job == nullptr) {
-    fail_request(peer, m.request, 2, "no job " + std::to_string(m.job) + ": see parray jobs");
-    return;
+  if (Job* job = asked_for(peer, m.request, m.job)) {
+    if (!job->ended()) {
+      close_job(*job, JobState::cancelled, "cancelled by a client");
+    }
+    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
   }
-  if (job->open()) {
-    close_job(*job, JobState::cancelled, "cancelled by a client");  // heartbeats revoke its leases
+}
+
+/// Leases that are granted are traced to their end.
+void Coordinator::on(Time now, const PeerId& peer, msg::Pause& m) {
+  if (Job* job = asked_for(peer, m.request, m.job)) {
+    if (!job->ended() && job->phase != JobPhase::finishing &&
+        job->record.state != JobState::paused) {
+      job->record.state = JobState::paused;
+      job->record.reason = "paused by a client: parray resume " + std::to_string(m.job);
+      keep(*job);
+      log_->info("job {} '{}' is paused", m.job, job->record.name);
+    }
+    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
   }
-  send(peer, msg::Job{m.request, job_summary(*job, now)});
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::Resume& m) {
+  if (Job* job = asked_for(peer, m.request, m.job)) {
+    if (job->record.state == JobState::paused) {
+      job->record.state =
+          job->work && job->work->started != never ? JobState::running : JobState::queued;
+      job->record.reason.clear();
+      keep(*job);
+      grants_due_ = true;
+      log_->info("job {} '{}' goes on", m.job, job->record.name);
+    }
+    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
+  }
 }
 
 void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
-  const Job* job = job_of(m.job);
+  const Job* job = asked_for(peer, m.request, m.job);
   if (job == nullptr) {
-    fail_request(peer, m.request, 2, "no job " + std::to_string(m.job) + ": see parray jobs");
     return;
   }
-  if (m.partial && job->open()) {
+  if (m.partial && !job->ended()) {
     send_partial(peer, m, *job);
-    return;
-  }
-  if (job->record.state != JobState::done) {
+  } else if (job->record.state != JobState::done) {
     fail_request(peer, m.request, 2,
                  "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
                      ", not done: see parray watch");
-    return;
+  } else {
+    send_picture(peer, m, *job);
   }
-  auto picture = store_.picture(m.job);
-  if (!picture) {
+}
+
+void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  const RenderSettings& s = job.record.settings;
+  const auto gone = [this, peer, m] {
     fail_request(peer, m.request, 1,
                  "the picture of job " + std::to_string(m.job) + " is no longer kept");
+  };
+  const auto answer = std::make_shared<msg::ImageData>(msg::ImageData{
+      m.request, json::parse(job.record.report), s.width, s.height, m.statistics, {}});
+  if (store_ == nullptr) {
+    if (job.picture_bytes == 0) {
+      gone();
+      return;
+    }
+    answer->picture = job.picture;
+    send(peer, std::move(*answer));
     return;
   }
-  const RenderSettings& s = job->record.settings;
-  if (!m.statistics) {
-    picture->resize(std::min<std::size_t>(picture->size(), picture_size(s.width, s.height, false)));
-  }
-  send(peer, msg::ImageData{m.request, json::parse(job->record.report), s.width, s.height,
-                            m.statistics, std::move(*picture)});
+  backroom_.give([this, answer, gone, peer, store = store_, id = m.job]() -> Backroom::Outcome {
+    auto picture = store->picture(id);
+    if (!picture) {
+      return {gone, {}};
+    }
+    picture->resize(std::min<std::size_t>(
+        picture->size(), picture_size(answer->width, answer->height, answer->statistics)));
+    answer->picture = PictureParcel(Bulk::of(std::move(*picture)));
+    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
+  });
 }
 
 /// What there is of a picture, for those who cannot wait.
 void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  const Image image = resolve_image(job.work->framebuffer, job.work->largest_radiance);
-  const json report = {{"partial", true}, {"samples", job.work->framebuffer.counts().samples}};
-  send(peer, msg::ImageData{m.request, report, image.width, image.height, false,
-                            picture_to_bytes(image, {})});
+  if (!job.work || !job.work->picture) {
+    fail_request(peer, m.request, 2, "job " + std::to_string(m.job) + " has nothing to show yet");
+    return;
+  }
+  backroom_.give([this, peer, request = m.request,
+                  picture = job.work->picture]() -> Backroom::Outcome {
+    auto parts = std::make_shared<PictureParts>();
+    parts->image = resolve_image(picture->framebuffer(), picture->scene().largest_radiance);
+    const json report = {{"partial", true}, {"samples", picture->framebuffer().counts().samples}};
+    const auto answer = std::make_shared<msg::ImageData>(
+        msg::ImageData{request, report, parts->image.width, parts->image.height, false,
+                       PictureParcel(std::move(parts))});
+    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
+  });
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
@@ -136,19 +251,16 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
     if (list.size() == most_listed) {
       break;
     }
-    std::size_t leases = 0;
-    for (const Job* job : open_jobs_) {
-      leases += job->work->leases.held_by(worker.id);
-    }
     list.push_back({{"name", worker.hello.name},
                     {"threads", worker.hello.threads},
-                    {"leases", leases},
+                    {"leases", worker.held},
                     {"accepted", worker.accepted},
                     {"samples_per_second", worker.samples_per_second},
-                    {"state", worker.quarantined ? "quarantined" : "ready"},
+                    {"state", worker.quarantined.empty() ? "ready" : "quarantined"},
+                    {"reason", worker.quarantined},
                     {"seconds_silent", to_seconds(now - worker.last_heard)}});
   }
-  send(peer, msg::Workers{m.request, std::move(list)});
+  send(peer, msg::Workers{m.request, std::move(list), workers_.size()});
 }
 
 }  // namespace parray

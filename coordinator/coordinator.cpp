@@ -1,66 +1,72 @@
+// Messages in and out, and who is there.
 #include "coordinator/coordinator.h"
 
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace parray {
 
-Coordinator::Coordinator(CoordinatorOptions options, Store& store,
+Coordinator::Coordinator(CoordinatorOptions options, Store* store,
                          std::shared_ptr<spdlog::logger> log)
-    : options_(std::move(options)), store_(store), log_(std::move(log)) {
+    : options_(std::move(options)),
+      store_(store),
+      log_(log),
+      warnings_(log),
+      arrivals_(std::move(log), 100),
+      backroom_(store, options_.backroom) {
   restore_jobs();
 }
 
 template <typename Other>
-void Coordinator::on(Time /*now*/, const PeerId& /*peer*/, Other& /*m*/) {
+void Coordinator::on(Time now, const PeerId& /*peer*/, Other& /*m*/) {
   ++tally_.malformed;
-  log_->warn("message that a coordinator does not take: dropped");
+  warnings_.warn(now, "message that a coordinator does not take: dropped");
 }
 
 void Coordinator::receive(Time now, Delivery delivery) {
+  now_ = now;
   try {
-    Message message = decode(delivery.frames);
+    Message message = delivery.content.open();
     std::visit([&](auto& m) { on(now, delivery.peer, m); }, message);
   } catch (const ProtocolError& error) {
     ++tally_.malformed;
-    log_->warn("malformed message dropped: {}", error.what());
+    warnings_.warn(now, std::string("malformed message dropped: ") + error.what());
     if (error.request()) {
       fail_request(delivery.peer, *error.request(), 2, error.what());
     }
   }
 }
 
-Time Coordinator::tick(Time now) {
-  finish_complete_jobs(now);
-  std::vector<PeerId> lost;
-  Time next = never;
-  for (const auto& [peer, worker] : workers_) {
-    if (worker.last_heard + options_.silence <= now) {
-      lost.push_back(peer);
-    } else {
-      next = std::min(next, worker.last_heard + options_.silence);
+/// Who seems silent, or late, is judged only when everything that they have sent is in.
+Time Coordinator::tick(Time now, bool drained) {
+  now_ = now;
+  backroom_.run_finished();
+  note_storage(now);
+  if (drained) {
+    for (const PeerId& peer : workers_.silent(now, options_.silence)) {
+      lose_worker(now, peer, "silent for too long", true);
     }
+    expire_leases(now);
   }
-  for (const PeerId& peer : lost) {
-    lose_worker(peer, "silent for too long");
+  if (grant_again_at_ <= now) {
+    grant_again_at_ = never;
+    grants_due_ = true;
   }
-  expire_leases(now);
   grant_leases(now);
-  for (Job* job : open_jobs_) {
-    next = std::min(next, job->work->leases.next_deadline());
+  backroom_.run_finished();  // what has been prepared meanwhile
+  grant_leases(now);
+  Time next = std::min(workers_.size() > 0 ? now + options_.heartbeat : never, grant_again_at_);
+  for (const JobId id : open_jobs_) {
+    const Job& job = jobs_.at(id);
+    if (job.work && job.work->leases) {
+      next = std::min(next, job.work->leases->next_deadline());
+    }
   }
   return next;
 }
 
-std::vector<Delivery> Coordinator::take_outbox() {
-  if (store_dirty_) {
-    store_.commit();  // nothing is acknowledged before it is kept
-    store_dirty_ = false;
-  }
-  return std::exchange(outbox_, {});
-}
+std::vector<Delivery> Coordinator::take_outbox() { return std::exchange(outbox_, {}); }
 
 void Coordinator::leave(const std::string& reason) {
   for (const auto& [peer, worker] : workers_) {
@@ -68,55 +74,57 @@ void Coordinator::leave(const std::string& reason) {
   }
 }
 
-void Coordinator::send(const PeerId& peer, const Message& message) {
-  outbox_.push_back({peer, encode(message)});
+void Coordinator::send(const PeerId& peer, Message message) {
+  outbox_.push_back({peer, Envelope(std::move(message))});
 }
 
-Coordinator::WorkerRecord* Coordinator::worker_at(const PeerId& peer) {
-  const auto found = workers_.find(peer);
-  return found == workers_.end() ? nullptr : &found->second;
+void Coordinator::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
+                               const std::string& message) {
+  send(peer, msg::Error{request, status, message});
+}
+
+/// Why a worker cannot be one of ours; empty: it can.
+std::string Coordinator::refusal_of(const msg::Hello& hello) const {
+  if (hello.version != protocol_version) {
+    return "protocol version " + std::to_string(hello.version) + ", but this coordinator speaks " +
+           std::to_string(protocol_version) + ": install the same release on both";
+  }
+  if (hello.trace != trace_version) {
+    return "trace version " + std::to_string(hello.trace) +
+           ", but this coordinator's pictures are of " + std::to_string(trace_version) +
+           ": install the same release on both";
+  }
+  if (hello.fingerprint != options_.fingerprint) {
+    return "it traces other bits than this coordinator (the built-in test picture differs): build "
+           "both from the same sources, without fast-math, or test that machine's memory";
+  }
+  return {};
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
-  const auto refuse = [&](const std::string& reason) {
-    log_->warn("worker '{}' refused: {}", m.name, reason);
-    send(peer, msg::Refuse{reason});
-  };
-  if (m.version != protocol_version) {
-    refuse("protocol version " + std::to_string(m.version) + ", but this coordinator speaks " +
-           std::to_string(protocol_version) + ": install the same release on both");
-    return;
-  }
-  if (m.trace != trace_version) {
-    refuse("trace version " + std::to_string(m.trace) +
-           ", but this coordinator's pictures are of " + std::to_string(trace_version) +
-           ": install the same release on both");
-    return;
-  }
-  if (m.fingerprint != options_.fingerprint) {
-    refuse(
-        "it traces other bits than this coordinator (the built-in test picture differs): build "
-        "both from the same sources, without fast-math, or test that machine's memory");
-    return;
-  }
-  WorkerRecord* known = worker_at(peer);
-  if (known != nullptr && known->hello.instance != m.instance) {
-    lose_worker(peer, "started again");
+  std::string refusal = refusal_of(m);
+  WorkerRecord* known = workers_.at(peer);
+  if (refusal.empty() && known != nullptr && known->hello.instance != m.instance) {
+    lose_worker(now, peer, "started again", true);
     known = nullptr;
   }
+  if (refusal.empty() && known == nullptr && workers_.size() >= options_.max_workers) {
+    refusal = "this coordinator has its " + std::to_string(options_.max_workers) +
+              " workers: raise --max-workers";
+  }
+  if (!refusal.empty()) {
+    warnings_.warn(now, "worker '" + m.name + "' refused: " + refusal);
+    send(peer, msg::Refuse{refusal});
+    return;
+  }
   if (known == nullptr) {
-    if (workers_.size() >= options_.max_workers) {
-      refuse("this coordinator has its " + std::to_string(options_.max_workers) +
-             " workers: raise --max-workers");
-      return;
+    known = &workers_.add(now, peer, m);
+    if (convicted_.contains(known->key)) {
+      workers_.quarantine(*known, "it has returned wrong bits before");
     }
-    WorkerRecord record;
-    record.id = next_worker_++;
-    record.peer = peer;
-    record.hello = m;
-    record.traced_at = now;
-    known = &workers_.emplace(peer, std::move(record)).first->second;
-    log_->info("worker {} '{}' joined with {} threads", known->id, m.name, m.threads);
+    grants_due_ = true;
+    arrivals_.info(
+        now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));
   }
   known->last_heard = now;
   const auto ms = [](Time t) {
@@ -126,20 +134,23 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
-  WorkerRecord* worker = worker_at(peer);
+  WorkerRecord* worker = workers_.at(peer);
   if (worker == nullptr) {
     send(peer, msg::Who{});
     return;
   }
   worker->last_heard = now;
   note_progress(now, *worker, m);
+  const Time deadline = worker->traced_at + options_.lease_timeout;
   for (const auto& [job_id, epoch] : m.epochs) {
     Job* job = job_of(job_id);
-    const Time deadline = worker->traced_at + options_.lease_timeout;
-    if (job == nullptr || !job->open() || !job->work->leases.extend(worker->id, epoch, deadline)) {
+    const bool held = job != nullptr && job->work && job->work->leases &&
+                      job->work->leases->extend(worker->id, epoch, deadline);
+    if (!held) {
       send(peer, msg::Revoke{job_id, epoch});  // it works on what is no longer its own
     }
   }
+  worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
   send(peer, msg::Pulse{});
 }
 
@@ -157,7 +168,7 @@ void Coordinator::note_progress(Time now, WorkerRecord& worker, const msg::Heart
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
-  WorkerRecord* worker = worker_at(peer);
+  WorkerRecord* worker = workers_.at(peer);
   if (worker == nullptr) {
     send(peer, msg::Who{});
     return;
@@ -166,227 +177,74 @@ void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
   if (worker->scene_sent == m.scene && now < worker->scene_again_at) {
     return;  // on its way
   }
-  for (const auto& [id, job] : jobs_) {
-    if (job.open() && job.record.scene == m.scene) {
-      const std::chrono::duration<double> transfer(
-          static_cast<double>(job.work->scene_bytes->size()) / 1e7);
+  for (const JobId id : open_jobs_) {
+    const Job& job = jobs_.at(id);
+    if (job.work && job.record.scene == m.scene && job.work->plan) {
+      const std::chrono::duration<double> transfer(static_cast<double>(job.work->scene.size()) /
+                                                   1e7);
       worker->scene_sent = m.scene;
-      log_->debug("scene sent to worker {} '{}': {} bytes", worker->id, worker->hello.name,
-                  job.work->scene_bytes->size());
       worker->scene_again_at =
           now + options_.heartbeat + std::chrono::duration_cast<Time>(transfer);
-      send(peer, msg::SceneData{m.scene, *job.work->scene_bytes});
+      send(peer, msg::SceneData{m.scene, job.work->scene});
       return;
     }
   }
 }
 
-void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
-  WorkerRecord* worker = worker_at(peer);
-  if (worker == nullptr) {
-    send(peer, msg::Who{});  // it repeats the result once it is known
-    return;
-  }
-  worker->last_heard = now;
-  Job* job = job_of(m.job);
-  if (job == nullptr || !job->open() || worker->quarantined) {
-    ++tally_.stale;
-    send(peer, msg::VerdictOf{m.job, m.epoch, msg::Verdict::stale});
-    return;
-  }
-  merge_result(now, *worker, *job, m);
+void Coordinator::on(Time now, const PeerId& peer, msg::Bye& m) {
+  lose_worker(now, peer, m.reason, false);
 }
 
-void Coordinator::merge_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result) {
-  const std::string bytes = row_block_to_bytes(result.block);
-  JobWork& work = *job.work;
-  const auto leased = work.leases.leased_rect(result.epoch);
-  const bool fits =
-      result.block.width == job.record.settings.width &&
-      (!leased || work.framebuffer.sample_count(*leased) == result.block.counts.samples);
-  const auto completion =
-      fits ? work.leases.complete(worker.id, result.epoch, result.block.rect, digest_of(bytes))
-           : LeaseTable::Completion{};
-  send(worker.peer, msg::VerdictOf{result.job, result.epoch, completion.verdict});
-  switch (completion.verdict) {
-    case msg::Verdict::stale:
-      ++tally_.stale;
-      log_->warn("job {} lease {}: late result of worker {} '{}' refused", result.job, result.epoch,
-                 worker.id, worker.hello.name);
-      return;
-    case msg::Verdict::duplicate:
-      ++tally_.duplicate;
-      return;
-    case msg::Verdict::mismatch:
-      ++tally_.mismatch;
-      quarantine(worker);
-      log_->error(
-          "job {} lease {}: worker {} '{}' returned other bits than another worker did for "
-          "the same samples; it gets no more leases: test both machines",
-          result.job, result.epoch, worker.id, worker.hello.name);
-      return;
-    case msg::Verdict::accepted:
-      break;
+/// `failed`: it may be the lease at hand that has ended it.
+void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed) {
+  const WorkerRecord* found = workers_.at(peer);
+  if (found == nullptr) {
+    return;
   }
-  ++tally_.accepted;
-  ++worker.accepted;
-  log_->debug("job {} lease {} accepted from worker {} '{}'", result.job, result.epoch, worker.id,
-              worker.hello.name);
-  work.framebuffer.merge(result.block);
-  store_.put_block(job.record.id, result.epoch, bytes);
-  store_dirty_ = true;
-  if (result.seconds > 0) {
-    const double speed = static_cast<double>(result.block.counts.samples) / result.seconds;
-    worker.samples_per_second =
-        worker.samples_per_second > 0 ? (worker.samples_per_second + speed) / 2 : speed;
-  }
-  if (work.contributors.insert(worker.id).second) {
-    work.contributor_threads += worker.hello.threads;
-  }
-  work.build_seconds = std::max(work.build_seconds, result.build_seconds);
-  work.accelerator_bytes = std::max(work.accelerator_bytes, result.accelerator_bytes);
-  work.isa = result.isa;
-  for (const WorkerId other : completion.others) {
-    for (const auto& [peer, record] : workers_) {
-      if (record.id == other) {
-        send(peer, msg::Revoke{result.job, result.epoch});
+  const WorkerRecord worker = *found;
+  workers_.remove(peer);
+  grants_due_ = true;
+  std::size_t leases = 0;
+  for (const JobId id : std::vector<JobId>(open_jobs_)) {
+    Job& job = jobs_.at(id);
+    if (!job.work || !job.work->leases) {
+      continue;
+    }
+    for (const Lease& lease : job.work->leases->drop_worker(worker.id)) {
+      ++leases;
+      if (failed && worker.tracing == std::pair(id, lease.epoch)) {
+        note_failure(
+            now, job,
+            {lease.range, worker.hello.name, "a worker was lost while it traced this: " + why});
+      }
+      if (!job.work) {
+        break;  // that was one too many
       }
     }
-  }
-  if (work.leases.done()) {
-    if (job.next_pass(now)) {
-      store_.put_job(job.record);
-    } else {
-      finish_job(now, job);
+    if (job.tracing()) {
+      end_pass_if_done(job);
     }
   }
-}
-
-/// No more leases, and none of its results counts any more.
-void Coordinator::quarantine(WorkerRecord& worker) {
-  worker.quarantined = true;
-  for (Job* job : open_jobs_) {
-    job->work->leases.drop_worker(worker.id);
-  }
-}
-
-void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Bye& m) { lose_worker(peer, m.reason); }
-
-void Coordinator::lose_worker(const PeerId& peer, const std::string& why) {
-  const WorkerRecord* worker = worker_at(peer);
-  if (worker == nullptr) {
-    return;
-  }
-  std::size_t leases = 0;
-  for (Job* job : open_jobs_) {
-    leases += job->work->leases.drop_worker(worker->id).size();
-  }
-  log_->info("worker {} '{}' left ({}); {} of its leases go to others", worker->id,
-             worker->hello.name, why, leases);
-  workers_.erase(peer);
+  arrivals_.info(now, fmt::format("worker {} '{}' left ({}); {} of its leases go to others",
+                                  worker.id, worker.hello.name, why, leases));
 }
 
 void Coordinator::expire_leases(Time now) {
-  for (Job* job : open_jobs_) {
-    for (const auto& expired : job->work->leases.expire(now)) {
-      log_->warn("job {} lease {}: worker {} made no progress in time; the lease goes to another",
-                 job->record.id, expired.epoch, expired.worker);
+  for (const JobId id : open_jobs_) {
+    Job& job = jobs_.at(id);
+    if (!job.work || !job.work->leases) {
+      continue;
+    }
+    for (const auto& expired : job.work->leases->expire(now)) {
+      grants_due_ = true;
+      if (WorkerRecord* worker = workers_.by_id(expired.worker)) {
+        --worker->held;
+      }
+      warnings_.warn(now, fmt::format("job {} lease {}: worker {} made no progress in time; the "
+                                      "lease goes to another",
+                                      id, expired.lease.epoch, expired.worker));
     }
   }
-}
-
-/// Speeds of all workers. One that is not measured yet counts as fast, a thread, as those that are;
-/// as 1 a thread if none is.
-Coordinator::FarmSpeed Coordinator::farm_speed() const {
-  double measured = 0;
-  double measured_threads = 0;
-  double other_threads = 0;
-  for (const auto& [peer, worker] : workers_) {
-    if (worker.samples_per_second > 0) {
-      measured += worker.samples_per_second;
-      measured_threads += worker.hello.threads;
-    } else {
-      other_threads += worker.hello.threads;
-    }
-  }
-  const double per_thread = measured_threads > 0 ? measured / measured_threads : 1;
-  return {per_thread, measured + per_thread * other_threads};
-}
-
-Asker Coordinator::asker_for(const WorkerRecord& worker, const Job& job,
-                             const FarmSpeed& farm) const {
-  Asker asker;
-  asker.worker = worker.id;
-  asker.threads = worker.hello.threads;
-  asker.workers = static_cast<std::uint32_t>(workers_.size());
-  const double speed = worker.samples_per_second;
-  asker.share = (speed > 0 ? speed : farm.per_thread * worker.hello.threads) / farm.all;
-  const double unit_samples = job.record.settings.width * job.work->leases.density();
-  // A first lease only measures: about 50 ms on a core of 2 M samples/s.
-  constexpr double first_lease_samples = 1e5;
-  const double most = speed > 0 ? speed * to_seconds(options_.longest_lease)
-                                : first_lease_samples * worker.hello.threads;
-  const double least = speed * to_seconds(options_.shortest_lease);
-  asker.most_units = static_cast<std::uint64_t>(std::max(most / unit_samples, 1.0));
-  asker.least_units = static_cast<std::uint64_t>(std::max(least / unit_samples, 1.0));
-  return asker;
-}
-
-/// Leases to every worker with room, one at a time in turn, so that the first to be asked does not
-/// take all.
-void Coordinator::grant_leases(Time now) {
-  const FarmSpeed farm = farm_speed();
-  bool granted = true;
-  while (granted) {
-    granted = false;
-    for (auto& [peer, worker] : workers_) {
-      granted = (!worker.quarantined && grant_one(now, worker, farm)) || granted;
-    }
-  }
-}
-
-/// Pending work first, by the jobs' order. A copy of somebody else's lease only for a worker with
-/// nothing else to do, and only when no job has pending work.
-bool Coordinator::grant_one(Time now, WorkerRecord& worker, const FarmSpeed& farm) {
-  std::size_t held = 0;
-  Job* with_pending = nullptr;
-  for (Job* job : open_jobs_) {
-    held += job->work->leases.held_by(worker.id);
-    if (with_pending == nullptr && job->work->leases.has_pending()) {
-      with_pending = job;
-    }
-  }
-  if (held >= worker.hello.capacity) {
-    return false;
-  }
-  if (with_pending != nullptr) {
-    return grant_from(now, worker, *with_pending, farm, false);
-  }
-  return held == 0 && std::any_of(open_jobs_.begin(), open_jobs_.end(), [&](Job* job) {
-           return grant_from(now, worker, *job, farm, true);
-         });
-}
-
-bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, const FarmSpeed& farm,
-                             bool may_copy) {
-  const auto lease =
-      job.work->leases.grant(now + options_.lease_timeout, asker_for(worker, job, farm), may_copy);
-  if (!lease) {
-    return false;
-  }
-  if (job.record.state == JobState::queued) {
-    job.record.state = JobState::running;
-    job.work->started = now;
-    job.work->pass_began = now;
-  }
-  ++tally_.granted;
-  log_->debug("job {} lease {} to worker {} '{}': rows [{}, {}) samples [{}, {}){}", job.record.id,
-              lease->epoch, worker.id, worker.hello.name, lease->rect.row_begin,
-              lease->rect.row_end, lease->rect.sample_begin, lease->rect.sample_end,
-              lease->copy ? ", a copy" : "");
-  send(worker.peer, msg::Grant{job.record.id, lease->epoch, lease->rect, job.record.scene,
-                               job.record.settings, job.work->framebuffer.samples_of(lease->rect)});
-  return true;
 }
 
 }  // namespace parray

@@ -3,14 +3,18 @@
 #include <spdlog/logger.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "coordinator/backroom.h"
 #include "coordinator/job.h"
-#include "coordinator/store.h"
+#include "coordinator/log_budget.h"
+#include "coordinator/store/store.h"
+#include "coordinator/worker_registry.h"
 #include "proto/actor.h"
 #include "proto/messages.h"
 
@@ -24,25 +28,30 @@ struct CoordinatorOptions {
   /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
   /// millisecond-sized piece of work takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
-  /// Weighted leases are between these two long, by measured speed: shorter costs messages, longer
-  /// costs more when a worker is lost, and makes progress jerk.
-  Time shortest_lease = milliseconds(20);
-  Time longest_lease = seconds(1);
+  LeaseLength lease_length{0.02, 1};
   std::size_t max_jobs = 1000;
   std::size_t max_workers = 4096;
+  /// Bytes for pictures under way and, where no store keeps them, scenes and finished pictures.
+  std::uint64_t memory = std::uint64_t{8} << 30;
+  /// A job fails when so many different workers have failed at the same cells.
+  std::uint32_t max_failures = 3;
+  /// Share of the leases, 0 .. 1, that a second worker traces, too.
+  double spot_checks = 0;
   /// trace_fingerprint() of this build; workers must have the same.
   std::string fingerprint;
+  Backroom::Options backroom{};
 };
 
-/// The coordinator's side of PROTOCOL.md: owns jobs, framebuffers and leases. Plain state, driven
-/// by one thread; no clock and no I/O but through the store.
+/// The coordinator's side of PROTOCOL.md: owns jobs, pictures and leases. Plain state, driven by
+/// one thread; what is heavy, and the store, is the backroom's.
 class Coordinator final : public Actor {
  public:
-  /// Takes up the jobs that `store` still has. Throws RunError when it cannot be read.
-  Coordinator(CoordinatorOptions options, Store& store, std::shared_ptr<spdlog::logger> log);
+  /// Takes up the jobs that `store` still has; null: nothing outlives the process. Throws RunError
+  /// when it cannot be read.
+  Coordinator(CoordinatorOptions options, Store* store, std::shared_ptr<spdlog::logger> log);
 
   void receive(Time now, Delivery delivery) override;
-  Time tick(Time now) override;
+  Time tick(Time now, bool drained) override;
   std::vector<Delivery> take_outbox() override;
 
   /// Tells every worker goodbye; the next outbox carries the messages.
@@ -55,87 +64,108 @@ class Coordinator final : public Actor {
     std::uint64_t duplicate = 0;
     std::uint64_t stale = 0;
     std::uint64_t mismatch = 0;
+    std::uint64_t failed = 0;
     std::uint64_t malformed = 0;
   };
   [[nodiscard]] const Tally& tally() const { return tally_; }
 
  private:
-  struct WorkerRecord {
-    WorkerId id = 0;
-    PeerId peer;
-    msg::Hello hello;
-    Time last_heard{};
-    std::uint64_t traced = 0;
-    Time traced_at{};  ///< when `traced` last grew
-    Time preparing_since = never;
-    std::string scene_sent;  ///< digest of the last one, and when it may be sent again
-    Time scene_again_at{};
-    double samples_per_second = 0;  ///< measured; 0: not yet
-    std::uint64_t accepted = 0;     ///< results
-    bool quarantined = false;
-  };
-
-  /// Samples a second.
-  struct FarmSpeed {
-    double per_thread;  ///< of the workers that have been measured
-    double all;
-  };
-
-  // Messages of workers (coordinator.cpp).
+  // Messages of workers (coordinator.cpp, results.cpp).
   void on(Time now, const PeerId& peer, msg::Hello& m);
   void on(Time now, const PeerId& peer, msg::Heartbeat& m);
   void on(Time now, const PeerId& peer, msg::NeedScene& m);
   void on(Time now, const PeerId& peer, msg::Result& m);
+  void on(Time now, const PeerId& peer, msg::Failed& m);
   void on(Time now, const PeerId& peer, msg::Bye& m);
   // Messages of clients (clients.cpp).
   void on(Time now, const PeerId& peer, msg::Submit& m);
   void on(Time now, const PeerId& peer, msg::ListJobs& m);
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
   void on(Time now, const PeerId& peer, msg::Cancel& m);
+  void on(Time now, const PeerId& peer, msg::Pause& m);
+  void on(Time now, const PeerId& peer, msg::Resume& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
   template <typename Other>
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
-  void send(const PeerId& peer, const Message& message);
-  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send(const PeerId& peer, Message message);
   void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                     const std::string& message);
+  [[nodiscard]] std::string refusal_of(const msg::Hello& hello) const;
 
-  // Workers and leases.
-  WorkerRecord* worker_at(const PeerId& peer);
+  // Workers and leases (coordinator.cpp, granting.cpp).
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
-  void lose_worker(const PeerId& peer, const std::string& why);
-  void merge_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result);
-  void grant_leases(Time now);
-  bool grant_one(Time now, WorkerRecord& worker, const FarmSpeed& farm);
-  bool grant_from(Time now, WorkerRecord& worker, Job& job, const FarmSpeed& farm, bool may_copy);
-  [[nodiscard]] FarmSpeed farm_speed() const;
-  [[nodiscard]] Asker asker_for(const WorkerRecord& worker, const Job& job,
-                                const FarmSpeed& farm) const;
-  void quarantine(WorkerRecord& worker);
+  void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
   void expire_leases(Time now);
+  void grant_leases(Time now);
+  bool grant_one(Time now, WorkerRecord& worker);
+  bool grant_from(Time now, WorkerRecord& worker, Job& job, bool copy);
+  [[nodiscard]] bool may_trace(Time now, WorkerRecord& worker, const Job& job) const;
+  void send_grant(Time now, WorkerRecord& worker, Job& job, const Lease& lease);
+  void note_storage(Time now);
+
+  // Results (results.cpp).
+  struct Merged;
+  void take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
+                   const LeaseTable::Arrived& arrived);
+  void note_merged(Job& job, const Merged& merged);
+  void note_accepted(Job& job, const Merged& merged);
+  void settle(Job& job, const Merged& merged);
+  void open_dispute(Job& job, const Merged& merged);
+  void decide_dispute(Job& job, std::size_t dispute, const Merged& merged);
+  void ask_another(Job& job, Dispute& dispute);
+  void convict(TracerKey tracer, const std::string& name, const std::string& why);
+  void retract(Job& job, TracerKey tracer, const std::string& name);
+  void note_failure(Time now, Job& job, Failure failure);
+  void end_pass_if_done(Job& job);
 
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
+  /// The job, if its work is still that of `generation`.
+  Job* job_at_work(JobId id, std::uint64_t generation);
+  Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
   void restore_jobs();
-  void finish_job(Time now, Job& job);
-  void finish_complete_jobs(Time now);
+  void prepare(Time now, Job& job);
+  struct Prepared;
+  void begin_tracing(Job& job, const Prepared& prepared);
+  void restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan);
+  void next_pass(Job& job);
+  void finish_job(Job& job);
   void close_job(Job& job, JobState state, const std::string& reason);
+  void fail_job(Job& job, const std::string& reason);
+  void keep(const Job& job);
   void make_room_for_job();
+  bool make_room(std::uint64_t bytes);
   void sort_open_jobs();
+  [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
+  [[nodiscard]] std::uint64_t memory_in_use() const;
+  [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
+  [[nodiscard]] std::string waits_for(const Job& job) const;
+  struct Accepted;
+  void accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted);
+  void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
 
   const CoordinatorOptions options_;
-  Store& store_;
+  Store* const store_;  ///< the backroom's, once it is there
   std::shared_ptr<spdlog::logger> log_;
-  std::map<PeerId, WorkerRecord> workers_;
+  LogBudget warnings_;
+  LogBudget arrivals_;  ///< of workers, and departures
+  WorkerRegistry workers_;
   std::map<JobId, Job> jobs_;
-  std::vector<Job*> open_jobs_;  ///< of jobs_: those with work left, by priority, then by age
-  WorkerId next_worker_ = 1;
+  std::vector<JobId> open_jobs_;  ///< those that have not ended, by priority, then by age
+  std::set<TracerKey> convicted_;
+  std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at
   JobId next_job_ = 1;
+  std::uint64_t next_generation_ = 1;
   Tally tally_;
   std::vector<Delivery> outbox_;
-  bool store_dirty_ = false;
+  Time grant_again_at_ = never;  ///< somebody may have leases again that it was denied
+  bool grants_due_ = true;       ///< something has changed since everybody got what there was
+  std::string storage_;          ///< why nothing can be kept; empty: it can
+  Time now_{};                   ///< of this turn
+  Backroom backroom_;            ///< last: its errands end before what they speak of
 };
 
 }  // namespace parray

@@ -1,83 +1,101 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
-#include "common/image/framebuffer.h"
-#include "common/image/picture_bytes.h"
-#include "common/scene/requirements.h"
+#include "coordinator/job_picture.h"
 #include "coordinator/lease_table.h"
-#include "coordinator/store.h"
+#include "coordinator/report.h"
+#include "coordinator/store/job_record.h"
+#include "proto/parcels.h"
 
 namespace parray {
 
-/// Work in progress of one job: present while it is queued or running.
-struct JobWork {
-  JobWork(const RenderSettings& settings, Epoch first_epoch)
-      : leases(settings, first_epoch), framebuffer(settings) {}
+/// A lease that could not be traced, or whose worker was lost with it.
+struct Failure {
+  CellRange range;
+  std::string worker;  ///< name
+  std::string reason;
+};
 
-  LeaseTable leases;
-  Framebuffer framebuffer;
-  std::shared_ptr<const std::string> scene_bytes;
-  Requirements requirements;
-  double largest_radiance = 1;
-  Time started = never;    ///< first grant
-  std::size_t passes = 0;  ///< begun
+/// Two workers have returned different bits for the same cells: a third decides.
+struct Dispute {
+  CellRange range;
+  struct Claim {
+    TracerKey tracer = 0;
+    WorkerId worker = 0;
+    std::string name;
+    std::vector<std::uint64_t> digests;
+  };
+  std::vector<Claim> claims;  ///< the first is what has been merged
+};
+
+/// Where an unfinished job is.
+enum class JobPhase : std::uint8_t {
+  waiting,    ///< holds no memory for its picture
+  preparing,  ///< the backroom is making its picture, or its next pass
+  tracing,    ///< has leases to grant, or granted
+  finishing,  ///< the backroom is making the image and the report
+  ended
+};
+
+/// What a job has while its picture is under way. `picture` belongs to the backroom once tracing
+/// has begun; everything else to the loop.
+struct JobWork {
+  std::shared_ptr<JobPicture> picture;
+  SceneParcel scene;
+  std::shared_ptr<const WorkPlan> plan;  ///< of the pass under way
+  std::uint32_t pass = 0;
+  std::optional<LeaseTable> leases;
+  Epoch next_epoch = 1;
+  std::uint64_t generation = 0;  ///< names this work among all that there has been
+  std::uint32_t errands = 0;     ///< in the backroom, without which a pass cannot end
+
+  Time started = never;  ///< first grant
   Time pass_began = never;
-  std::uint64_t samples_before_pass = 0;
-  std::uint64_t expected_samples = 0;  ///< of the finished picture; 0: unknown
-  StopReason stopped_by = StopReason::samples;
+  std::uint64_t samples = 0;  ///< merged
+  std::uint64_t cells = 0;    ///< of this pass, merged
+  bool whole = false;         ///< every pixel has a sample
+  std::uint64_t expected_samples = 0;
+
   std::set<WorkerId> contributors;
-  std::uint32_t contributor_threads = 0;
-  double build_seconds = 0;             ///< the longest of any worker
-  std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
-  std::string isa;
+  RenderFacts facts;
+  std::vector<Failure> failures;
+  std::size_t old_failures = 0;  ///< those before the latest accepted result
+  std::vector<Dispute> disputes;
 };
 
 /// A job as the coordinator keeps it.
 struct Job {
   JobRecord record;
-  std::unique_ptr<JobWork> work;  ///< null once done, failed or cancelled
+  JobPhase phase = JobPhase::waiting;
+  SceneParcel scene;  ///< where no store keeps it
+  std::uint64_t spheres = 0;
+  std::unique_ptr<JobWork> work;  ///< null while waiting, and once ended
+  std::string pause_reason;       ///< of a pause that ends by itself
+  Time retry_at = never;          ///< of finishing, after a full disk
+  PictureParcel picture;          ///< of a done job, where no store keeps it
+  std::uint64_t picture_bytes = 0;
 
-  [[nodiscard]] bool open() const { return work != nullptr; }
-  /// All of the job's samples are pending, or those of its first pass. Throws DecodeError when the
-  /// bytes are no scene.
-  void start_work(std::shared_ptr<const std::string> scene_bytes);
-  /// Begins another life of a job that `store` has kept: merges what earlier ones have finished;
-  /// the rest is pending: nothing only if the picture is complete. Throws when what is kept is
-  /// damaged.
-  void take_up(Store& store);
-  /// When all work is done: adds the next pass, for the store to remember, or finds that there is
-  /// none; then the picture is complete.
-  bool next_pass(Time now);
-  /// Marks all pending work as done: it has been merged, without leases of the table's.
-  void note_all_merged();
-  /// Whether every pixel has a sample.
-  [[nodiscard]] bool whole() const;
+  [[nodiscard]] bool ended() const { return phase == JobPhase::ended; }
+  [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
+  /// Once it has been prepared. Epochs of every life are apart, so that a grant of an earlier one is
+  /// never taken for current.
+  [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life - 1} << 32) + 1; }
   /// Share of the work that is done, 0 .. 1. Of a picture that has a target to meet nobody knows
   /// the end: 0 in its first pass, then as the error so far says. It may fall.
   [[nodiscard]] double progress(Time now) const;
-  /// Epochs of every life are apart, so that a grant of an earlier one is never taken for current.
-  [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life} << 32) + 1; }
-
- private:
-  void begin_pass(std::uint64_t samples);
-  [[nodiscard]] std::uint64_t affordable_samples(Time now) const;
+  /// The two times that passes under a time limit are sized by.
+  [[nodiscard]] PassTimes times(Time now) const;
 };
 
-/// The job map of PROTOCOL.md.
-nlohmann::json job_summary(const Job& job, Time now);
-
-/// A picture that is complete.
-struct FinishedPicture {
-  Image image;
-  PictureStatistics statistics;
-  /// Its fields are described in README.md, "The report". Everything but what the client adds
-  /// (seconds spent writing).
-  nlohmann::json report;
-};
-FinishedPicture finish_picture(const Job& job, Time finished);
+/// The job map of PROTOCOL.md; `waits_for` says what an unfinished job lacks, if anything.
+nlohmann::json job_summary(const Job& job, Time now, const std::string& waits_for);
 
 }  // namespace parray

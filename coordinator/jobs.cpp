@@ -1,12 +1,14 @@
-// The life of a job inside the coordinator: opened, restored, finished, closed.
+// The life of a job inside the coordinator: taken in, prepared, traced, finished, closed.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <new>
 
 #include "common/base/bytes.h"
 #include "common/base/error.h"
-#include "common/image/image.h"
+#include "common/image/picture_bytes.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/report.h"
 
 namespace parray {
 
@@ -15,84 +17,385 @@ Job* Coordinator::job_of(JobId id) {
   return found == jobs_.end() ? nullptr : &found->second;
 }
 
-void Coordinator::sort_open_jobs() {
-  open_jobs_.clear();
-  for (auto& [id, job] : jobs_) {
-    if (job.open()) {
-      open_jobs_.push_back(&job);
-    }
-  }
-  std::stable_sort(open_jobs_.begin(), open_jobs_.end(), [](const Job* a, const Job* b) {
-    return a->record.priority > b->record.priority;
-  });
+Job* Coordinator::job_at_work(JobId id, std::uint64_t generation) {
+  Job* job = job_of(id);
+  return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
 }
 
+void Coordinator::sort_open_jobs() {
+  open_jobs_.clear();
+  for (const auto& [id, job] : jobs_) {
+    if (!job.ended()) {
+      open_jobs_.push_back(id);
+    }
+  }
+  std::stable_sort(open_jobs_.begin(), open_jobs_.end(), [this](JobId a, JobId b) {
+    return jobs_.at(a).record.priority > jobs_.at(b).record.priority;
+  });
+  grants_due_ = true;
+}
+
+/// Only the records are read; pictures under way are taken up when their turn comes.
 void Coordinator::restore_jobs() {
-  for (JobRecord& record : store_.jobs()) {
+  if (store_ == nullptr) {
+    return;
+  }
+  for (JobRecord& record : store_->jobs()) {
     Job job;
     job.record = std::move(record);
     const JobId id = job.record.id;
     next_job_ = std::max(next_job_, id + 1);
-    if (job.record.state == JobState::queued || job.record.state == JobState::running) {
-      try {
-        job.take_up(store_);
-        log_->info("job {} '{}' taken up at {:.1f} %", id, job.record.name,
-                   100 * job.work->leases.progress());
-      } catch (const std::exception& error) {
-        throw RunError("the state of job " + std::to_string(id) + " is damaged: " + error.what());
-      }
+    if (job.record.state == JobState::running) {
+      job.record.state = JobState::queued;
     }
+    job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     jobs_.emplace(id, std::move(job));
   }
   sort_open_jobs();
-  store_.commit();
-}
-
-/// Jobs of which an earlier life has kept everything but the picture.
-void Coordinator::finish_complete_jobs(Time now) {
-  const std::vector<Job*> open = open_jobs_;
-  for (Job* job : open) {
-    if (job->work->leases.done()) {
-      job->work->started = now;
-      finish_job(now, *job);
-    }
+  if (!open_jobs_.empty()) {
+    log_->info("{} unfinished jobs taken up", open_jobs_.size());
   }
 }
 
-void Coordinator::finish_job(Time now, Job& job) {
-  const FinishedPicture picture = finish_picture(job, now);
-  job.record.report = picture.report.dump();
-  store_.put_picture(job.record.id, picture_to_bytes(picture.image, picture.statistics));
-  close_job(job, JobState::done, "");
+/// The record as it is now goes to the store; one that is being finished has its last there
+/// already.
+void Coordinator::keep(const Job& job) {
+  if (store_ != nullptr && job.phase != JobPhase::finishing) {
+    backroom_.give([store = store_, record = job.record]() -> Backroom::Outcome {
+      store->put_job(record);
+      return {};
+    });
+  }
 }
 
+/// What the backroom has made ready for tracing.
+struct Coordinator::Prepared {
+  std::shared_ptr<JobPicture> picture;
+  SceneParcel scene;
+  std::vector<CellRange> missing;
+  std::vector<std::uint64_t> passes;
+  std::uint64_t samples = 0;
+  std::uint64_t cells = 0;
+  std::uint64_t expected_samples = 0;
+  bool complete = false;
+  bool whole = false;
+  std::string failure;
+};
+
+namespace {
+
+/// Merges what earlier lives have kept, and begins the pass that is due. False: the picture is
+/// complete.
+bool take_up(JobPicture& picture, Store* store, JobId id) {
+  if (store != nullptr) {
+    store->each_rows(id, [&](std::string_view entry) { picture.replay(entry); });
+    picture.end_replay();
+  }
+  return (picture.has_begun() && !picture.collector().done()) || picture.begin_pass();
+}
+
+}  // namespace
+
+/// Gives a job the memory that it needs.
+void Coordinator::prepare(Time /*now*/, Job& job) {
+  ++job.record.life;
+  job.phase = JobPhase::preparing;
+  job.work = std::make_unique<JobWork>();
+  job.work->generation = next_generation_++;
+  job.work->next_epoch = job.first_epoch();
+  const auto prepared = std::make_shared<Prepared>();
+  backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
+                  id = job.record.id,
+                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+    Prepared& p = *prepared;
+    try {
+      if (store != nullptr) {
+        auto bytes = store->scene(record.scene);
+        if (!bytes) {
+          throw RunError("its scene is missing");
+        }
+        scene = SceneParcel(Bulk::of(std::move(*bytes)));
+      }
+      p.scene = scene;
+      p.picture = std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()),
+                                               record.passes, record.tile);
+      p.complete = !take_up(*p.picture, store, id);
+      record.passes = p.passes = p.picture->passes().begun();
+      p.missing = p.picture->collector().missing();
+      p.samples = p.picture->framebuffer().counts().samples;
+      p.cells = p.picture->collector().done_cells();
+      p.expected_samples = p.picture->passes().expected_samples();
+      p.whole = p.picture->framebuffer().whole();
+      if (store != nullptr) {
+        store->put_job(record);
+      }
+    } catch (const std::bad_alloc&) {
+      p.failure = "not enough memory for its picture";
+    } catch (const std::exception& error) {
+      p.failure = std::string("taking it up: ") + error.what();
+    }
+    return {[this, prepared, id, generation] {
+              Job* there = job_at_work(id, generation);
+              if (there == nullptr) {
+                return;
+              }
+              if (!prepared->failure.empty()) {
+                fail_job(*there, prepared->failure);
+              } else {
+                begin_tracing(*there, *prepared);
+              }
+            },
+            {}};
+  });
+}
+
+void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
+  JobWork& work = *job.work;
+  work.picture = prepared.picture;
+  work.scene = prepared.scene;
+  work.plan = prepared.picture->plan();
+  work.pass = prepared.picture->passes().pass();
+  work.samples = prepared.samples;
+  work.cells = prepared.cells;
+  work.whole = prepared.whole;
+  work.expected_samples = prepared.expected_samples;
+  job.record.passes = prepared.passes;
+  job.phase = JobPhase::tracing;
+  if (job.record.settings.in_passes() && work.started != never) {
+    work.pass_began = now_;
+  }
+  // A result stays below 32 MiB as the collector has it, so that no errand takes long.
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
+  const std::uint64_t most_cells =
+      most_bytes / record_bytes(work.plan->grid()->shape().cell_pixels);
+  if (work.leases) {
+    work.next_epoch = work.leases->next_epoch();
+  }
+  work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, options_.lease_length),
+                      prepared.missing, work.next_epoch, most_cells);
+  grants_due_ = true;
+  if (prepared.complete) {
+    work.started = work.started == never ? now_ : work.started;
+    finish_job(job);
+  }
+}
+
+/// All of it is to be traced once more.
+void Coordinator::restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan) {
+  Prepared prepared;
+  prepared.picture = job.work->picture;
+  prepared.scene = job.work->scene;
+  prepared.missing = {{0, plan->cells()}};
+  for (auto& [peer, worker] : workers_) {
+    worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
+  }
+  begin_tracing(job, prepared);
+}
+
+void Coordinator::end_pass_if_done(Job& job) {
+  if (!job.tracing() || job.work->errands > 0 || job.work->cells < job.work->plan->cells() ||
+      !job.work->disputes.empty()) {
+    return;
+  }
+  std::set<WorkerId> able;
+  for (const auto& [peer, worker] : workers_) {
+    if (worker.quarantined.empty()) {
+      able.insert(worker.id);
+    }
+  }
+  if (job.work->leases->checks_remain(able)) {
+    return;
+  }
+  if (job.record.settings.in_passes()) {
+    next_pass(job);
+  } else {
+    finish_job(job);
+  }
+}
+
+/// The sums of one pass decide the next.
+void Coordinator::next_pass(Job& job) {
+  job.phase = JobPhase::preparing;
+  const auto prepared = std::make_shared<Prepared>();
+  prepared->scene = job.work->scene;
+  backroom_.give([this, prepared, store = store_, record = job.record, id = job.record.id,
+                  picture = job.work->picture, times = job.times(now_),
+                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+    Prepared& p = *prepared;
+    p.picture = picture;
+    try {
+      p.complete = !picture->begin_pass(times);
+      p.passes = record.passes = picture->passes().begun();
+      p.missing = picture->collector().missing();
+      p.samples = picture->framebuffer().counts().samples;
+      p.cells = picture->collector().done_cells();
+      p.expected_samples = picture->passes().expected_samples();
+      p.whole = true;
+      if (store != nullptr && !p.complete) {
+        store->put_job(record);
+      }
+    } catch (const std::bad_alloc&) {
+      p.failure = "not enough memory to decide on its next pass";
+    }
+    return {[this, prepared, id, generation] {
+              Job* there = job_at_work(id, generation);
+              if (there == nullptr) {
+                return;
+              }
+              if (!prepared->failure.empty()) {
+                fail_job(*there, prepared->failure);
+              } else {
+                begin_tracing(*there, *prepared);
+              }
+            },
+            {}};
+  });
+}
+
+/// Image, error and report are made; the job is done once they are kept.
+void Coordinator::finish_job(Job& job) {
+  job.phase = JobPhase::finishing;
+  job.work->facts.render_seconds = to_seconds(now_ - job.work->started);
+  struct Finished {
+    PictureParcel picture;
+    std::uint64_t bytes = 0;
+    std::string report;
+    std::string failure;
+    bool full = false;
+  };
+  const auto finished = std::make_shared<Finished>();
+  backroom_.give([this, finished, store = store_, record = job.record, id = job.record.id,
+                  picture = job.work->picture, facts = job.work->facts,
+                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+    try {
+      auto made = finish_picture(*picture, record, facts);
+      finished->report = made.report;
+      record.report = std::move(made.report);
+      record.state = JobState::done;
+      record.reason.clear();
+      const auto& parts = made.picture;
+      finished->bytes = picture_size(parts.image.width, parts.image.height, true);
+      if (store != nullptr) {
+        const auto pieces = picture_pieces(parts.image, parts.statistics);
+        store->put_picture(id, pieces);
+        store->put_job(record);
+        store->drop_work(id);
+      } else {
+        finished->picture =
+            PictureParcel(std::make_shared<const PictureParts>(std::move(made.picture)));
+      }
+    } catch (const StorageFull&) {
+      finished->full = true;
+    } catch (const std::bad_alloc&) {
+      finished->failure = "not enough memory to finish its picture";
+    }
+    const auto outcome = [this, finished, id, generation] {
+      Job* there = job_at_work(id, generation);
+      if (there == nullptr) {
+        return;
+      }
+      if (finished->full) {
+        there->retry_at = now_ + seconds(1);
+        there->pause_reason = "the disk of --state is full";
+        return;
+      }
+      if (!finished->failure.empty()) {
+        fail_job(*there, finished->failure);
+        return;
+      }
+      there->record.report = finished->report;
+      if (store_ == nullptr) {
+        there->picture = finished->picture;
+        there->picture_bytes = finished->bytes;
+      }
+      close_job(*there, JobState::done, "");
+    };
+    if (finished->full || !finished->failure.empty()) {
+      return {outcome, {}};
+    }
+    return {{}, outcome};
+  });
+}
+
+/// A job that has ended needs nothing but its record, and its picture.
 void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
+  const bool kept = state == JobState::done;  // with its picture
   job.record.state = state;
   job.record.reason = reason;
+  job.phase = JobPhase::ended;
+  job.pause_reason.clear();
+  job.scene = {};
+  if (job.work && job.work->leases) {
+    for (auto& [peer, worker] : workers_) {
+      worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
+    }
+  }
   job.work.reset();
   sort_open_jobs();
-  store_.put_job(job.record);
-  store_.drop_work(job.record.id);
-  store_dirty_ = true;
+  if (store_ != nullptr && !kept) {
+    backroom_.give([store = store_, record = job.record]() -> Backroom::Outcome {
+      store->put_job(record);
+      store->drop_work(record.id);
+      return {};
+    });
+  }
+  make_room(0);
   log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
              reason.empty() ? "" : ": ", reason);
 }
 
-/// Forgets the oldest closed job when there are too many.
+void Coordinator::fail_job(Job& job, const std::string& reason) {
+  close_job(job, JobState::failed, reason);
+}
+
+/// Forgets the oldest ended job when there are too many.
 void Coordinator::make_room_for_job() {
-  if (jobs_.size() < options_.max_jobs) {
+  if (jobs_.size() + submitting_.size() <= options_.max_jobs) {
     return;
   }
   const auto oldest =
-      std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return !j.second.open(); });
+      std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return j.second.ended(); });
   if (oldest == jobs_.end()) {
     throw InputError("this coordinator has its " + std::to_string(options_.max_jobs) +
                      " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
   log_->info("job {} '{}' forgotten to make room", oldest->first, oldest->second.record.name);
-  store_.drop_job(oldest->first);
-  store_dirty_ = true;
+  if (store_ != nullptr) {
+    backroom_.give([store = store_, id = oldest->first]() -> Backroom::Outcome {
+      store->drop_job(id);
+      return {};
+    });
+  }
   jobs_.erase(oldest);
+}
+
+/// Whether so many bytes more are within memory. Finished pictures make room, the oldest first; the
+/// last one only if nothing else can.
+bool Coordinator::make_room(std::uint64_t bytes) {
+  std::uint64_t in_use = memory_in_use() + bytes;
+  std::uint64_t in_pictures = 0;
+  std::size_t pictures = 0;
+  bool at_work = false;
+  for (const auto& [id, job] : jobs_) {
+    in_pictures += job.picture_bytes;
+    pictures += job.picture_bytes > 0 ? 1 : 0;
+    at_work = at_work || job.work;
+  }
+  if (in_use - in_pictures > options_.memory) {
+    return false;  // in vain
+  }
+  for (auto& [id, job] : jobs_) {
+    if (in_use <= options_.memory || (pictures == 1 && (at_work || bytes == 0))) {
+      break;
+    }
+    if (job.picture_bytes > 0) {
+      in_use -= job.picture_bytes;
+      --pictures;
+      job.picture = {};
+      job.picture_bytes = 0;
+    }
+  }
+  return in_use <= options_.memory;
 }
 
 }  // namespace parray

@@ -1,20 +1,33 @@
 // parray-coordinator: the service that owns jobs, pictures and leases.
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include "common/base/error.h"
-#include "common/trace/fingerprint.h"
+#include "common/process/command_line.h"
+#include "common/process/run_main.h"
+#include "common/process/stop_signal.h"
+#include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
-#include "coordinator/sqlite_store.h"
-#include "proto/daemon_main.h"
+#include "coordinator/store/disk_store.h"
 #include "proto/zmq_link.h"
 
 namespace {
 
 using namespace parray;
+
+/// Half of the machine's memory, in whole gigabytes, one at least.
+std::uint64_t default_memory_gib() {
+  const auto pages = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
+  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return std::max<std::uint64_t>(pages * page >> 31, 1);
+}
 
 struct Arguments {
   std::string bind = "tcp://127.0.0.1:7400";
@@ -23,39 +36,69 @@ struct Arguments {
   double lease_timeout = 10;
   double heartbeat = 1;
   std::string log_level = "info";
+  double memory_gib = static_cast<double>(default_memory_gib());
+  std::size_t max_failures = 3;
   CoordinatorOptions options;
 };
 
-void declare_options(CLI::App& app, Arguments& a) {
-  app.set_version_flag("--version", PARRAY_VERSION);
-  app.add_option("--bind", a.bind, "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
-      ->capture_default_str();
-  app.add_option("--state", a.state,
-                 "Directory for jobs, accepted rows and pictures, so that a coordinator started "
-                 "again goes on; without it they end with the process");
-  app.add_option("--max-jobs", a.options.max_jobs,
-                 "Jobs kept; the oldest that has ended makes room")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  app.add_option("--max-workers", a.options.max_workers, "Workers served at once")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  app.add_option("--max-message-bytes", a.max_message_bytes,
-                 "Largest message taken; a scene or picture beyond it is refused")
-      ->check(CLI::Range(std::size_t{1} << 20, std::size_t{1} << 40))
-      ->capture_default_str();
-  app.add_option("--heartbeat", a.heartbeat,
-                 "Seconds between a worker's signs of life; five times that without one and it is "
-                 "lost")
-      ->check(CLI::Range(0.05, 60.0))
-      ->capture_default_str();
-  app.add_option("--lease-timeout", a.lease_timeout,
-                 "Seconds without progress after which a lease goes to another worker")
-      ->check(CLI::Range(0.1, 3600.0))
-      ->capture_default_str();
-  app.add_option("--log-level", a.log_level, "debug (every lease), info, warn or error")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
-      ->capture_default_str();
+void declare_options(CommandLine& line, Arguments& a) {
+  line.option("--coordinator,--bind", a.bind,
+              "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
+      .show_default();
+  line.option("--state", a.state,
+              "Directory for jobs, accepted rows and pictures, so that a coordinator started "
+              "again goes on; without it they end with the process");
+  line.number("--max-jobs", a.options.max_jobs, 1, 1000000,
+              "Jobs kept; the oldest that has ended makes room")
+      .show_default();
+  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
+      .show_default();
+  line.number("--memory", a.memory_gib, 0.001, 1e6,
+              "GiB for pictures under way and, without --state, scenes and finished pictures; jobs "
+              "beyond it wait (default: half of the machine's)");
+  line.number("--max-failures", a.max_failures, 1, 1000,
+              "A job fails when so many different workers have failed at the same part of it")
+      .show_default();
+  line.number("--spot-checks", a.options.spot_checks, 0.0, 1.0,
+              "Share of the leases, 0 to 1, that a second worker traces too, to compare the bits")
+      .show_default();
+  line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
+              std::size_t{1} << 40,
+              "Largest message taken; a scene or picture beyond it is refused")
+      .show_default();
+  line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
+              "Seconds between a worker's signs of life; five times that without one and it is "
+              "lost")
+      .show_default();
+  line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
+              "Seconds without progress after which a lease goes to another worker")
+      .show_default();
+  line.option("--log-level", a.log_level, "debug (every lease), info, warn or error")
+      .one_of({"debug", "info", "warn", "error"})
+      .show_default();
+}
+
+/// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
+/// given back to the system and cleared anew for each.
+void keep_freed_blocks() {
+  constexpr int largest_block = 1 << 26;
+  mallopt(M_MMAP_THRESHOLD, largest_block);
+  mallopt(M_TRIM_THRESHOLD, 2 * largest_block);
+}
+
+/// Every worker and every client is a file descriptor. Throws InputError when there cannot be
+/// enough.
+void allow_connections(std::size_t workers) {
+  constexpr std::size_t others = 256;  // clients, files, the library's own
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < workers + others) {
+    throw InputError("--max-workers " + std::to_string(workers) + ": this process may open " +
+                     std::to_string(limit.rlim_cur) + " files and needs " +
+                     std::to_string(workers + others) + ": raise ulimit -n, or serve fewer");
+  }
 }
 
 Time from_seconds(double value) {
@@ -63,10 +106,7 @@ Time from_seconds(double value) {
 }
 
 std::unique_ptr<Store> open_store(const std::string& directory) {
-  if (directory.empty()) {
-    return std::make_unique<MemoryStore>();
-  }
-  return std::make_unique<SqliteStore>(directory);
+  return directory.empty() ? nullptr : std::make_unique<DiskStore>(directory);
 }
 
 int serve(Arguments& a) {
@@ -89,15 +129,20 @@ int serve(Arguments& a) {
   const auto log = spdlog::stderr_color_mt("coordinator");
   log->set_level(spdlog::level::from_str(a.log_level));
   const auto store = open_store(a.state);
-  Coordinator coordinator(a.options, *store, log);
+  keep_freed_blocks();
+  allow_connections(a.options.max_workers);
   ZmqServer server(a.bind, a.max_message_bytes);
+  a.options.memory = static_cast<std::uint64_t>(a.memory_gib * 0x1p30);
+  a.options.max_failures = static_cast<std::uint32_t>(a.max_failures);
+  a.options.backroom.wake = [&server] { server.link().wake(); };
+  Coordinator coordinator(a.options, store.get(), log);
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;
-  run_actor(coordinator, server.link(), clock, [](Time) { return stop_requested(); });
+  run_actor(coordinator, server.link(), clock, [](Time) { return interrupt_noted(); });
   coordinator.leave("coordinator stopped");
   for (Delivery& goodbye : coordinator.take_outbox()) {
-    server.link().send(goodbye.peer, std::move(goodbye.frames));
+    server.link().send(goodbye.peer, std::move(goodbye.content));
   }
   log->info("stopped");
   return 0;
@@ -106,13 +151,15 @@ int serve(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    CLI::App app("Serves render jobs to ParRay workers. Prints the address that it serves.",
-                 "parray-coordinator");
-    Arguments arguments;
-    declare_options(app, arguments);
-    return parray::daemon_main(app, argc, argv, [&] { return serve(arguments); });
-  } catch (...) {  // not even the options could be made
-    return 1;
-  }
+  const Program program = {
+      "parray-coordinator",
+      "Serves render jobs to ParRay workers. Prints the address that it serves.", PARRAY_VERSION};
+  Arguments arguments;
+  return run_main(program, argc, argv, [&](CommandLine& line) {
+    declare_options(line, arguments);
+    return [&] {
+      note_signals();
+      return serve(arguments);
+    };
+  });
 }

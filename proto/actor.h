@@ -18,29 +18,31 @@ class Actor {
   virtual void receive(Time now, Delivery delivery) = 0;
 
   /// Does what is due. Returns when it wants to be called again; `never` if only for messages.
-  virtual Time tick(Time now) = 0;
+  /// `drained`: everything that had arrived has been taken in, so that who seems silent is.
+  virtual Time tick(Time now, bool drained) = 0;
 
   /// Messages to send, in order; empties the outbox.
   virtual std::vector<Delivery> take_outbox() = 0;
 };
 
-/// One turn of an actor's loop: everything that has arrived, everything due, everything to send.
-/// Returns the actor's next deadline.
+/// One turn of an actor's loop: what has arrived, everything due, everything to send. Returns the
+/// actor's next deadline.
 inline Time take_turn(Actor& actor, Link& link, Time now) {
   constexpr int most = 256;  // so that a flood of messages cannot keep deadlines waiting
-  for (int i = 0; i < most; ++i) {
+  bool drained = false;
+  for (int i = 0; i < most && !drained; ++i) {
     auto delivery = link.receive();
-    if (!delivery) {
-      break;
+    drained = !delivery;
+    if (delivery) {
+      actor.receive(now, std::move(*delivery));
     }
-    actor.receive(now, std::move(*delivery));
   }
-  const Time deadline = actor.tick(now);
+  const Time deadline = actor.tick(now, drained);
   for (Delivery& delivery : actor.take_outbox()) {
     link.send(delivery.peer,
-              std::move(delivery.frames));  // a lost message is the actor's to repeat
+              std::move(delivery.content));  // a lost message is the actor's to repeat
   }
-  return deadline;
+  return drained ? deadline : now;
 }
 
 /// Drives an actor until `stop` says so; `stop` is asked at least every 50 ms.

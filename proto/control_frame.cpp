@@ -1,10 +1,7 @@
 #include "proto/control_frame.h"
 
-#include <xxhash.h>
-
 #include <cmath>
 
-#include "common/base/bytes.h"
 #include "common/base/printable.h"
 #include "proto/settings_json.h"
 
@@ -68,8 +65,18 @@ void ControlWriter::text(const char* key, std::string& value, std::size_t longes
   map_[key] = printable(value, longest);
 }
 
-void ControlWriter::rect(const char* key, WorkRect& value) {
-  map_[key] = {value.row_begin, value.row_end, value.sample_begin, value.sample_end};
+/// The range, and what the grid is made of.
+void ControlWriter::batch(const char* key, CellBatch& value) {
+  const GridShape& s = value.grid->shape();
+  auto stages = json::array();
+  for (const SampleRange& stage : s.stages) {
+    stages.push_back({stage.begin, stage.end});
+  }
+  map_[key] = {{"range", {value.range.begin, value.range.end}},
+               {"size", {s.width, s.height}},
+               {"row_order", name_of(s.row_order)},
+               {"cut", {s.band_rows, s.cell_pixels, s.layer_samples, s.piece_cells}},
+               {"stages", std::move(stages)}};
 }
 
 void ControlWriter::epochs(const char* key,
@@ -139,6 +146,14 @@ void ControlReader::real(const char* key, double& value) const {
   }
 }
 
+void ControlReader::duration(const char* key, double& value) const {
+  constexpr double ten_years = 3.2e8;
+  real(key, value);
+  if (value < 0 || value > ten_years) {
+    malformed(key, "is out of its range");
+  }
+}
+
 void ControlReader::flag(const char* key, bool& value) const {
   const json& found = at(key);
   if (!found.is_boolean()) {
@@ -169,16 +184,45 @@ void ControlReader::digest(const char* key, std::string& value) const {
   }
 }
 
-void ControlReader::rect(const char* key, WorkRect& value) const {
-  const json& list = at(key);
-  if (!list.is_array() || list.size() != 4) {
-    malformed(key, "is not four numbers");
-  }
-  const auto number = [&](std::size_t i) {
-    return static_cast<std::uint32_t>(unsigned_in(list[i], key, 0, 0xFFFFFFFF));
+void ControlReader::batch(const char* key, CellBatch& value) const {
+  const json& map = at(key);
+  const auto list = [&](const char* name, std::size_t least, std::size_t most) -> const json& {
+    const auto found = map.is_object() ? map.find(name) : map.end();
+    if (!map.is_object() || found == map.end() || !found->is_array() || found->size() < least ||
+        found->size() > most) {
+      malformed(key, "does not describe cells");
+    }
+    return *found;
   };
-  value = {number(0), number(1), number(2), number(3)};
-  if (value.row_begin >= value.row_end || value.sample_begin >= value.sample_end) {
+  const auto number = [&](const json& from) {
+    return static_cast<std::uint32_t>(unsigned_in(from, key, 0, 0xFFFFFFFF));
+  };
+  const json& range = list("range", 2, 2);
+  const json& size = list("size", 2, 2);
+  const json& cut = list("cut", 4, 4);
+  GridShape s;
+  s.width = number(size[0]);
+  s.height = number(size[1]);
+  s.band_rows = number(cut[0]);
+  s.cell_pixels = number(cut[1]);
+  s.layer_samples = number(cut[2]);
+  s.piece_cells = number(cut[3]);
+  s.stages.clear();
+  for (const json& stage : list("stages", 1, 8)) {
+    if (!stage.is_array() || stage.size() != 2) {
+      malformed(key, "does not describe cells");
+    }
+    s.stages.push_back({number(stage[0]), number(stage[1])});
+  }
+  try {
+    s.row_order = row_order_from(map.value("row_order", std::string()));
+    value.grid = std::make_shared<const CellGrid>(std::move(s));
+  } catch (const std::exception& error) {
+    malformed(key, error.what());
+  }
+  value.range = {unsigned_in(range[0], key, 0, UINT64_MAX),
+                 unsigned_in(range[1], key, 0, value.grid->cells())};
+  if (value.range.begin >= value.range.end) {
     malformed(key, "is empty");
   }
 }
@@ -228,29 +272,6 @@ void ControlReader::verdict(const char* key, msg::Verdict& value) const {
     }
   }
   malformed(key, "is not a verdict");
-}
-
-std::uint64_t digest_of(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
-
-std::string seal_bulk(std::string_view data) {
-  ByteWriter out;
-  out.reserve(sizeof(std::uint64_t) + data.size());
-  out.put(digest_of(data));
-  out.put_bytes(data);
-  return out.take();
-}
-
-std::string_view open_bulk(std::string_view frame) {
-  if (frame.size() < sizeof(std::uint64_t)) {
-    throw ProtocolError("bulk frame ends early");
-  }
-  ByteReader in(frame);
-  const auto checksum = in.get<std::uint64_t>();
-  const std::string_view data = in.get_bytes(in.left());
-  if (digest_of(data) != checksum) {
-    throw ProtocolError("bulk frame has a wrong checksum");
-  }
-  return data;
 }
 
 }  // namespace parray

@@ -26,12 +26,13 @@ class ControlWriter {
     map_[key] = value;
   }
   void real(const char* key, double& value) { map_[key] = value; }
+  void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
   /// What is not printable is escaped, what is too long is cut at a whole character.
   void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
   void digest(const char* key, std::string& value) { map_[key] = value; }
   void version(std::uint32_t& value) { map_["v"] = value; }
-  void rect(const char* key, WorkRect& value);
+  void batch(const char* key, CellBatch& value);
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value);
   void settings(const char* key, RenderSettings& value);
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
@@ -60,12 +61,14 @@ class ControlReader {
     value = static_cast<T>(integer(key, lowest, highest));
   }
   void real(const char* key, double& value) const;
+  /// Seconds: 0 to ten years.
+  void duration(const char* key, double& value) const;
   void flag(const char* key, bool& value) const;
   void text(const char* key, std::string& value, std::size_t longest,
             std::size_t shortest = 0) const;
   void digest(const char* key, std::string& value) const;
   void version(std::uint32_t& value) const { value = protocol_; }
-  void rect(const char* key, WorkRect& value) const;
+  void batch(const char* key, CellBatch& value) const;
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) const;
   void settings(const char* key, RenderSettings& value) const;
   void object(const char* key, nlohmann::json& value) const;
@@ -81,9 +84,5 @@ class ControlReader {
   std::string type_;
   std::uint32_t protocol_ = 0;
 };
-
-/// A bulk frame: checksum and data. open_bulk throws ProtocolError when they do not agree.
-std::string seal_bulk(std::string_view data);
-std::string_view open_bulk(std::string_view frame);
 
 }  // namespace parray

@@ -56,7 +56,8 @@ class InprocHub::CoordinatorEnd final : public Link {
  public:
   explicit CoordinatorEnd(InprocHub& hub) : hub_(hub) {}
 
-  bool send(const PeerId& to, Frames frames) override {
+  [[nodiscard]] Envelope seal(Message message) const override { return message; }
+  bool send(const PeerId& to, Envelope content) override {
     std::shared_ptr<Mailbox> mailbox;
     {
       const std::scoped_lock lock(hub_.mutex_);
@@ -66,7 +67,7 @@ class InprocHub::CoordinatorEnd final : public Link {
       }
       mailbox = found->second;
     }
-    return mailbox->put({{}, std::move(frames)});
+    return mailbox->put({{}, std::move(content)});
   }
   std::optional<Delivery> receive() override { return hub_.inbox_->get(); }
   void wait(Time timeout) override { hub_.inbox_->wait(timeout); }
@@ -87,8 +88,9 @@ class InprocHub::PeerEnd final : public Link {
   PeerEnd(const PeerEnd&) = delete;
   PeerEnd& operator=(const PeerEnd&) = delete;
 
-  bool send(const PeerId& /*to*/, Frames frames) override {
-    return hub_.inbox_->put({id_, std::move(frames)});
+  [[nodiscard]] Envelope seal(Message message) const override { return message; }
+  bool send(const PeerId& /*to*/, Envelope content) override {
+    return hub_.inbox_->put({id_, std::move(content)});
   }
   std::optional<Delivery> receive() override { return mailbox_->get(); }
   void wait(Time timeout) override { mailbox_->wait(timeout); }

@@ -2,21 +2,37 @@
 
 #include <optional>
 #include <string>
-#include <vector>
+#include <variant>
 
 #include "proto/clock.h"
+#include "proto/messages.h"
 
 namespace parray {
-
-/// A message as it travels: 1 or 2 frames, see PROTOCOL.md.
-using Frames = std::vector<std::string>;
 
 /// Names one other side of a link. A worker or client has only the coordinator, whose id is empty.
 using PeerId = std::string;
 
+/// A message on its way: inside one process the message itself, else its frames.
+class Envelope {
+ public:
+  Envelope() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): a message in an envelope is still that message
+  Envelope(Message message) : content_(std::move(message)) {}
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  Envelope(Frames frames) : content_(std::move(frames)) {}
+
+  /// The message. Throws ProtocolError when the frames are none.
+  [[nodiscard]] Message open() const;
+  /// Its frames; encodes where need be.
+  [[nodiscard]] Frames frames() const;
+
+ private:
+  std::variant<Frames, Message> content_;
+};
+
 struct Delivery {
   PeerId peer;
-  Frames frames;
+  Envelope content;
 };
 
 /// One end of a connection that carries messages: the seam that every transport, and every test
@@ -28,9 +44,12 @@ class Link {
  public:
   virtual ~Link() = default;
 
+  /// A message made ready to be sent on this link, once or several times.
+  [[nodiscard]] virtual Envelope seal(Message message) const;
+
   /// Hands a message over for delivery. False: the peer is unknown or its queue is full, and the
   /// message is dropped.
-  virtual bool send(const PeerId& to, Frames frames) = 0;
+  virtual bool send(const PeerId& to, Envelope content) = 0;
 
   /// The next message that has arrived, if any.
   virtual std::optional<Delivery> receive() = 0;

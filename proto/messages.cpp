@@ -4,15 +4,14 @@
 #include <cstring>
 
 #include "common/base/bytes.h"
+#include "common/base/error.h"
 #include "common/image/picture_bytes.h"
 #include "common/scene/limits.h"
 #include "proto/control_frame.h"
+#include "proto/link.h"
 
 namespace parray {
 namespace {
-
-constexpr std::size_t pixel_bytes = 9 * sizeof(std::uint64_t);
-static_assert(sizeof(PixelSums) == pixel_bytes, "sums are copied to the wire as they lie");
 
 // One description of each message's fields, for both directions: `f` is a ControlWriter or a
 // ControlReader. PROTOCOL.md is the reference for keys and ranges.
@@ -49,8 +48,9 @@ void fields(F& /*f*/, msg::Who& /*m*/) {}
 template <typename F>
 void fields(F& f, msg::Grant& m) {
   f.number("job", m.job);
+  f.number("pass", m.pass);
   f.number("epoch", m.epoch);
-  f.rect("rect", m.rect);
+  f.batch("cells", m.cells);
   f.digest("scene", m.scene);
   f.settings("settings", m.settings);
 }
@@ -66,13 +66,19 @@ template <typename F>
 void fields(F& f, msg::Result& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
-  f.real("seconds", m.seconds);
-  f.real("build_seconds", m.build_seconds);
+  f.duration("seconds", m.seconds);
+  f.duration("build_seconds", m.build_seconds);
   f.number("accelerator_bytes", m.accelerator_bytes);
   f.text("isa", m.isa, max_name);
 }
 template <typename F>
-void fields(F& f, msg::VerdictOf& m) {
+void fields(F& f, msg::Failed& m) {
+  f.number("job", m.job);
+  f.number("epoch", m.epoch);
+  f.text("reason", m.reason, max_line);
+}
+template <typename F>
+void fields(F& f, msg::ResultVerdict& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
   f.verdict("verdict", m.verdict);
@@ -95,7 +101,7 @@ void fields(F& f, msg::Submit& m) {
   f.settings("settings", m.settings);
   f.text("precision_reason", m.precision_reason, max_line);
   f.number("duplicates_removed", m.duplicates_removed);
-  f.real("load_seconds", m.load_seconds);
+  f.duration("load_seconds", m.load_seconds);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {
@@ -127,6 +133,16 @@ void fields(F& f, msg::Cancel& m) {
   f.number("job", m.job);
 }
 template <typename F>
+void fields(F& f, msg::Pause& m) {
+  f.number("request", m.request);
+  f.number("job", m.job);
+}
+template <typename F>
+void fields(F& f, msg::Resume& m) {
+  f.number("request", m.request);
+  f.number("job", m.job);
+}
+template <typename F>
 void fields(F& f, msg::Fetch& m) {
   f.number("request", m.request);
   f.number("job", m.job);
@@ -149,6 +165,7 @@ template <typename F>
 void fields(F& f, msg::Workers& m) {
   f.number("request", m.request);
   f.list("workers", m.workers);
+  f.number("total", m.total);
 }
 template <typename F>
 void fields(F& f, msg::Error& m) {
@@ -159,10 +176,10 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",      "welcome",      "refuse",  "heartbeat", "pulse",  "who",    "grant",
-    "need_scene", "scene",        "result",  "verdict",   "revoke", "bye",    "submit",
-    "submitted",  "list_jobs",    "jobs",    "show_job",  "job",    "cancel", "fetch",
-    "image",      "list_workers", "workers", "error"};
+    "hello",      "welcome",   "refuse",    "heartbeat", "pulse",        "who",     "grant",
+    "need_scene", "scene",     "result",    "failed",    "verdict",      "revoke",  "bye",
+    "submit",     "submitted", "list_jobs", "jobs",      "show_job",     "job",     "cancel",
+    "pause",      "resume",    "fetch",     "image",     "list_workers", "workers", "error"};
 
 // The bulk frame of the messages that have one.
 
@@ -171,57 +188,62 @@ constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg
                           std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
                           std::is_same_v<M, msg::ImageData>;
 
-std::string bulk_of(const msg::Grant& m) {
-  return seal_bulk(
-      {reinterpret_cast<const char*>(m.samples.data()), m.samples.size() * sizeof(SampleRange)});
+Bulk bulk_of(const msg::Grant& m) {
+  const std::vector<SampleRange>& samples = m.cells.samples;
+  return Bulk::of(std::string(reinterpret_cast<const char*>(samples.data()),
+                              samples.size() * sizeof(SampleRange)));
 }
-std::string bulk_of(const msg::SceneData& m) { return seal_bulk(m.bytes); }
-std::string bulk_of(const msg::Result& m) { return seal_bulk(row_block_to_bytes(m.block)); }
-std::string bulk_of(const msg::Submit& m) { return seal_bulk(m.scene_bytes); }
-std::string bulk_of(const msg::ImageData& m) { return seal_bulk(m.pixels); }
+Bulk bulk_of(const msg::SceneData& m) { return m.content.bytes(); }
+Bulk bulk_of(const msg::Result& m) { return m.cells.packed(*m.grid); }
+Bulk bulk_of(const msg::Submit& m) { return m.scene.bytes(); }
+Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(m.statistics); }
 
-void set_bulk(msg::Grant& m, std::string_view data) {
+void set_bulk(msg::Grant& m, const Bulk& bulk) {
+  static_assert(sizeof(SampleRange) == 8, "ranges are copied from the wire as they lie");
+  const std::string_view data = bulk.verified();
   if (data.empty()) {
     return;
   }
-  static_assert(sizeof(SampleRange) == 8, "ranges are copied from the wire as they lie");
-  if (data.size() != std::uint64_t{m.rect.rows()} * m.settings.width * sizeof(SampleRange)) {
-    throw ProtocolError("sample ranges do not fit the rectangle");
+  CellBatch& batch = m.cells;
+  const std::uint64_t pixels = batch.range.count() * batch.grid->shape().cell_pixels;
+  if (data.size() / sizeof(SampleRange) != pixels || data.size() % sizeof(SampleRange) != 0) {
+    throw ProtocolError("sample ranges do not fit the cells");
   }
-  m.samples.resize(data.size() / sizeof(SampleRange));
-  std::memcpy(m.samples.data(), data.data(), data.size());
-  for (const SampleRange& range : m.samples) {
-    if (range.begin > range.end || (range.count() > 0 && (range.begin < m.rect.sample_begin ||
-                                                          range.end > m.rect.sample_end))) {
-      throw ProtocolError("sample range reaches beyond the rectangle");
+  batch.samples.resize(pixels);
+  std::memcpy(batch.samples.data(), data.data(), data.size());
+  auto pixel = batch.samples.begin();
+  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
+    const Cell cell = batch.grid->cell(index);
+    for (std::uint32_t i = 0; i < batch.grid->shape().cell_pixels; ++i, ++pixel) {
+      if (pixel->begin > pixel->end ||
+          (pixel->count() > 0 && (i >= cell.pixels() || pixel->begin < cell.samples.begin ||
+                                  pixel->end > cell.samples.end))) {
+        throw ProtocolError("sample range reaches beyond its cell");
+      }
     }
   }
 }
-void set_bulk(msg::SceneData& m, std::string_view data) { m.bytes = data; }
-void set_bulk(msg::Result& m, std::string_view data) {
-  try {
-    m.block = row_block_from_bytes(data);
-  } catch (const DecodeError& error) {
-    throw ProtocolError(error.what());
-  }
-}
-void set_bulk(msg::Submit& m, std::string_view data) { m.scene_bytes = data; }
-void set_bulk(msg::ImageData& m, std::string_view data) {
-  if (data.size() != picture_size(m.width, m.height, m.statistics)) {
+void set_bulk(msg::SceneData& m, Bulk bulk) { m.content = SceneParcel(std::move(bulk)); }
+void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsParcel(std::move(bulk)); }
+void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = SceneParcel(std::move(bulk)); }
+void set_bulk(msg::ImageData& m, Bulk bulk) {
+  if (bulk.data.size() != picture_size(m.width, m.height, m.statistics)) {
     throw ProtocolError("image data do not fit the image");
   }
-  m.pixels = data;
+  m.picture = PictureParcel(std::move(bulk));
 }
 
 /// What several fields of a message have to agree on.
 template <typename M>
 void check(const M& /*m*/) {}
 void check(const msg::Grant& m) {
+  const GridShape& shape = m.cells.grid->shape();
   // In passes, samples_per_pixel bounds the mean alone.
   const std::uint32_t most =
       m.settings.in_passes() ? limits::max_samples_per_pixel : m.settings.samples_per_pixel;
-  if (m.rect.row_end > m.settings.height || m.rect.sample_end > most) {
-    throw ProtocolError("'rect' reaches beyond the picture");
+  if (shape.width != m.settings.width || shape.height != m.settings.height ||
+      shape.stages.back().end > most) {
+    throw ProtocolError("'cells' are not the picture's");
   }
 }
 
@@ -235,7 +257,9 @@ Message decode_as(ControlReader& reader, const Frames& frames) {
     throw ProtocolError("wrong number of frames", reader.request());
   }
   if constexpr (bulk) {
-    set_bulk(message, open_bulk(frames[1]));
+    Bulk content{frames[1], 0};
+    reader.number("bulk_xxh3", content.checksum);
+    set_bulk(message, std::move(content));
   }
   return message;
 }
@@ -256,14 +280,15 @@ Message decode_type(ControlReader& reader, const Frames& frames,
 
 Frames encode(const Message& message) {
   return std::visit(
-      [&](auto copy) {  // by value: a description binds to mutable fields
+      [&](auto copy) {  // by value: a description binds to mutable fields; parcels are shared
         ControlWriter writer(type_names[message.index()]);
         fields(writer, copy);
-        Frames frames{writer.frame()};
         if constexpr (has_bulk<decltype(copy)>) {
-          frames.push_back(bulk_of(copy));
+          Bulk bulk = bulk_of(copy);
+          writer.number("bulk_xxh3", bulk.checksum);
+          return Frames{writer.frame(), std::move(bulk.data)};
         }
-        return frames;
+        return Frames{writer.frame()};
       },
       message);
 }
@@ -272,7 +297,7 @@ Message decode(const Frames& frames) {
   if (frames.empty()) {
     throw ProtocolError("message has no frames");
   }
-  ControlReader reader(frames[0]);
+  ControlReader reader(frames[0].view());
   if (reader.protocol() != protocol_version) {
     if (reader.type() == "hello") {  // its other keys may differ; this one is enough to refuse it
       msg::Hello hello;
@@ -287,92 +312,25 @@ Message decode(const Frames& frames) {
     return decode_type(reader, frames, std::make_index_sequence<std::variant_size_v<Message>>{});
   } catch (const ProtocolError& error) {
     throw ProtocolError(reader.type() + ": " + error.what(), reader.request());
+  } catch (const DecodeError& error) {
+    throw ProtocolError(reader.type() + ": " + error.what(), reader.request());
   }
 }
 
-std::string row_block_to_bytes(const RowBlock& block) {
-  ByteWriter out;
-  out.reserve(52 + block.pixels.size() * pixel_bytes);
-  out.put(block.rect.row_begin);
-  out.put(block.rect.row_end);
-  out.put(block.rect.sample_begin);
-  out.put(block.rect.sample_end);
-  out.put(block.width);
-  out.put(block.counts.samples);
-  out.put(block.counts.rays);
-  out.put(block.counts.nonfinite);
-  out.put(block.counts.lost);
-  out.put_bytes(
-      {reinterpret_cast<const char*>(block.pixels.data()), block.pixels.size() * pixel_bytes});
-  for (const ExcludedSamples& some : block.excluded) {
-    out.put(some.position);
-    out.put(some.x);
-    out.put(some.first);
-    out.put(some.count);
+Envelope Link::seal(Message message) const { return encode(message); }
+
+Message Envelope::open() const {
+  if (const auto* frames = std::get_if<Frames>(&content_)) {
+    return decode(*frames);
   }
-  return out.take();
+  return std::get<Message>(content_);
 }
 
-namespace {
-
-/// What is left of a row block's bytes. They account for every sample that is missing.
-std::vector<ExcludedSamples> excluded_from_bytes(ByteReader& in, const RowBlock& block) {
-  std::vector<ExcludedSamples> excluded;
-  std::uint64_t missing = 0;
-  while (in.left() > 0) {
-    ExcludedSamples some;
-    some.position = in.get<std::uint32_t>();
-    some.x = in.get<std::uint32_t>();
-    some.first = in.get<std::uint32_t>();
-    some.count = in.get<std::uint32_t>();
-    const WorkRect& rect = block.rect;
-    if (some.position < rect.row_begin || some.position >= rect.row_end || some.x >= block.width ||
-        some.first < rect.sample_begin || some.first >= rect.sample_end || some.count == 0 ||
-        some.count > rect.sample_end - some.first) {
-      throw DecodeError("row block lacks samples that it never had");
-    }
-    missing += some.count;
-    excluded.push_back(some);
+Frames Envelope::frames() const {
+  if (const auto* message = std::get_if<Message>(&content_)) {
+    return encode(*message);
   }
-  if (missing != block.counts.nonfinite) {
-    throw DecodeError("row block does not say which samples were not finite");
-  }
-  return excluded;
-}
-
-}  // namespace
-
-RowBlock row_block_from_bytes(std::string_view bytes) {
-  ByteReader in(bytes);
-  RowBlock block;
-  block.rect.row_begin = in.get<std::uint32_t>();
-  block.rect.row_end = in.get<std::uint32_t>();
-  block.rect.sample_begin = in.get<std::uint32_t>();
-  block.rect.sample_end = in.get<std::uint32_t>();
-  block.width = in.get<std::uint32_t>();
-  block.counts.samples = in.get<std::uint64_t>();
-  block.counts.rays = in.get<std::uint64_t>();
-  block.counts.nonfinite = in.get<std::uint64_t>();
-  block.counts.lost = in.get<std::uint64_t>();
-  if (block.rect.row_begin > block.rect.row_end ||
-      block.rect.sample_begin > block.rect.sample_end) {
-    throw DecodeError("row block has a negative size");
-  }
-  const std::uint64_t pixels = std::uint64_t{block.rect.rows()} * block.width;
-  if (pixels > in.left() / pixel_bytes) {
-    throw DecodeError("row block does not hold its pixels");
-  }
-  if (block.counts.samples > pixels * block.rect.samples() ||
-      block.counts.nonfinite > block.counts.samples) {
-    throw DecodeError("row block has false counts");
-  }
-  block.pixels.resize(pixels);
-  if (pixels > 0) {  // memcpy may not be given null, not even for nothing
-    const std::size_t size = pixels * pixel_bytes;
-    std::memcpy(block.pixels.data(), in.get_bytes(size).data(), size);
-  }
-  block.excluded = excluded_from_bytes(in, block);
-  return block;
+  return std::get<Frames>(content_);
 }
 
 std::string_view name_of(msg::Verdict verdict) {

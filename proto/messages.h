@@ -9,14 +9,15 @@
 #include <variant>
 #include <vector>
 
-#include "common/image/row_block.h"
 #include "common/scene/settings.h"
-#include "proto/link.h"
+#include "common/schedule/cell_grid.h"
+#include "proto/frame.h"
+#include "proto/parcels.h"
 
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 1;
+inline constexpr std::uint32_t protocol_version = 2;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
@@ -48,19 +49,18 @@ struct Pulse {};
 struct Who {};
 struct Grant {
   std::uint64_t job = 0;
+  std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
-  WorkRect rect;
+  CellBatch cells;
   std::string scene;
   RenderSettings settings;
-  /// Which of the rectangle's samples each of its pixels has, position order; empty: all.
-  std::vector<SampleRange> samples{};
 };
 struct NeedScene {
   std::string scene;
 };
 struct SceneData {
   std::string scene;
-  std::string bytes;
+  SceneParcel content;
 };
 struct Result {
   std::uint64_t job = 0;
@@ -69,10 +69,17 @@ struct Result {
   double build_seconds = 0;
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
-  RowBlock block;
+  CellsParcel cells;
+  /// Of the batch: what `cells` are packed by. Does not travel.
+  std::shared_ptr<const CellGrid> grid{};
+};
+struct Failed {
+  std::uint64_t job = 0;
+  std::uint64_t epoch = 0;
+  std::string reason;
 };
 enum class Verdict : std::uint8_t { accepted, duplicate, stale, mismatch };
-struct VerdictOf {
+struct ResultVerdict {
   std::uint64_t job = 0;
   std::uint64_t epoch = 0;
   Verdict verdict = Verdict::accepted;
@@ -93,7 +100,7 @@ struct Submit {
   RenderSettings settings;
   std::string precision_reason;
   double load_seconds = 0;
-  std::string scene_bytes;
+  SceneParcel scene;
   std::uint64_t duplicates_removed = 0;
 };
 struct Submitted {
@@ -119,6 +126,14 @@ struct Cancel {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
 };
+struct Pause {
+  std::uint64_t request = 0;
+  std::uint64_t job = 0;
+};
+struct Resume {
+  std::uint64_t request = 0;
+  std::uint64_t job = 0;
+};
 struct Fetch {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
@@ -131,7 +146,7 @@ struct ImageData {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   bool statistics = false;
-  std::string pixels;  ///< see common/image/picture_bytes.h
+  PictureParcel picture;
 };
 struct ListWorkers {
   std::uint64_t request = 0;
@@ -139,6 +154,7 @@ struct ListWorkers {
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
+  std::uint64_t total = 0;  ///< of workers; more than are listed, perhaps
 };
 struct Error {
   std::uint64_t request = 0;
@@ -148,12 +164,12 @@ struct Error {
 
 }  // namespace msg
 
-using Message =
-    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
-                 msg::Grant, msg::NeedScene, msg::SceneData, msg::Result, msg::VerdictOf,
-                 msg::Revoke, msg::Bye, msg::Submit, msg::Submitted, msg::ListJobs, msg::Jobs,
-                 msg::ShowJob, msg::Job, msg::Cancel, msg::Fetch, msg::ImageData, msg::ListWorkers,
-                 msg::Workers, msg::Error>;
+using Message = std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse,
+                             msg::Who, msg::Grant, msg::NeedScene, msg::SceneData, msg::Result,
+                             msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
+                             msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job,
+                             msg::Cancel, msg::Pause, msg::Resume, msg::Fetch, msg::ImageData,
+                             msg::ListWorkers, msg::Workers, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.
@@ -173,13 +189,6 @@ Frames encode(const Message& message);
 /// Inverse of encode(). Every bound and range is checked before it is relied on. Throws
 /// ProtocolError, and nothing else, for any bytes.
 Message decode(const Frames& frames);
-
-/// The bytes of a row block in PROTOCOL.md's layout, and back (throws DecodeError).
-std::string row_block_to_bytes(const RowBlock& block);
-RowBlock row_block_from_bytes(std::string_view bytes);
-
-/// XXH3-64 of some bytes: tells whether two results are equal.
-std::uint64_t digest_of(std::string_view bytes);
 
 std::string_view name_of(msg::Verdict verdict);
 

@@ -1,10 +1,9 @@
 #include "proto/window.h"
 
-#include <xxhash.h>
-
-#include <algorithm>
 #include <atomic>
 #include <cstring>
+
+#include "common/image/cell_records.h"
 
 namespace parray {
 namespace {
@@ -31,43 +30,22 @@ void LocalWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
   std::memcpy(memory_.data() + offset, bytes.data(), bytes.size());
 }
 
-WindowLayout::WindowLayout(const WorkPlan& plan, std::uint32_t ranks)
+WindowLayout::WindowLayout(const CellGrid& grid, std::uint32_t ranks)
     : ranks_(ranks),
-      cells_(plan.cells()),
-      record_bytes_(record_bytes_of(plan)),
+      cells_(grid.cells()),
+      record_bytes_(parray::record_bytes(grid.shape().cell_pixels)),
       most_copies_(copy_slots),
-      most_log_entries_(plan.cells() + 4 * copy_slots),
+      most_log_entries_(cells_ + 4 * copy_slots),
       first_copy_(shared_words + std::size_t{ranks} * rank_words),
       first_log_(first_copy_ + most_copies_),
       first_record_((first_log_ + 2 * most_log_entries_) * sizeof(std::uint64_t)),
-      bytes_(first_record_ + plan.cells() * record_bytes_) {}
+      bytes_(first_record_ + cells_ * record_bytes_) {}
 
 std::uint64_t to_word(const CellRange& range) { return range.begin << 24 | range.count(); }
 
 CellRange range_from_word(std::uint64_t word) {
   const std::uint64_t begin = word >> 24;
   return {begin, begin + (word & most_cells_in_word)};
-}
-
-std::uint64_t cell_digest(std::span<const std::byte> record) {
-  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
-  const std::uint64_t counts = XXH3_64bits(record.data(), time);
-  const auto sums = record.subspan(sizeof(CellHeader));
-  return std::max<std::uint64_t>(XXH3_64bits_withSeed(sums.data(), sums.size(), counts), 1);
-}
-
-std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
-                                        std::size_t record_bytes) {
-  std::vector<std::uint64_t> digests;
-  digests.reserve(records.size() / record_bytes);
-  for (; !records.empty(); records = records.subspan(record_bytes)) {
-    digests.push_back(cell_digest(records.first(record_bytes)));
-  }
-  return digests;
-}
-
-std::uint64_t range_digest(std::span<const std::uint64_t> cell_digests) {
-  return XXH3_64bits(cell_digests.data(), cell_digests.size_bytes());
 }
 
 }  // namespace parray

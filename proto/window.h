@@ -3,10 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "common/image/pixel_sums.h"
-#include "common/schedule/work_plan.h"
+#include "common/schedule/cell_grid.h"
 
 namespace parray {
 
@@ -42,26 +40,13 @@ class LocalWindow final : public Window {
   std::span<std::byte> memory_;
 };
 
-/// What a cell's record begins with; the sums of its pixels follow.
-struct CellHeader {
-  std::uint64_t rays = 0;
-  std::uint64_t nonfinite = 0;
-  std::uint64_t lost = 0;
-  std::uint64_t nanoseconds = 0;  ///< spent tracing: the one thing that differs between copies
-};
-
-/// Bytes of a cell's record; the last cell of a row may leave some of them unused, as zeros.
-inline std::size_t record_bytes_of(const WorkPlan& plan) {
-  return sizeof(CellHeader) + plan.cell_pixels() * sizeof(PixelSums);
-}
-
 /// Where everything lies in a window.
 class WindowLayout {
  public:
   // Words that all ranks share.
   enum Word : std::size_t {
     step = 0,      ///< chunks taken: static, guided, factoring
-    position = 1,  ///< cells handed out: weighted
+    position = 1,  ///< cells handed out, of those that are missing: weighted
     speed = 2,     ///< of all ranks together: SpeedSum
     tickets = 3,   ///< ranks that have found nothing left, counted each time
     copies = 4,    ///< copies of unfinished cells that have been issued
@@ -83,7 +68,7 @@ class WindowLayout {
     rank_words = 8
   };
 
-  WindowLayout(const WorkPlan& plan, std::uint32_t ranks);
+  WindowLayout(const CellGrid& grid, std::uint32_t ranks);
 
   static std::size_t rank_word(std::uint32_t rank, RankWord word) {
     return shared_words + std::size_t{rank} * rank_words + word;
@@ -120,14 +105,6 @@ class WindowLayout {
 std::uint64_t to_word(const CellRange& range);
 CellRange range_from_word(std::uint64_t word);
 inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;
-
-/// Digest of a record, without the time that it took; never 0.
-std::uint64_t cell_digest(std::span<const std::byte> record);
-/// Digests of consecutive records.
-std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,
-                                        std::size_t record_bytes);
-/// Digest of a range, from those of its cells.
-std::uint64_t range_digest(std::span<const std::uint64_t> cell_digests);
 
 /// Flags in a rank's beat; the rest counts samples.
 namespace beat_flags {

@@ -50,6 +50,11 @@ class ZmqLink final : public Link {
     socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_message_bytes));
     socket_.set(zmq::sockopt::sndhwm, most_waiting);
     socket_.set(zmq::sockopt::rcvhwm, most_waiting);
+    // A machine that is gone without a word holds no file descriptor for ever.
+    socket_.set(zmq::sockopt::tcp_keepalive, 1);
+    socket_.set(zmq::sockopt::tcp_keepalive_idle, 20);
+    socket_.set(zmq::sockopt::tcp_keepalive_intvl, 5);
+    socket_.set(zmq::sockopt::tcp_keepalive_cnt, 4);
     if (router_) {
       // Without it, messages for a peer that is gone or slow vanish in silence.
       socket_.set(zmq::sockopt::router_mandatory, true);
@@ -62,13 +67,13 @@ class ZmqLink final : public Link {
 
   zmq::socket_t& socket() { return socket_; }
 
-  bool send(const PeerId& to, Frames frames) override {
-    std::vector<zmq::const_buffer> parts;
+  bool send(const PeerId& to, Envelope content) override {
+    std::vector<zmq::message_t> parts;
     if (router_) {
       parts.emplace_back(to.data(), to.size());
     }
-    for (const std::string& frame : frames) {
-      parts.emplace_back(frame.data(), frame.size());
+    for (const Frame& frame : content.frames()) {
+      parts.push_back(part_of(frame));
     }
     try {
       return zmq::send_multipart(socket_, parts, zmq::send_flags::dontwait).has_value();
@@ -95,13 +100,15 @@ class ZmqLink final : public Link {
       throw RunError(std::string("receiving a message: ") + error.what());
     }
     Delivery delivery;
+    Frames frames;
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (router_ && i == 0) {
         delivery.peer = parts[i].to_string();
       } else {
-        delivery.frames.push_back(parts[i].to_string());
+        frames.push_back(frame_of(std::move(parts[i])));
       }
     }
+    delivery.content = std::move(frames);
     return delivery;
   }
 
@@ -126,6 +133,26 @@ class ZmqLink final : public Link {
 
  private:
   static constexpr int most_waiting = 1000;  // messages a peer
+
+  /// The socket holds the frame until it is sent; small ones are cheaper to copy.
+  static zmq::message_t part_of(const Frame& frame) {
+    constexpr std::size_t small = 4096;
+    if (frame.size() <= small) {
+      return {frame.view().data(), frame.size()};
+    }
+    auto held = std::make_unique<std::shared_ptr<const void>>(frame.owner());
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): ZeroMQ does not write to what it sends
+    return {const_cast<char*>(frame.view().data()), frame.size(),
+            [](void* /*data*/, void* hint) {
+              delete static_cast<std::shared_ptr<const void>*>(hint);  // NOLINT: its C interface
+            },
+            held.release()};
+  }
+
+  static Frame frame_of(zmq::message_t part) {
+    const auto held = std::make_shared<const zmq::message_t>(std::move(part));
+    return {held, {static_cast<const char*>(held->data()), held->size()}};
+  }
 
   /// Fresh for every link: a process that restarts is another peer.
   static std::string random_id() {

@@ -9,8 +9,10 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
-#include "common/trace/fingerprint.h"
-#include "proto/daemon_main.h"
+#include "common/process/command_line.h"
+#include "common/process/run_main.h"
+#include "common/process/stop_signal.h"
+#include "common/trace/selfcheck/fingerprint.h"
 #include "proto/zmq_link.h"
 #include "worker/worker.h"
 
@@ -19,24 +21,22 @@ namespace {
 using namespace parray;
 
 struct Arguments {
-  std::string connect = "tcp://127.0.0.1:7400";
+  std::string coordinator = "tcp://127.0.0.1:7400";
   int threads = usable_cpus();
   std::string name;
   std::string log_level = "info";
 };
 
-void declare_options(CLI::App& app, Arguments& a) {
-  app.set_version_flag("--version", PARRAY_VERSION);
-  app.add_option("--connect", a.connect, "The coordinator's address")
-      ->envname("PARRAY_COORDINATOR")
-      ->capture_default_str();
-  app.add_option("--threads", a.threads, "Threads that trace; default: the usable CPUs")
-      ->check(CLI::Range(1, 4096))
-      ->capture_default_str();
-  app.add_option("--name", a.name, "Name shown by parray workers; default: host name and process");
-  app.add_option("--log-level", a.log_level, "debug, info, warn or error")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
-      ->capture_default_str();
+void declare_options(CommandLine& line, Arguments& a) {
+  line.option("--coordinator,--connect", a.coordinator, "The coordinator's address")
+      .environment("PARRAY_COORDINATOR")
+      .show_default();
+  line.number("--threads", a.threads, 1, 4096, "Threads that trace; default: the usable CPUs")
+      .show_default();
+  line.option("--name", a.name, "Name shown by parray workers; default: host name and process");
+  line.option("--log-level", a.log_level, "debug, info, warn or error")
+      .one_of({"debug", "info", "warn", "error"})
+      .show_default();
 }
 
 std::string default_name() {
@@ -61,7 +61,7 @@ class Reporter {
       connected_ ? log_.info("serving {}", address)
                  : log_.warn("no word from {}: trying again", address);
     }
-    return stop_requested() || !worker_.refused().empty();
+    return interrupt_noted() || !worker_.refused().empty();
   }
 
  private:
@@ -73,7 +73,7 @@ class Reporter {
 int work(const Arguments& a) {
   const auto log = spdlog::stderr_color_mt("worker");
   log->set_level(spdlog::level::from_str(a.log_level));
-  const auto link = zmq_connect(a.connect, default_max_message_bytes, seconds(1));
+  const auto link = zmq_connect(a.coordinator, default_max_message_bytes, seconds(1));
   ThreadTeam team(a.threads, [&link] { link->wake(); });
   WorkerOptions options;
   options.name = a.name.empty() ? default_name() : a.name;
@@ -83,15 +83,16 @@ int work(const Arguments& a) {
   Worker worker(options, team);
   const SteadyClock clock;
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
-            a.connect);
+            a.coordinator);
   Reporter reporter(worker, *log);
-  run_actor(worker, *link, clock, [&](Time) { return reporter.stop(a.connect); });
+  run_actor(worker, *link, clock, [&](Time) { return reporter.stop(a.coordinator); });
   if (!worker.refused().empty()) {
-    throw RunError("the coordinator at " + a.connect + " refuses this worker: " + worker.refused());
+    throw RunError("the coordinator at " + a.coordinator +
+                   " refuses this worker: " + worker.refused());
   }
   worker.leave("worker stopped");
   for (Delivery& goodbye : worker.take_outbox()) {
-    link->send(goodbye.peer, std::move(goodbye.frames));
+    link->send(goodbye.peer, std::move(goodbye.content));
   }
   log->info("stopped");
   return 0;
@@ -100,12 +101,14 @@ int work(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    CLI::App app("Traces leases for a ParRay coordinator.", "parray-worker");
-    Arguments arguments;
-    declare_options(app, arguments);
-    return parray::daemon_main(app, argc, argv, [&] { return work(arguments); });
-  } catch (...) {  // not even the options could be made
-    return 1;
-  }
+  const Program program = {"parray-worker", "Traces leases for a ParRay coordinator.",
+                           PARRAY_VERSION};
+  Arguments arguments;
+  return run_main(program, argc, argv, [&](CommandLine& line) {
+    declare_options(line, arguments);
+    return [&] {
+      note_signals();
+      return work(arguments);
+    };
+  });
 }

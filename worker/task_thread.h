@@ -2,15 +2,12 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <exception>
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <thread>
 #include <utility>
 
-#include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "proto/clock.h"
 
@@ -21,8 +18,7 @@ namespace parray {
 template <typename Task, typename Result>
 class TaskThread {
  public:
-  /// Does a task; ends early, with any result, once `stop` is true. What it throws becomes the
-  /// RunError of take().
+  /// Does a task; ends early, with any result, once `stop` is true. Must not throw.
   using Work = std::function<Result(const Task& task, const std::atomic<bool>& stop)>;
 
   /// `on_finished` is called from the thread when it has become idle or has a result.
@@ -57,12 +53,9 @@ class TaskThread {
     return !busy_ && !finished_;
   }
 
-  /// The result, once. Throws RunError when the task failed.
+  /// The result, once.
   std::optional<Result> take() {
     const std::scoped_lock lock(mutex_);
-    if (!failure_.empty()) {
-      throw RunError(failure_);
-    }
     return std::exchange(finished_, std::nullopt);
   }
 
@@ -93,18 +86,7 @@ class TaskThread {
         return;
       }
       if (next_) {
-        const Task task = std::move(*next_);
-        next_.reset();
-        lock.unlock();
-        std::optional<Result> finished;
-        std::string failure;
-        try {
-          finished = work_(task, stop_);
-        } catch (const std::exception& error) {  // not enough memory for the scene, most likely
-          failure = std::string("tracing: ") + error.what();
-        }
-        lock.lock();
-        failure_ = failure;
+        Result finished = work_unlocked(lock);
         if (!abandoned_ && !quit_) {
           finished_ = std::move(finished);
         }
@@ -119,6 +101,16 @@ class TaskThread {
     }
   }
 
+  /// What a task refers to is let go before the result is there.
+  Result work_unlocked(std::unique_lock<std::mutex>& lock) {
+    std::optional<Task> task = std::exchange(next_, std::nullopt);
+    lock.unlock();
+    Result result = work_(*task, stop_);
+    task.reset();
+    lock.lock();
+    return result;
+  }
+
   const Work work_;
   const std::function<void()> on_finished_;
   std::atomic<bool> stop_ = false;
@@ -130,7 +122,6 @@ class TaskThread {
   bool busy_ = false;
   bool abandoned_ = false;
   std::optional<Result> finished_;
-  std::string failure_;
   bool quit_ = false;
 
   std::thread thread_;  // last, so that it finds everything else in place

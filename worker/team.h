@@ -5,49 +5,61 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "common/image/row_block.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
-#include "common/trace/kernel.h"
+#include "common/schedule/cell_grid.h"
+#include "common/schedule/traced_cells.h"
+#include "common/trace/integrator/path_tracer.h"
+#include "worker/accelerator_cache.h"
 #include "worker/task_thread.h"
 
 namespace parray {
 
+/// Job and epoch: what names a lease.
+using LeaseKey = std::pair<std::uint64_t, std::uint64_t>;
+
 /// A lease with all that tracing it needs.
 struct Assignment {
   std::uint64_t job = 0;
+  std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
-  WorkRect rect;
-  RenderSettings settings;
-  std::vector<SampleRange> samples;  ///< of each pixel of `rect`, position order; empty: all
-  std::string scene_id;
+  CellBatch cells;
+  RenderSettings settings;  ///< resolved
+  std::string scene_id;     ///< equal ids are equal scenes
+  /// Null only where the team's latest result was of the same scene and settings.
   std::shared_ptr<const Scene> scene;
+
+  [[nodiscard]] LeaseKey key() const { return {job, epoch}; }
 };
 
-/// A traced lease.
+/// A lease that the team is through with.
 struct Finished {
   std::uint64_t job = 0;
+  std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
-  RowBlock block;
-  double seconds = 0;        ///< spent tracing
-  double build_seconds = 0;  ///< spent building the accelerator, whenever that was
+  std::shared_ptr<const TracedCells> cells;  ///< null: it could not be traced
+  std::shared_ptr<const CellGrid> grid;      ///< of the cells
+  std::string failure;                       ///< why it could not, in one line; else empty
+  double build_seconds = 0;                  ///< spent building the accelerator, whenever that was
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
+
+  [[nodiscard]] LeaseKey key() const { return {job, epoch}; }
 };
 
-/// What traces leases for a Worker, one at a time. Called from one thread.
+/// What traces leases, one at a time. Called from one thread.
 class Team {
  public:
   virtual ~Team() = default;
   /// Begins to trace; only when idle.
   virtual void start(Assignment assignment) = 0;
+  /// Neither at work nor with a lease that has not been taken.
   [[nodiscard]] virtual bool idle() const = 0;
-  /// The finished lease, once; the team is idle from then on. Throws RunError when tracing failed.
+  /// The finished lease, once; the team is idle from then on. After a failure too, and it traces
+  /// other leases as before.
   virtual std::optional<Finished> take() = 0;
   /// Gives the current lease up: within a few milliseconds the team is idle, without a result.
   virtual void abandon() = 0;
@@ -57,21 +69,20 @@ class Team {
   [[nodiscard]] virtual bool preparing() const = 0;
 };
 
-/// Traces the samples of a rectangle with `threads` OpenMP threads. Work is dealt out in pieces of
-/// about a millisecond, parts of a row and of a pixel's samples included, so that a single row, or
-/// a single pixel, keeps all threads busy. `samples`: which of the rectangle's each pixel has, in
-/// position order; empty: all. `traced` grows as pieces are done; `stop` ends the work early, and
-/// the block is then incomplete.
-RowBlock trace_rect(const Kernel& kernel, const RenderSettings& settings, const WorkRect& rect,
-                    int threads, std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
-                    std::span<const SampleRange> samples = {});
-
 /// The real team: a thread of its own that leads an OpenMP team. It touches no sockets;
-/// `on_finished` is called from its thread when a result is ready (to wake the thread that owns the
-/// link).
+/// `on_finished` is called from its thread when a lease is finished (to wake the thread that owns
+/// the link).
 class ThreadTeam final : public Team {
  public:
-  ThreadTeam(int threads, std::function<void()> on_finished);
+  /// Makes what traces a lease; threads build. May throw.
+  using TracerSource =
+      std::function<std::shared_ptr<const PathTracer>(const Assignment&, int threads)>;
+
+  /// What it builds, it leaves in `accelerators`; `tracers`, for tests, takes the place of that.
+  explicit ThreadTeam(
+      int threads, std::function<void()> on_finished = [] {},
+      std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>(),
+      TracerSource tracers = {});
 
   void start(Assignment assignment) override { thread_.start(std::move(assignment)); }
   [[nodiscard]] bool idle() const override { return thread_.idle(); }
@@ -80,17 +91,24 @@ class ThreadTeam final : public Team {
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return preparing_; }
 
+  /// Returns when the current lease is finished, or after `timeout`.
+  void wait(Time timeout) { thread_.wait_until_done(timeout); }
+
  private:
   Finished trace(const Assignment& assignment, const std::atomic<bool>& stop);
+  void prepare(const Assignment& assignment);
+  std::shared_ptr<const PathTracer> tracer_for(const Assignment& assignment);
 
   const int threads_;
+  const std::shared_ptr<AcceleratorCache> accelerators_;
+  const TracerSource tracers_;
   std::atomic<std::uint64_t> traced_ = 0;
   std::atomic<bool> preparing_ = false;
 
-  // Of the team's thread alone: the kernel of the job that was traced last.
-  std::string kernel_scene_;
-  RenderSettings kernel_settings_;
-  std::unique_ptr<Kernel> kernel_;
+  // Of the team's thread alone: the picture that was traced last.
+  std::string scene_;
+  RenderSettings settings_;
+  std::shared_ptr<const PathTracer> tracer_;
   double build_seconds_ = 0;
 
   TaskThread<Assignment, Finished> thread_;

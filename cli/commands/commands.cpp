@@ -2,21 +2,23 @@
 
 namespace parray {
 
-void add_commands(CLI::App& app, Action& chosen) {
-  add_render(app, chosen);
-  add_submit(app, chosen);
-  add_jobs(app, chosen);
-  add_show(app, chosen);
-  add_watch(app, chosen);
-  add_cancel(app, chosen);
-  add_fetch(app, chosen);
-  add_workers(app, chosen);
-  add_validate(app, chosen);
-  add_convert(app, chosen);
-  add_compare(app, chosen);
-  add_plan(app, chosen);
-  add_tradeoff(app, chosen);
-  add_doctor(app, chosen);
+void add_commands(CommandLine& line, Action& chosen) {
+  add_render(line, chosen);
+  add_submit(line, chosen);
+  add_jobs(line, chosen);
+  add_show(line, chosen);
+  add_watch(line, chosen);
+  add_pause(line, chosen);
+  add_resume(line, chosen);
+  add_cancel(line, chosen);
+  add_fetch(line, chosen);
+  add_workers(line, chosen);
+  add_validate(line, chosen);
+  add_convert(line, chosen);
+  add_compare(line, chosen);
+  add_plan(line, chosen);
+  add_tradeoff(line, chosen);
+  add_doctor(line, chosen);
 }
 
 }  // namespace parray

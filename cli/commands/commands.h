@@ -1,31 +1,30 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <functional>
+#include "common/process/command_line.h"
+#include "common/process/run_main.h"
 
 /// The commands of `parray`, one file each. An add function declares its subcommand and options;
 /// once the command line has been understood, `chosen` is what the user asked for.
 namespace parray {
 
-/// Does the work and returns the exit status. Throws InputError, RunError or Interrupted.
-using Action = std::function<int()>;
-
-void add_render(CLI::App& app, Action& chosen);
-void add_submit(CLI::App& app, Action& chosen);
-void add_jobs(CLI::App& app, Action& chosen);
-void add_show(CLI::App& app, Action& chosen);
-void add_watch(CLI::App& app, Action& chosen);
-void add_cancel(CLI::App& app, Action& chosen);
-void add_fetch(CLI::App& app, Action& chosen);
-void add_workers(CLI::App& app, Action& chosen);
-void add_validate(CLI::App& app, Action& chosen);
-void add_convert(CLI::App& app, Action& chosen);
-void add_compare(CLI::App& app, Action& chosen);
-void add_plan(CLI::App& app, Action& chosen);
-void add_tradeoff(CLI::App& app, Action& chosen);
-void add_doctor(CLI::App& app, Action& chosen);
+void add_render(CommandLine& line, Action& chosen);
+void add_submit(CommandLine& line, Action& chosen);
+void add_jobs(CommandLine& line, Action& chosen);
+void add_show(CommandLine& line, Action& chosen);
+void add_watch(CommandLine& line, Action& chosen);
+void add_pause(CommandLine& line, Action& chosen);
+void add_resume(CommandLine& line, Action& chosen);
+void add_cancel(CommandLine& line, Action& chosen);
+void add_fetch(CommandLine& line, Action& chosen);
+void add_workers(CommandLine& line, Action& chosen);
+void add_validate(CommandLine& line, Action& chosen);
+void add_convert(CommandLine& line, Action& chosen);
+void add_compare(CommandLine& line, Action& chosen);
+void add_plan(CommandLine& line, Action& chosen);
+void add_tradeoff(CommandLine& line, Action& chosen);
+void add_doctor(CommandLine& line, Action& chosen);
 
 /// All of them, in the order of the help.
-void add_commands(CLI::App& app, Action& chosen);
+void add_commands(CommandLine& line, Action& chosen);
 
 }  // namespace parray

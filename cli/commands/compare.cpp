@@ -5,15 +5,15 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/delivery.h"
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/compare/difference_image.h"
+#include "cli/compare/flip.h"
+#include "cli/compare/metrics.h"
+#include "cli/output/delivery.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/flip.h"
 #include "common/image/image_file.h"
-#include "common/image/metrics.h"
-#include "common/image/verification_picture.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 namespace {
@@ -142,17 +142,17 @@ json document(const CompareCommand& command, const ImageFile& reference,
               const std::vector<Comparison>& comparisons, float largest) {
   json images = json::array();
   for (const Comparison& one : comparisons) images.push_back(json_of(one));
-  return {{"version", PARRAY_VERSION},
-          {"reference",
-           {{"file", command.reference},
-            {"image_sha256", text_or_null(sha256_in(reference))},
-            {"width", reference.image.width},
-            {"height", reference.image.height},
-            {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
-          {"images", images},
-          {"verification_picture",
-           {{"file", text_or_null(command.verification)}, {"largest", largest}}},
-          {"formulas", formulas()}};
+  return {
+      {"version", PARRAY_VERSION},
+      {"reference",
+       {{"file", command.reference},
+        {"image_sha256", text_or_null(sha256_in(reference))},
+        {"width", reference.image.width},
+        {"height", reference.image.height},
+        {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
+      {"images", images},
+      {"difference_image", {{"file", text_or_null(command.verification)}, {"largest", largest}}},
+      {"formulas", formulas()}};
 }
 
 // ---- Text ------------------------------------------------------------------------------------
@@ -240,7 +240,7 @@ void print_text(const CompareCommand& command, const ImageFile& reference,
 int compare(const CompareCommand& command) {
   check_verification_path(command);
   const ImageFile reference = read_image(command.reference);
-  VerificationPicture verification(reference.image);
+  DifferenceImage verification(reference.image);
   std::vector<Comparison> comparisons;
   for (const std::string& name : command.images) {
     const ImageFile file = read_image(name);
@@ -262,22 +262,23 @@ int compare(const CompareCommand& command) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("compare", "Say how far pictures are from a reference");
+void add_compare(CommandLine& line, Action& chosen) {
+  Command command = line.command("compare", "Say how far pictures are from a reference");
   const auto options = std::make_shared<CompareCommand>();
-  command->add_option("REF", options->reference, "Reference: an EXR or PNG file")
-      ->required()
-      ->type_name("");
-  command->add_option("IMAGE", options->images, "Pictures of the same size to compare with it")
-      ->required()
-      ->type_name("");
-  forbid_empty(*command
-                    ->add_option("-o,--output", options->verification,
-                                 "Write the verification picture: white less the sum of "
-                                 "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
-                    ->type_name("V.png"));
-  add_json(*command, options->as_json);
-  command->callback([options, &chosen] { chosen = [options] { return compare(*options); }; });
+  command.option("REF", options->reference, "Reference: an EXR or PNG file")
+      .required()
+      .type_name("");
+  command.option("IMAGE", options->images, "Pictures of the same size to compare with it")
+      .required()
+      .type_name("");
+  command
+      .option("-o,--output", options->verification,
+              "Write the verification picture: white less the sum of "
+              "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
+      .type_name("V.png")
+      .forbid_empty();
+  add_json(command, options->as_json);
+  command.on_chosen([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 
 }  // namespace parray

@@ -7,17 +7,17 @@
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
-#include "cli/delivery.h"
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/output/delivery.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/image/partial_file.h"
-#include "common/particles/expand.h"
-#include "common/particles/portrait_scene.h"
+#include "common/input/particles/expand.h"
+#include "common/input/particles/portrait_scene.h"
+#include "common/input/scene_writer.h"
+#include "common/process/stop_signal.h"
 #include "common/scene/scene_ranges.h"
-#include "common/scene/scene_writer.h"
 
 namespace parray {
 namespace {
@@ -84,55 +84,52 @@ int convert(const ConvertCommand& command) {
   return 0;
 }
 
-void add_material(CLI::App& command, ParticleMaterial& material) {
+void add_material(Command& command, ParticleMaterial& material) {
   command
-      .add_option_function<std::string>(
+      .option(
           "--material",
           [&material](const std::string& text) {
             material = particle_material_from(text);
             if (material.rule == ParticleMaterial::Rule::named && text != portrait_plain_name) {
-              throw CLI::ValidationError("--material",
-                                         "unknown material '" + printable(text) +
-                                             "': " + remedy_for_name(text, material_words));
+              throw InputError("unknown material '" + printable(text) +
+                               "': " + remedy_for_name(text, material_words));
             }
           },
           "Surface of the particles (default: column, else by-element, else by-type, else plain)")
-      ->type_name("by-element|by-type|column|plain")
-      ->take_last()
-      ->group(particles_group);
+      .type_name("by-element|by-type|column|plain")
+      .group(particles_group);
 }
 
-void add_radius(CLI::App& command, ParticleRadius& radius) {
+void add_radius(Command& command, ParticleRadius& radius) {
   command
-      .add_option_function<std::string>(
+      .option(
           "--radius",
           [&radius](const std::string& text) {
             const std::optional<ParticleRadius> word = particle_radius_from(text);
             radius = word ? *word
                           : ParticleRadius{ParticleRadius::Rule::fixed,
-                                           real_number("--radius", text, ranges::length)};
+                                           real_number(text, ranges::length)};
           },
           "Their radius (default: column, else by-element, else half the mean spacing)")
-      ->type_name("R|by-element|column")
-      ->take_last()
-      ->group(particles_group);
+      .type_name("R|by-element|column")
+      .group(particles_group);
 }
 
 }  // namespace
 
-void add_convert(CLI::App& app, Action& chosen) {
-  auto* command =
-      app.add_subcommand("convert", "Write a scene file from particles or from another scene file");
+void add_convert(CommandLine& line, Action& chosen) {
+  Command command =
+      line.command("convert", "Write a scene file from particles or from another scene file");
   const auto options = std::make_shared<ConvertCommand>();
-  add_scene(*command, options->in, "IN");
-  command->add_option("OUT.json", options->out, "Scene file to write")->required()->type_name("");
-  add_material(*command, options->material);
-  add_radius(*command, options->radius);
+  add_scene(command, options->in, "IN");
+  command.option("OUT.json", options->out, "Scene file to write").required().type_name("");
+  add_material(command, options->material);
+  add_radius(command, options->radius);
   command
-      ->add_flag("--expand", options->expand,
-                 "Write every particle as a sphere instead of the name of their file")
-      ->group(particles_group);
-  command->callback([options, &chosen] { chosen = [options] { return convert(*options); }; });
+      .flag("--expand", options->expand,
+            "Write every particle as a sphere instead of the name of their file")
+      .group(particles_group);
+  command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
 }
 
 }  // namespace parray

@@ -5,8 +5,8 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/doctor/doctor_checks.h"
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
+#include "common/process/stop_signal.h"
 #include "proto/clock.h"
 
 namespace parray {
@@ -88,12 +88,12 @@ int doctor(bool as_json) {
 
 }  // namespace
 
-void add_doctor(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
+void add_doctor(CommandLine& line, Action& chosen) {
+  Command command = line.command(
       "doctor", "Check whether this machine is fit: arithmetic, libraries, ZeroMQ, MPI");
   const auto as_json = std::make_shared<bool>(false);
-  add_json(*command, *as_json);
-  command->callback([as_json, &chosen] { chosen = [as_json] { return doctor(*as_json); }; });
+  add_json(command, *as_json);
+  command.on_chosen([as_json, &chosen] { chosen = [as_json] { return doctor(*as_json); }; });
 }
 
 }  // namespace parray

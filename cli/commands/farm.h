@@ -1,17 +1,17 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 
-#include "cli/client.h"
+#include "cli/farm/client.h"
+#include "common/process/command_line.h"
 
 namespace parray {
 
 /// Which coordinator a client command talks to.
 class FarmOptions {
  public:
-  void add_to(CLI::App& command);
+  void add_to(Command& command);
   [[nodiscard]] const std::string& address() const { return address_; }
 
  private:

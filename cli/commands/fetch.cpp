@@ -5,10 +5,10 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
-#include "cli/delivery.h"
-#include "cli/extra_channels.h"
-#include "cli/interrupt.h"
+#include "cli/output/delivery.h"
+#include "cli/output/extra_channels.h"
 #include "common/base/error.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 namespace {
@@ -36,14 +36,14 @@ int fetch(const FetchCommand& command) {
 
 }  // namespace
 
-void add_fetch(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("fetch", "Write the picture of a job that is done");
+void add_fetch(CommandLine& line, Action& chosen) {
+  Command command = line.command("fetch", "Write the picture of a job that is done");
   const auto options = std::make_shared<FetchCommand>();
-  add_job(*command, options->job);
-  options->output.add_to(*command, true);
-  options->output.add_aov_to(*command);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return fetch(*options); }; });
+  add_job(command, options->job);
+  options->output.add_to(command, true);
+  options->output.add_aov_to(command);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
 }
 
 }  // namespace parray

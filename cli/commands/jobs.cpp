@@ -5,7 +5,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 
 namespace parray {
@@ -29,7 +29,8 @@ int jobs(const JobsCommand& command) {
     rows.push_back({std::to_string(job.id), printable(job.state), progress_cell(job),
                     left_cell(job), std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
-                    std::to_string(job.samples_per_pixel), printable(job.name)});
+                    std::to_string(job.samples_per_pixel),
+                    printable(job.name) + (job.flag.empty() ? "" : "  (!)")});
   }
   std::cout << table_text(
       {"JOB", "STATE", "DONE", "LEFT", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
@@ -38,12 +39,12 @@ int jobs(const JobsCommand& command) {
 
 }  // namespace
 
-void add_jobs(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("jobs", "List the coordinator's jobs");
+void add_jobs(CommandLine& line, Action& chosen) {
+  Command command = line.command("jobs", "List the coordinator's jobs");
   const auto options = std::make_shared<JobsCommand>();
-  add_json(*command, options->as_json);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return jobs(*options); }; });
+  add_json(command, options->as_json);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
 }
 
 }  // namespace parray

@@ -1,8 +1,8 @@
 #include "cli/commands/loading.h"
 
 #include "cli/commands/printing.h"
-#include "common/particles/expand.h"
-#include "common/particles/portrait_scene.h"
+#include "common/input/particles/expand.h"
+#include "common/input/particles/portrait_scene.h"
 
 namespace parray {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "cli/commands/options.h"
-#include "common/scene/scene_file.h"
+#include "common/input/scene_file.h"
 
 namespace parray {
 

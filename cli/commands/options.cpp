@@ -14,26 +14,25 @@
 namespace parray {
 namespace {
 
-std::uint64_t whole_number(const std::string& option, const std::string& text, std::uint64_t least,
-                           std::uint64_t most) {
+std::uint64_t whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || value < least || value > most) {
-    throw CLI::ValidationError(option, "'" + printable(text) + "' is not a whole number from " +
-                                           std::to_string(least) + " to " + std::to_string(most));
+    throw InputError("'" + printable(text) + "' is not a whole number from " +
+                     std::to_string(least) + " to " + std::to_string(most));
   }
   return value;
 }
 
 /// Numbers with commas between them.
-std::vector<std::uint64_t> whole_numbers(const std::string& option, const std::string& text) {
+std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   std::vector<std::uint64_t> numbers;
   std::size_t begin = 0;
   while (begin <= text.size()) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    numbers.push_back(whole_number(option, text.substr(begin, end - begin), 1,
-                                   std::numeric_limits<std::int64_t>::max()));
+    numbers.push_back(
+        whole_number(text.substr(begin, end - begin), 1, std::numeric_limits<std::int64_t>::max()));
     begin = end + 1;
   }
   return numbers;
@@ -43,108 +42,87 @@ constexpr const char* limits_group = "When it is good enough (whichever comes fi
 
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
-void add_choice(CLI::App& command, const std::string& name, const std::string& words,
+void add_choice(Command& command, const std::string& name, const std::string& words,
                 Value (*read)(std::string_view), std::optional<Value>& target,
                 const std::string& description, const std::string& group) {
   command
-      .add_option_function<std::string>(
-          name,
-          [name, read, &target](const std::string& text) {
-            try {
-              target = read(text);
-            } catch (const InputError& error) {
-              throw CLI::ValidationError(name, error.what());
-            }
-          },
-          description)
-      ->type_name(words)
-      ->take_last()
-      ->group(group);
+      .option(
+          name, [read, &target](const std::string& text) { target = read(text); }, description)
+      .type_name(words)
+      .group(group);
 }
 
 }  // namespace
 
-void forbid_empty(CLI::Option& option) {
-  option.check([name = option.get_name()](const std::string& text) {
-    return text.empty() ? std::string("the name is empty") : std::string();
-  });
-}
-
-CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
-                              std::uint64_t most, std::function<void(std::uint64_t)> set,
-                              const std::string& description) {
+Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
+                        std::uint64_t most, std::function<void(std::uint64_t)> set,
+                        const std::string& description) {
   return command
-      .add_option_function<std::string>(
+      .option(
           names,
-          [names, least, most, set = std::move(set)](const std::string& text) {
-            set(whole_number(names, text, least, most));
+          [least, most, set = std::move(set)](const std::string& text) {
+            set(whole_number(text, least, most));
           },
           description)
-      ->type_name("N")
-      ->take_last();
+      .type_name("N");
 }
 
-void add_scene(CLI::App& command, std::string& scene, const char* name) {
-  auto* option =
-      command
-          .add_option(name, scene,
-                      "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
-                      "or mmCIF")
-          ->required();
-  forbid_empty(*option->type_name(""));
+void add_scene(Command& command, std::string& scene, const char* name) {
+  command
+      .option(name, scene,
+              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
+              "or mmCIF")
+      .required()
+      .type_name("")
+      .forbid_empty();
 }
 
-double real_number(const std::string& option, const std::string& text, NumberRange range) {
+double real_number(const std::string& text, NumberRange range) {
   double value = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || !(value >= range.least && value <= range.most)) {
-    throw CLI::ValidationError(option, "'" + printable(text) + "' is not a number from " +
-                                           number_text(range.least) + " to " +
-                                           number_text(range.most));
+    throw InputError("'" + printable(text) + "' is not a number from " + number_text(range.least) +
+                     " to " + number_text(range.most));
   }
   return value;
 }
 
-CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberRange range,
-                             double& target, const std::string& description) {
+Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
+                       const std::string& description) {
   return command
-      .add_option_function<std::string>(
-          name,
-          [name, range, &target](const std::string& text) {
-            target = real_number(name, text, range);
-          },
+      .option(
+          name, [range, &target](const std::string& text) { target = real_number(text, range); },
           description)
-      ->type_name("X")
-      ->take_last();
+      .type_name("X");
 }
 
-void add_job(CLI::App& command, std::uint64_t& job) {
+void add_job(Command& command, std::uint64_t& job) {
   add_whole_number(
       command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(),
       [&job](std::uint64_t value) { job = value; }, "Number of the job, as submit prints it")
-      ->required()
-      ->type_name("")
-      ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+      .required()
+      .type_name("")
+      .only_once();
 }
 
-void RenderOptions::add_to(CLI::App& command) {
+void RenderOptions::add_to(Command& command) {
   add_without_samples_to(command);
   add_whole_number(
       command, "--spp", 1, limits::max_samples_per_pixel,
       [this](std::uint64_t value) { samples_per_pixel_ = static_cast<std::uint32_t>(value); },
       "Samples per pixel: four times as many take four times as long and halve the noise")
-      ->group(settings_group);
+      .group(settings_group);
   add_limits_to(command);
 }
 
-void RenderOptions::add_without_samples_to(CLI::App& command) {
+void RenderOptions::add_without_samples_to(Command& command) {
   const auto number = [&](const char* name, std::uint32_t most,
                           std::optional<std::uint32_t>& target, const char* description) {
     add_whole_number(
         command, name, 1, most,
         [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); }, description)
-        ->group(settings_group);
+        .group(settings_group);
   };
   number("--width", limits::max_image_side, width_, "Pixels across");
   number("--height", limits::max_image_side, height_, "Pixels down");
@@ -152,7 +130,7 @@ void RenderOptions::add_without_samples_to(CLI::App& command) {
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
-      ->group(settings_group);
+      .group(settings_group);
   add_choice(command, "--sampler", "independent|sobol", sampler_from, sampler_,
              "Random numbers of a pixel's samples: independent of each other, or evenly spread "
              "(Owen-scrambled Sobol)",
@@ -173,10 +151,10 @@ void RenderOptions::add_without_samples_to(CLI::App& command) {
              "In which order; auto: interleaved with weighted", work_group);
 }
 
-void RenderOptions::add_limits_to(CLI::App& command) {
+void RenderOptions::add_limits_to(Command& command) {
   const auto limit = [&](const char* name, NumberRange range, double& target,
                          const char* description) {
-    add_real_number(command, name, range, target, description)->group(limits_group);
+    add_real_number(command, name, range, target, description).group(limits_group);
   };
   limit("--target-error", ranges::target_error, target_error_,
         "Until the picture's RMSE, as estimated, is at most X, in linear radiance");
@@ -185,22 +163,19 @@ void RenderOptions::add_limits_to(CLI::App& command) {
   limit("--time-limit", ranges::time_limit, time_limit_,
         "The best picture after X seconds of rendering; the report's `passes` repeat it");
   command
-      .add_option_function<std::string>(
+      .option(
           "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
           "More samples where there is more noise (default: on with one of the limits above, off "
           "without)")
-      ->type_name("on|off")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->take_last()
-      ->group(limits_group);
+      .type_name("on|off")
+      .one_of({"on", "off"})
+      .group(limits_group);
   command
-      .add_option_function<std::string>(
-          "--passes",
-          [this](const std::string& text) { passes_ = whole_numbers("--passes", text); },
+      .option(
+          "--passes", [this](const std::string& text) { passes_ = whole_numbers(text); },
           "Samples of each pass, as the report of another render has them: the same picture again")
-      ->type_name("N,N...")
-      ->take_last()
-      ->group(limits_group);
+      .type_name("N,N...")
+      .group(limits_group);
 }
 
 /// A limit without --spp goes as far as it has to.
@@ -241,51 +216,43 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   return settings;
 }
 
-void OutputOptions::add_to(CLI::App& command, bool image_required) {
+void OutputOptions::add_to(Command& command, bool image_required) {
   image_option_ = command
-                      .add_option("-o,--output", image_,
-                                  "Picture to write: .exr (float, linear) or .png (8 bit, sRGB)")
-                      ->type_name("IMAGE")
-                      ->required(image_required);
+                      .option("-o,--output", image_,
+                              "Picture to write: .exr (float, linear) or .png (8 bit, sRGB)")
+                      .type_name("IMAGE")
+                      .required(image_required);
   report_option_ =
-      command.add_option("--report", report_, "Write what was done, how fast and with which bits")
-          ->type_name("FILE.json");
-  forbid_empty(*image_option_);
-  forbid_empty(*report_option_);
+      command.option("--report", report_, "Write what was done, how fast and with which bits")
+          .type_name("FILE.json");
+  image_option_.forbid_empty();
+  report_option_.forbid_empty();
 }
 
-void OutputOptions::add_aov_to(CLI::App& command) {
+void OutputOptions::add_aov_to(Command& command) {
   command
-      .add_option_function<std::string>(
-          "--aov",
-          [this](const std::string& names) {
-            try {
-              aovs_ = aovs_from(names);
-            } catch (const InputError& error) {
-              throw CLI::ValidationError("--aov", error.what());
-            }
-          },
+      .option(
+          "--aov", [this](const std::string& names) { aovs_ = aovs_from(names); },
           "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
           "of what is first seen; cost in ray segments a sample; samples of each pixel; half-width "
           "of its 95 % interval")
-      ->type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
-      ->take_last()
-      ->needs(image_option_);
+      .type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
+      .needs(image_option_);
 }
 
-void add_quiet(CLI::App& command, bool& quiet) {
-  command.add_flag("-q,--quiet", quiet, "Show no progress");
+void add_quiet(Command& command, bool& quiet) {
+  command.flag("-q,--quiet", quiet, "Show no progress");
 }
 
-void add_following(CLI::App& command, Following& following) {
+void add_following(Command& command, Following& following) {
   add_quiet(command, following.quiet);
-  auto* preview = command.add_option("--preview", following.preview,
-                                     "Picture file that shows what there is, until all is done");
-  forbid_empty(*preview->type_name("FILE"));
+  command
+      .option("--preview", following.preview,
+              "Picture file that shows what there is, until all is done")
+      .type_name("FILE")
+      .forbid_empty();
 }
 
-void add_json(CLI::App& command, bool& as_json) {
-  command.add_flag("--json", as_json, "Print JSON");
-}
+void add_json(Command& command, bool& as_json) { command.flag("--json", as_json, "Print JSON"); }
 
 }  // namespace parray

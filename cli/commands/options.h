@@ -1,43 +1,41 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "cli/delivery.h"
-#include "cli/preview.h"
-#include "common/scene/json_fields.h"
+#include "cli/output/delivery.h"
+#include "cli/output/preview.h"
+#include "common/process/command_line.h"
+#include "common/scene/number_range.h"
 #include "common/scene/settings.h"
 
 /// Options that several commands share, declared once. What an option cannot take ends the parsing
-/// with CLI::ValidationError, which names it, before any work is done. The objects keep what was
+/// with a UsageError, which names it, before any work is done. The objects keep what was
 /// given; they must stay where they are while the command line is parsed.
 namespace parray {
 
 /// An option whose value is a whole number from `least` to `most`, in plain decimal digits. (The
 /// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.) Given twice,
 /// the last counts, so that a script can lay its own values over others.
-CLI::Option* add_whole_number(CLI::App& command, const std::string& names, std::uint64_t least,
-                              std::uint64_t most, std::function<void(std::uint64_t)> set,
-                              const std::string& description);
-
-/// Refuses an empty value, which would read as "not given".
-void forbid_empty(CLI::Option& option);
+Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
+                        std::uint64_t most, std::function<void(std::uint64_t)> set,
+                        const std::string& description);
 
 /// The scene to work on: a scene file or a file of particles.
-void add_scene(CLI::App& command, std::string& scene, const char* name = "SCENE");
+void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
-/// The finite number that `text` is, in `range`. Throws CLI::ValidationError that names `option`.
-double real_number(const std::string& option, const std::string& text, NumberRange range);
+/// The finite number that `text` is, in `range`. Throws InputError.
+double real_number(const std::string& text, NumberRange range);
 
 /// An option whose value is a finite number in `range`.
-CLI::Option* add_real_number(CLI::App& command, const std::string& name, NumberRange range,
-                             double& target, const std::string& description);
+Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
+                       const std::string& description);
 
 /// The number of a job, as `submit` prints it.
-void add_job(CLI::App& command, std::uint64_t& job);
+void add_job(Command& command, std::uint64_t& job);
 
 /// Heading, in a command's help, of options that decide the picture.
 inline constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
@@ -47,9 +45,9 @@ inline constexpr const char* work_group = "How the work is done (never changes t
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
  public:
-  void add_to(CLI::App& command);
+  void add_to(Command& command);
   /// All but how many samples to take: for a command that finds out.
-  void add_without_samples_to(CLI::App& command);
+  void add_without_samples_to(Command& command);
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -58,7 +56,7 @@ class RenderOptions {
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
-  void add_limits_to(CLI::App& command);
+  void add_limits_to(Command& command);
   void lay_limits_over(RenderSettings& settings) const;
 
   std::optional<std::uint32_t> width_;
@@ -83,12 +81,12 @@ class RenderOptions {
 class OutputOptions {
  public:
   /// `image_required`: without -o the command makes no sense.
-  void add_to(CLI::App& command, bool image_required);
+  void add_to(Command& command, bool image_required);
   /// --aov, for commands that have the scene at hand.
-  void add_aov_to(CLI::App& command);
+  void add_aov_to(Command& command);
   /// -o and --report; for commands that need another option to make them meaningful.
-  [[nodiscard]] CLI::Option* image_option() const { return image_option_; }
-  [[nodiscard]] CLI::Option* report_option() const { return report_option_; }
+  [[nodiscard]] Option image_option() const { return image_option_; }
+  [[nodiscard]] Option report_option() const { return report_option_; }
 
   [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_}; }
 
@@ -96,13 +94,13 @@ class OutputOptions {
   std::string image_;
   std::string report_;
   Aovs aovs_;
-  CLI::Option* image_option_ = nullptr;
-  CLI::Option* report_option_ = nullptr;
+  Option image_option_{nullptr};
+  Option report_option_{nullptr};
 };
 
-void add_quiet(CLI::App& command, bool& quiet);
+void add_quiet(Command& command, bool& quiet);
 /// --quiet and --preview: what is shown of a job until it is done.
-void add_following(CLI::App& command, Following& following);
-void add_json(CLI::App& command, bool& as_json);
+void add_following(Command& command, Following& following);
+void add_json(Command& command, bool& as_json);
 
 }  // namespace parray

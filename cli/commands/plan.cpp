@@ -12,13 +12,13 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
-#include "cli/direct_render.h"
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/farm/direct_render.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
+#include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_ranges.h"
 
@@ -234,14 +234,13 @@ int make_and_print(PlanCommand command) {
 }
 
 /// Options of the command line that rendering takes as well, but for the sampler.
-std::vector<std::string> given_options(const CLI::App& command) {
+std::vector<std::string> given_options(const Command& command) {
   std::vector<std::string> words;
-  for (const CLI::Option* option : command.get_options()) {
-    const bool of_rendering =
-        option->get_group() == settings_group || option->get_group() == work_group;
-    if (of_rendering && option->count() > 0 && option->get_name() != "--sampler") {
-      words.push_back(option->get_name());
-      words.push_back(option->results().back());
+  for (const GivenOption& option : command.given_options()) {
+    const bool of_rendering = option.group == settings_group || option.group == work_group;
+    if (of_rendering && option.name != "--sampler") {
+      words.push_back(option.name);
+      words.push_back(option.value);
     }
   }
   return words;
@@ -249,34 +248,35 @@ std::vector<std::string> given_options(const CLI::App& command) {
 
 }  // namespace
 
-void add_plan(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
+void add_plan(CommandLine& line, Action& chosen) {
+  Command command = line.command(
       "plan",
       "Say how to reach an error, or use a time, and what it will take, after a short probe");
   const auto options = std::make_shared<PlanCommand>();
-  add_scene(*command, options->scene);
-  add_real_number(*command, "--error", ranges::target_error, options->goal.error,
+  add_scene(command, options->scene);
+  add_real_number(command, "--error", ranges::target_error, options->goal.error,
                   "RMSE that the picture may have, in linear radiance");
-  add_real_number(*command, "--time", ranges::time_limit, options->goal.seconds,
+  add_real_number(command, "--time", ranges::time_limit, options->goal.seconds,
                   "Seconds that the render may take in all");
   constexpr NumberRange probe_range{0.1, 3600};
-  add_real_number(*command, "--probe-seconds", probe_range, options->probe_seconds,
+  add_real_number(command, "--probe-seconds", probe_range, options->probe_seconds,
                   "Seconds of tracing to predict from, about: more predict better (default: 3)");
-  forbid_empty(*command
-                    ->add_option("-o,--output", options->image,
-                                 "Picture that the render will write (default: the scene's name "
-                                 "with .exr); the plan writes none")
-                    ->type_name("IMAGE"));
-  add_json(*command, options->as_json);
-  options->render.add_without_samples_to(*command);
+  command
+      .option("-o,--output", options->image,
+              "Picture that the render will write (default: the scene's name "
+              "with .exr); the plan writes none")
+      .type_name("IMAGE")
+      .forbid_empty();
+  add_json(command, options->as_json);
+  options->render.add_without_samples_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
-      *command, "--threads", 1, most_threads,
+      command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
-      ->group(work_group);
-  command->callback([options, command, &chosen] {
-    options->given = given_options(*command);
+      .group(work_group);
+  command.on_chosen([options, command, &chosen] {
+    options->given = given_options(command);
     chosen = [options] { return make_and_print(*options); };
   });
 }

@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 
 namespace parray {
@@ -48,6 +48,8 @@ void print_job(const json& map, bool as_json) {
     facts.emplace_back("speed", with_unit(job.samples_per_second, "samples/s"));
     facts.emplace_back("time left", left_cell(job));
   }
+  if (!job.waits_for.empty()) facts.emplace_back("waits for", printable(job.waits_for, 500));
+  if (!job.flag.empty()) facts.emplace_back("flag", printable(job.flag, 500));
   if (!job.reason.empty()) facts.emplace_back("reason", printable(job.reason, 500));
   std::cout << list_text(facts);
 }

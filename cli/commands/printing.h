@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/client.h"
+#include "cli/farm/client.h"
 #include "common/scene/duplicates.h"
 
 /// What the commands print, on stdout but for warnings.

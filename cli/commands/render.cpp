@@ -6,9 +6,9 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
-#include "cli/embedded.h"
-#include "cli/interrupt.h"
+#include "cli/farm/embedded.h"
 #include "common/base/cpu_count.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 namespace {
@@ -41,9 +41,10 @@ int render(const RenderCommand& command) {
   submission.settings.progressive = preview.wanted();
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
-  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
-                                             submission.scene_bytes, static_cast<int>(threads));
+  ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
+                                       submission.scene, static_cast<int>(threads));
   EmbeddedFarm farm(threads);
+  extra.accelerators = farm.accelerators();
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
@@ -61,21 +62,21 @@ int render(const RenderCommand& command) {
 
 }  // namespace
 
-void add_render(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("render", "Render a scene on this machine");
+void add_render(CommandLine& line, Action& chosen) {
+  Command command = line.command("render", "Render a scene on this machine");
   const auto options = std::make_shared<RenderCommand>();
-  add_scene(*command, options->scene);
-  options->output.add_to(*command, true);
-  options->output.add_aov_to(*command);
-  options->render.add_to(*command);
+  add_scene(command, options->scene);
+  options->output.add_to(command, true);
+  options->output.add_aov_to(command);
+  options->render.add_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
-      *command, "--threads", 1, most_threads,
+      command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
-      ->group(work_group);
-  add_following(*command, options->following);
-  command->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
+      .group(work_group);
+  add_following(command, options->following);
+  command.on_chosen([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 
 }  // namespace parray

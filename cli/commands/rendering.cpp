@@ -7,11 +7,10 @@
 
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
-#include "cli/progress.h"
+#include "cli/output/progress.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_bytes.h"
 #include "common/trace/isa.h"
 
 namespace parray {
@@ -29,10 +28,10 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
                            std::uint32_t priority) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  const SceneFile file = load_scene(scene_file, options);
+  SceneFile file = load_scene(scene_file, options);
   const ResolvedSettings resolved = resolve_settings(requirements_of(file.scene), file.settings);
   Submission submission;
-  submission.scene_bytes = scene_to_bytes(file.scene);
+  submission.scene = std::make_shared<const Scene>(std::move(file.scene));
   submission.name = printable(std::filesystem::path(scene_file).filename().string(), 100);
   submission.priority = priority;
   submission.settings = resolved.settings;

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "cli/client.h"
 #include "cli/commands/options.h"
-#include "cli/delivery.h"
-#include "cli/extra_channels.h"
-#include "cli/preview.h"
+#include "cli/farm/client.h"
+#include "cli/output/delivery.h"
+#include "cli/output/extra_channels.h"
+#include "cli/output/preview.h"
 
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
 namespace parray {

@@ -22,13 +22,13 @@ int show(const ShowCommand& command) {
 
 }  // namespace
 
-void add_show(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("show", "Show one job");
+void add_show(CommandLine& line, Action& chosen) {
+  Command command = line.command("show", "Show one job");
   const auto options = std::make_shared<ShowCommand>();
-  add_job(*command, options->job);
-  add_json(*command, options->as_json);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return show(*options); }; });
+  add_job(command, options->job);
+  add_json(command, options->as_json);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return show(*options); }; });
 }
 
 }  // namespace parray

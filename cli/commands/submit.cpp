@@ -5,8 +5,8 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
-#include "cli/interrupt.h"
 #include "common/base/cpu_count.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 namespace {
@@ -28,7 +28,7 @@ int submit(const SubmitCommand& command) {
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
-                                             submission.scene_bytes, usable_cpus());
+                                             submission.scene, usable_cpus());
   FarmClient client(command.farm.address());
   const JobId job = client->submit(std::move(submission));
   std::cout << job << std::endl;
@@ -50,24 +50,24 @@ int submit(const SubmitCommand& command) {
 
 }  // namespace
 
-void add_submit(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
-      "submit", "Hand a scene to a coordinator; prints the number of the new job");
+void add_submit(CommandLine& line, Action& chosen) {
+  Command command =
+      line.command("submit", "Hand a scene to a coordinator; prints the number of the new job");
   const auto options = std::make_shared<SubmitCommand>();
-  add_scene(*command, options->scene);
-  auto* wait = command->add_flag("--wait", options->wait, "Return when the job has ended");
-  options->output.add_to(*command, false);
-  options->output.add_aov_to(*command);
-  options->output.image_option()->needs(wait);
-  options->output.report_option()->needs(wait);
+  add_scene(command, options->scene);
+  const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
+  options->output.add_to(command, false);
+  options->output.add_aov_to(command);
+  options->output.image_option().needs(wait);
+  options->output.report_option().needs(wait);
   add_whole_number(
-      *command, "--priority", 0, 100,
+      command, "--priority", 0, 100,
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
       "Jobs of higher priority get the workers first (default: 50)");
-  options->render.add_to(*command);
-  add_following(*command, options->following);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return submit(*options); }; });
+  options->render.add_to(command);
+  add_following(command, options->following);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }
 
 }  // namespace parray

@@ -8,14 +8,14 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
-#include "cli/interrupt.h"
-#include "cli/progress.h"
+#include "cli/output/progress.h"
 #include "cli/tradeoff/plots.h"
 #include "cli/tradeoff/session.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/partial_file.h"
+#include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
@@ -73,14 +73,14 @@ class Meter {
 /// The scene's settings with some options of `parray render` laid over them, in the size of `base`.
 RenderSettings also_settings(const std::string& options, const SceneFile& file,
                              const RenderSettings& base) {
-  CLI::App app;
+  CommandLine line;
   RenderOptions render;
-  render.add_to(app);
+  render.add_to(line);
   RenderSettings settings;
   try {
-    app.parse(options);
+    line.parse(options);
     settings = resolve_settings(requirements_of(file.scene), render.over(file.settings)).settings;
-  } catch (const CLI::ParseError& error) {
+  } catch (const UsageError& error) {
     throw InputError("--also '" + printable(options, 200) + "': " + printable(error.what(), 300));
   } catch (const InputError& error) {
     throw InputError("--also '" + printable(options, 200) + "': " + error.what());
@@ -130,7 +130,7 @@ int run(const TradeoffCommand& command) {
        threads},
       command.restart);
   const StopWatch watch(interrupt_noted);
-  const tradeoff::Bench bench(file.scene, threads, watch.stop());
+  tradeoff::Bench bench(file.scene, threads, watch.stop());
   tradeoff::Findings findings;
   try {
     Meter meter(command);
@@ -161,27 +161,28 @@ int run(const TradeoffCommand& command) {
 
 }  // namespace
 
-void add_tradeoff(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
+void add_tradeoff(CommandLine& line, Action& chosen) {
+  Command command = line.command(
       "tradeoff", "Measure what accuracy costs on this machine; name the cheapest settings");
   const auto options = std::make_shared<TradeoffCommand>();
-  add_scene(*command, options->scene);
-  forbid_empty(*command
-                    ->add_option("-o,--output", options->directory,
-                                 "Directory for tables, plots and what has been measured; the same "
-                                 "command again goes on from there")
-                    ->type_name("DIR")
-                    ->required());
+  add_scene(command, options->scene);
+  command
+      .option("-o,--output", options->directory,
+              "Directory for tables, plots and what has been measured; the same "
+              "command again goes on from there")
+      .type_name("DIR")
+      .required()
+      .forbid_empty();
   add_real_number(
-      *command, "--error", ranges::target_error, options->error,
+      command, "--error", ranges::target_error, options->error,
       "Accuracy asked for: RMSE of the picture in linear radiance (default: that of the "
       "scene's own settings)");
-  add_real_number(*command, "--time-budget", budget_range, options->seconds,
+  add_real_number(command, "--time-budget", budget_range, options->seconds,
                   "Seconds for all measurements, about (default: 120)");
   const auto number = [&](const char* name, std::uint32_t most, std::uint32_t& target,
                           const char* description) {
     add_whole_number(
-        *command, name, 1, most,
+        command, name, 1, most,
         [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
         description);
   };
@@ -193,16 +194,15 @@ void add_tradeoff(CLI::App& app, Action& chosen) {
   number("--threads", 4096, options->threads,
          "Threads to trace with (default: every processor that may be used)");
   command
-      ->add_option("--also", options->also,
-                   "More settings to measure, as options of parray render in quotes; may be given "
-                   "several times")
-      ->type_name("'OPTIONS'")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->expected(1);
-  command->add_flag("--restart", options->restart, "Forget what DIR has from an earlier run");
-  add_quiet(*command, options->quiet);
-  add_json(*command, options->as_json);
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+      .option("--also", options->also,
+              "More settings to measure, as options of parray render in quotes; may be given "
+              "several times")
+      .type_name("'OPTIONS'")
+      .one_value_each();
+  command.flag("--restart", options->restart, "Forget what DIR has from an earlier run");
+  add_quiet(command, options->quiet);
+  add_json(command, options->as_json);
+  command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 
 }  // namespace parray

@@ -4,12 +4,12 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
-#include "common/particles/particles.h"
+#include "common/input/particles/particles.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 
 namespace parray {
 namespace {
@@ -66,7 +66,7 @@ json facts_of(const ValidateCommand& command) {
           {"precision_reason", resolved.precision_reason},
           {"accelerator", name_of(settings.accelerator)},
           {"accelerator_reason", resolved.accelerator_reason},
-          {"accelerator_bytes", make_kernel(file.scene, settings)->accelerator_bytes()},
+          {"accelerator_bytes", make_path_tracer(file.scene, settings)->accelerator()->bytes()},
           {"scene_sha256", scene_identity(scene_to_bytes(file.scene))}};
 }
 
@@ -135,14 +135,14 @@ int validate(const ValidateCommand& command) {
 
 }  // namespace
 
-void add_validate(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
+void add_validate(CommandLine& line, Action& chosen) {
+  Command command = line.command(
       "validate", "Check a scene file and say what it requires and what auto picks for it");
   const auto options = std::make_shared<ValidateCommand>();
-  add_scene(*command, options->scene);
-  add_json(*command, options->as_json);
-  options->render.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return validate(*options); }; });
+  add_scene(command, options->scene);
+  add_json(command, options->as_json);
+  options->render.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return validate(*options); }; });
 }
 
 }  // namespace parray

@@ -23,14 +23,14 @@ int watch(const WatchCommand& command) {
 
 }  // namespace
 
-void add_watch(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand(
+void add_watch(CommandLine& line, Action& chosen) {
+  Command command = line.command(
       "watch", "Show a job's progress; returns when it ends: 0 if it is done, 1 if not");
   const auto options = std::make_shared<WatchCommand>();
-  add_job(*command, options->job);
-  add_following(*command, options->following);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return watch(*options); }; });
+  add_job(command, options->job);
+  add_following(command, options->following);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return watch(*options); }; });
 }
 
 }  // namespace parray

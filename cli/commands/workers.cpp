@@ -5,7 +5,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 
 namespace parray {
@@ -39,12 +39,12 @@ int workers(const WorkersCommand& command) {
 
 }  // namespace
 
-void add_workers(CLI::App& app, Action& chosen) {
-  auto* command = app.add_subcommand("workers", "List the coordinator's workers");
+void add_workers(CommandLine& line, Action& chosen) {
+  Command command = line.command("workers", "List the coordinator's workers");
   const auto options = std::make_shared<WorkersCommand>();
-  add_json(*command, options->as_json);
-  options->farm.add_to(*command);
-  command->callback([options, &chosen] { chosen = [options] { return workers(*options); }; });
+  add_json(command, options->as_json);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });
 }
 
 }  // namespace parray

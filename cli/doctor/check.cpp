@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/interrupt.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 

@@ -14,6 +14,7 @@
 #include "cli/doctor/scratch.h"
 #include "cli/doctor/sphere_errors.h"
 #include "cli/doctor/tracing.h"
+#include "cli/process/child_process.h"
 #include "common/base/cpu_count.h"
 
 namespace parray {
@@ -26,7 +27,7 @@ constexpr Time patience = seconds(3);  ///< for messages over loopback
 void add_tracing(std::vector<Check>& checks) {
   for (const Isa isa : instruction_sets()) {
     const std::string name(name_of(isa));
-    const KernelMaker make = kernels_of(isa);
+    const TracerMaker make = tracers_of(isa);
     checks.push_back({name + " picture", [make] { return check_picture(make); }});
     checks.push_back({name + " furnaces", [make] { return check_furnaces(make); }});
     checks.push_back({name + " self-hits", [make] { return check_self_hits(make); }});
@@ -35,7 +36,7 @@ void add_tracing(std::vector<Check>& checks) {
   constexpr std::uint64_t rays = 100'000;
   checks.push_back({"sphere hits", [] { return check_hit_errors(worst_hit_errors(rays)); }});
   const int threads = usable_cpus();
-  const KernelMaker best = kernels_of(Isa::automatic);
+  const TracerMaker best = tracers_of(Isa::automatic);
   checks.push_back({"threads", [best, threads] { return check_threads(best, threads); }});
   constexpr int times = 60;
   checks.push_back({"repetition", [threads] {
@@ -49,7 +50,7 @@ Finding check_mpi_here(const fs::path& directory) {
   trial.mpirun = find_program("mpirun", path == nullptr ? "" : path);
   trial.parray_mpi = program_directory() / "parray-mpi";
   trial.directory = directory;
-  trial.image_sha256 = doctor_image_sha256(kernels_of(Isa::automatic), 1);
+  trial.image_sha256 = doctor_image_sha256(tracers_of(Isa::automatic), 1);
   return check_mpi_trial(trial);
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <type_traits>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/math/float_mode.h"
 

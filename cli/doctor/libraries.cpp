@@ -9,11 +9,11 @@
 #include <tuple>
 #include <zmq.hpp>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/sha256.h"
 #include "common/image/image_file.h"
 #include "common/image/srgb.h"
-#include "coordinator/sqlite_store.h"
+#include "coordinator/store/disk_store.h"
 
 namespace parray {
 namespace {
@@ -99,7 +99,7 @@ Finding check_state(const std::filesystem::path& directory) {
   const std::string bytes(100'000, 'x');
   const std::string digest = sha256_hex(std::as_bytes(std::span(bytes)));
   {
-    SqliteStore store(place);
+    DiskStore store(place);
     store.put_scene(digest, bytes);
     JobRecord job;  // a scene that no unfinished job uses may be dropped
     job.id = 1;
@@ -109,7 +109,7 @@ Finding check_state(const std::filesystem::path& directory) {
     store.put_job(job);
     store.commit();
   }
-  SqliteStore store(place);
+  DiskStore store(place);
   return store.scene(digest) == bytes
              ? passed("committed and read again after closing")
              : failed("what was committed is not there after closing",

@@ -8,10 +8,11 @@
 #include <fstream>
 #include <system_error>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
+#include "common/schedule/work_plan.h"
 #include "common/trace/isa.h"
 #include "proto/window.h"
 
@@ -121,10 +122,10 @@ Finding check_current_directory(const fs::path& directory) {
 
 std::uint64_t window_bytes() {
   const RenderSettings settings = resolve_settings(requirements_of({}), {}).settings;
-  const WorkPlan plan(settings, {{0, settings.height, 0, settings.samples_per_pixel}});
+  const WorkPlan plan(settings, {{{0, settings.samples_per_pixel}}, {}});
   const auto ranks = static_cast<std::uint32_t>(usable_cpus());
   constexpr std::uint64_t own_of_rank = 4 << 20;  // Open MPI's buffers (btl_vader_segment_size)
-  return WindowLayout(plan, ranks).bytes() + ranks * own_of_rank;
+  return WindowLayout(*plan.grid(), ranks).bytes() + ranks * own_of_rank;
 }
 
 Finding check_shared_memory(std::uint64_t available, std::uint64_t needed) {

@@ -7,8 +7,8 @@
 #include <zmq.hpp>
 #include <zmq_addon.hpp>
 
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
+#include "common/process/stop_signal.h"
 #include "proto/zmq_link.h"
 
 namespace parray {
@@ -152,15 +152,16 @@ Finding check_messages(Time patience) {
   const Time end = begin + patience;
   ZmqServer server(loopback, most_bytes);
   const auto worker = zmq_connect(server.endpoint(), most_bytes, Time(0));
-  const Frames question{"a control frame", std::string(100'000, 'b')};
+  const Frames question{std::string("a control frame"), std::string(100'000, 'b')};
   worker->send({}, question);
   const auto arrived = next_message(server.link(), clock, end);
-  if (!arrived || arrived->frames != question) {
+  if (!arrived || arrived->content.frames() != question) {
     return failed("no message came through " + server.endpoint(), loopback_remedy);
   }
-  server.link().send(arrived->peer, {"an answer"});
+  const Frames reply{std::string("an answer")};
+  server.link().send(arrived->peer, reply);
   const auto answer = next_message(*worker, clock, end);
-  if (!answer || answer->frames != Frames{"an answer"}) {
+  if (!answer || answer->content.frames() != reply) {
     return failed("no answer came back through " + server.endpoint(), loopback_remedy);
   }
   return passed("there and back over " + server.endpoint() + " in " +

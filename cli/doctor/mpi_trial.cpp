@@ -3,13 +3,12 @@
 #include <unistd.h>
 
 #include <fstream>
-#include <sstream>
 #include <system_error>
 #include <vector>
 
-#include "cli/doctor/child_process.h"
 #include "cli/doctor/tracing.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
+#include "cli/process/child_process.h"
 #include "common/base/printable.h"
 #include "common/image/partial_file.h"
 
@@ -17,11 +16,6 @@ namespace parray {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool executable(const fs::path& file) {
-  std::error_code ignored;
-  return fs::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
-}
 
 /// The lines of `log` that say something: Open MPI frames its own by dashes and empty lines.
 std::string words_of(const fs::path& log) {
@@ -65,15 +59,6 @@ Finding judge_report(const fs::path& file, const std::string& expected) {
 }
 
 }  // namespace
-
-std::optional<fs::path> find_program(const std::string& name, const std::string& path) {
-  std::istringstream directories(path);
-  for (std::string directory; std::getline(directories, directory, ':');) {
-    const fs::path file = fs::path(directory.empty() ? "." : directory) / name;
-    if (executable(file)) return fs::absolute(file);
-  }
-  return {};
-}
 
 fs::path program_directory() {
   std::error_code problem;

@@ -10,9 +10,6 @@
 /// A picture that two ranks of one mpirun render.
 namespace parray {
 
-/// The first executable file `name` in the directories of `path` ("/usr/bin:/bin"), if any.
-std::optional<std::filesystem::path> find_program(const std::string& name, const std::string& path);
-
 /// The directory that this program lies in; empty if the system does not say.
 std::filesystem::path program_directory();
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/math/float_mode.h"
 
 namespace parray {

@@ -9,14 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "cli/text.h"
+#include "cli/farm/direct_render.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/math/float_mode.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
-#include "common/trace/linear.h"
-#include "common/trace/scalar_kernel.h"
-#include "worker/team.h"
 
 namespace parray {
 
@@ -52,11 +51,11 @@ struct Sums {
   TraceCounts counts;
 };
 
-Sums sums_of(const Kernel& kernel, const RenderSettings& settings) {
+Sums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
   const FloatMode ieee;
   Sums sums{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
                  std::span(sums.pixels).subspan(std::size_t{y} * settings.width, settings.width),
                  sums.counts);
   }
@@ -156,25 +155,17 @@ Scene scaled(Scene scene, int k) {
   return scene;
 }
 
-/// One path after the other in scalar code, by linear search: what kernels have to repeat.
 Sums definition_of(const Scene& scene, const RenderSettings& settings) {
   const FloatMode ieee;
-  switch (settings.precision) {
-    case Precision::f64:
-      return sums_of(ScalarKernel<double, double, Linear<double>>(scene, settings), settings);
-    case Precision::mixed:
-      return sums_of(ScalarKernel<double, float, Linear<double>>(scene, settings), settings);
-    default:
-      return sums_of(ScalarKernel<float, float, Linear<float>>(scene, settings), settings);
-  }
+  return sums_of(*make_scalar_tracer(scene, settings), settings);
 }
 
 }  // namespace
 
-KernelMaker kernels_of(Isa isa) {
+TracerMaker tracers_of(Isa isa) {
   return [isa](const Scene& scene, RenderSettings settings) {
     settings.isa = isa;
-    return make_kernel(scene, settings);
+    return make_path_tracer(scene, settings);
   };
 }
 
@@ -183,7 +174,7 @@ SceneFile doctor_scene() {
   return read_scene(text, "the doctor's scene");
 }
 
-Finding check_picture(const KernelMaker& make, std::string_view expected) {
+Finding check_picture(const TracerMaker& make, std::string_view expected) {
   std::string wrong;
   for (const AcceleratorKind accelerator : accelerators) {
     const auto insisting = [&](const Scene& scene, RenderSettings settings) {
@@ -203,7 +194,7 @@ Finding check_picture(const KernelMaker& make, std::string_view expected) {
                 wrong_bits);
 }
 
-Finding check_furnaces(const KernelMaker& make) {
+Finding check_furnaces(const TracerMaker& make) {
   const RenderSettings open = sized(24, 8, 1U << 16);
   const RenderSettings closed = sized(8, 2, 1000);
   const Scene balls = white_balls();
@@ -229,7 +220,7 @@ Finding check_furnaces(const KernelMaker& make) {
                 wrong_bits);
 }
 
-Finding check_self_hits(const KernelMaker& make) {
+Finding check_self_hits(const TracerMaker& make) {
   const Scene ball = grey_ball();
   std::uint64_t paths = 0;
   const std::string wrong = wrong_ones(sized(32, 16, 50), [&](const RenderSettings& settings) {
@@ -242,7 +233,7 @@ Finding check_self_hits(const KernelMaker& make) {
                        : failed("paths meet the surface that they leave in " + wrong, wrong_bits);
 }
 
-Finding check_scaling(const KernelMaker& make) {
+Finding check_scaling(const TracerMaker& make) {
   const Scene scene = doctor_scene().scene;
   const std::string wrong = wrong_ones(sized(24, 2, 12), [&](const RenderSettings& settings) {
     const auto expected = definition_of(scene, settings).pixels;
@@ -258,20 +249,17 @@ Finding check_scaling(const KernelMaker& make) {
                       wrong_bits);
 }
 
-std::string doctor_image_sha256(const KernelMaker& make, int threads) {
+std::string doctor_image_sha256(const TracerMaker& make, int threads) {
   const SceneFile file = doctor_scene();
   const RenderSettings settings =
       resolve_settings(requirements_of(file.scene), file.settings).settings;
-  std::atomic<std::uint64_t> traced = 0;
   const std::atomic<bool> stop = false;
-  Framebuffer framebuffer(settings);
-  framebuffer.merge(trace_rect(*make(file.scene, settings), settings,
-                               {0, settings.height, 0, settings.samples_per_pixel}, threads, traced,
-                               stop));
-  return image_sha256(resolve_image(framebuffer, largest_radiance(file.scene)));
+  const auto picture =
+      render_directly(*make(file.scene, settings), file.scene, settings, threads, stop);
+  return image_sha256(resolve_image(picture->framebuffer, picture->largest_radiance));
 }
 
-Finding check_threads(const KernelMaker& make, int threads) {
+Finding check_threads(const TracerMaker& make, int threads) {
   const std::string alone = doctor_image_sha256(make, 1);
   const std::array others{doctor_image_sha256(make, threads), doctor_image_sha256(make, 1),
                           doctor_image_sha256(make, threads)};

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <iostream>
 
-#include "cli/interrupt.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
+#include "common/process/stop_signal.h"
 
 namespace parray {
 namespace {
@@ -26,59 +26,68 @@ constexpr std::uint64_t most_cells_a_turn = 4096;
 
 }  // namespace
 
-MpiCoordinator::Pass::Pass(MpiCoordinator& own, const WorkPlan& its_plan,
-                           const WindowLayout& layout, Transport& its_transport,
-                           std::vector<std::unique_ptr<WindowLeases>>& leases)
-    : plan(its_plan),
-      transport(its_transport),
-      ledger(plan, layout, *transport.window(), transport.memory(),
-             own.kept_.job().work->framebuffer, own.clock_.now(), own.locate_),
-      worker(plan, *leases.at(0), own.team_, own.clock_,
-             own.pass_ ? own.pass_->worker.tally() : RankTally{}) {
-  if (own.pass_) {
-    ledger.go_on_from(own.pass_->ledger);
+void PassResources::begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job) {
+  sources.clear();
+  pass = std::move(next);
+  layout.emplace(*pass.plan->grid(), ranks.count);
+  transport.begin_pass(*layout);
+  if (ranks.own.rank != 0) {
+    return;
   }
-  if (transport.by_messages()) {
-    server = std::make_unique<MessageServer>(own.world_.comm(), layout, transport.memory(), leases);
+  const std::uint32_t count = transport.by_messages() ? ranks.count : 1;
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    WindowOptions options = ranks.own;
+    options.rank = rank;
+    options.threads = ranks.facts[rank].threads;
+    sources.push_back(
+        std::make_unique<WindowSource>(job, pass, *layout, *transport.window(), options));
   }
 }
 
-MpiCoordinator::MpiCoordinator(const MpiWorld& world, KeptJob& kept, ThreadCellTeam& team,
-                               WindowLedger::Locate locate, std::function<void()> pet,
-                               const Options& options)
+MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transport& its_transport)
+    : transport(its_transport),
+      collector(
+          own.job_.picture(), *resources.layout, *transport.window(), transport.memory(),
+          own.clock_.now(), own.totals_,
+          {own.options_.locate, [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }}),
+      runner(*resources.sources.at(0), own.team_, own.clock_,
+             own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {
+  if (transport.by_messages()) {
+    server.emplace(own.world_.comm(), *resources.layout, transport.memory(), resources.sources);
+  }
+}
+
+MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team,
+                               Options options)
     : world_(world),
-      kept_(kept),
+      job_(job),
       team_(team),
-      locate_(std::move(locate)),
-      pet_(std::move(pet)),
-      options_(options),
-      progress_(progress_style(options.following.quiet), std::cerr, terminal_columns()),
-      preview_(options.following.preview,
+      options_(std::move(options)),
+      progress_(progress_style(options_.following.quiet), std::cerr, terminal_columns()),
+      preview_(options_.following.preview,
                [this] {
                  stop_if_interrupted();
                  stay_alive();
                }),
       started_(clock_.now()),
-      samples_before_(kept.job().work->framebuffer.counts().samples),
-      next_checkpoint_(started_ + options.checkpoint) {
-  kept_.job().work->started = started_;
-  kept_.job().work->pass_began = started_;
-}
+      pass_began_(started_),
+      finished_(started_),
+      progress_before_(job.taken_up() ? job.progress(Time(0)) : 0),
+      next_checkpoint_(started_ + options_.checkpoint) {}
 
-bool MpiCoordinator::run_pass(const WorkPlan& plan, const WindowLayout& layout,
-                              Transport& transport,
-                              std::vector<std::unique_ptr<WindowLeases>>& leases) {
-  pass_ = std::make_unique<Pass>(*this, plan, layout, transport, leases);
+bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
+  pass_ = std::make_unique<Pass>(*this, resources, transport);
+  pass_began_ = clock_.now();
   last_activity_ = 0;
   asked_for_help_ = transport.by_messages() || !world_.one_machine();
   if (asked_for_help_) {
     prctl(PR_SET_TIMERSLACK, 1000);  // or 50 us of sleep would be 110
   }
-  while (!pass_->ledger.done()) {
+  while (!pass_->collector.done()) {
     stop_if_interrupted();
-    pet_();
+    options_.pet();
     take_turn(clock_.now());
-    const Time due = pass_->worker.tick(clock_.now());
+    const Time due = pass_->runner.tick(clock_.now());
     const Time poll = clock_.now() < eager_until_ ? eager_poll : calm_poll;
     team_.wait(std::clamp(due - clock_.now(), Time(0), poll));
   }
@@ -87,33 +96,26 @@ bool MpiCoordinator::run_pass(const WorkPlan& plan, const WindowLayout& layout,
 
 /// Others only wait for leases meanwhile, and see that rank 0 is alive.
 bool MpiCoordinator::end_pass() {
-  WindowLedger& ledger = pass_->ledger;
-  const bool goes_on = kept_.next_pass(clock_.now());
-  while (goes_on) {
-    const auto block = ledger.take_finished_rows();
-    if (!block) {
-      break;
-    }
-    kept_.keep(*block);
-    stop_if_interrupted();
-    stay_alive();
-  }
-  if (ledger.rows_left_out() > 0) {
-    kept_.keep_no_more();
-  }
+  progress_.show(clock_.now(), status(clock_.now(), false));
+  const bool goes_on = job_.begin_pass(times(clock_.now()));
   finished_ = clock_.now();
-  progress_.show(finished_, status(finished_, !goes_on));
-  ledger.finish();
-  pass_->worker.stop();
-  pass_->worker.report();
+  if (!goes_on) {
+    progress_.show(finished_, status(finished_, true));
+  }
+  pass_->collector.finish();
+  pass_->runner.stop();
   return goes_on;
+}
+
+PassTimes MpiCoordinator::times(Time now) const {
+  return {job_.record().load_seconds + to_seconds(now - started_), to_seconds(now - pass_began_)};
 }
 
 void MpiCoordinator::stop_if_interrupted() {
   try {
     check_interrupted();
   } catch (const Interrupted&) {
-    keep_all_rows();
+    job_.commit();
     throw Interrupted("interrupted, perhaps because another rank ended: " + kept_text());
   }
 }
@@ -128,21 +130,21 @@ void MpiCoordinator::serve() {
 
 /// While rank 0 does something else than its share of the work.
 void MpiCoordinator::stay_alive() {
-  pet_();
+  options_.pet();
   serve();
-  pass_->ledger.listen(clock_.now());
+  pass_->collector.listen(clock_.now());
 }
 
 void MpiCoordinator::take_turn(Time now) {
-  WindowLedger& ledger = pass_->ledger;
+  WindowCollector& collector = pass_->collector;
   serve();
-  if (const std::uint64_t activity = ledger.activity();
+  if (const std::uint64_t activity = collector.activity();
       asked_for_help_ && activity != last_activity_) {
     last_activity_ = activity;
     eager_until_ = now + eager_time;
   }
-  ledger.collect(now, most_cells_a_turn);
-  ledger.issue_copies(now);
+  collector.collect(now, most_cells_a_turn);
+  collector.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
     look_after_ranks(now);
@@ -153,51 +155,41 @@ void MpiCoordinator::look_after_ranks(Time now) {
   const JobStatus so_far = status(now, false);
   progress_.show(now, so_far);
   preview_.follow(now, so_far, [this] {
-    const JobWork& work = *kept_.job().work;
-    return resolve_image(work.framebuffer, work.largest_radiance);
+    const JobPicture& picture = job_.picture();
+    return resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
   });
-  pass_->ledger.listen(now);
-  if (now - pass_->ledger.last_sign_of_life() >= options_.patience) {
+  pass_->collector.listen(now);
+  if (now - pass_->collector.last_sign_of_life() >= options_.patience) {
     give_up(now);
   }
-  if (now >= next_checkpoint_) {
-    keep_some_rows(now);
+  if (now >= next_checkpoint_ || job_.holds_much()) {
+    keep_some(now);
   }
 }
 
-/// A block a turn, because other ranks may need rank 0 meanwhile. A slow disk is asked less often,
-/// so that it takes a tenth of the time at most.
-void MpiCoordinator::keep_some_rows(Time now) {
-  if (const auto block = pass_->ledger.take_finished_rows()) {
-    kept_.keep(*block);
-    kept_.commit();
+/// A little at each look, because other ranks may need rank 0 meanwhile. A slow disk is asked less
+/// often, so that it takes a tenth of the time at most.
+void MpiCoordinator::keep_some(Time now) {
+  next_checkpoint_ = now;  // until nothing waits
+  if (!job_.pack_some()) {
+    job_.commit();
     keeping_ += clock_.now() - now;
+    next_checkpoint_ = now + std::max(options_.checkpoint, 10 * std::exchange(keeping_, Time(0)));
     return;
   }
-  kept_.commit();  // rows of earlier passes
-  next_checkpoint_ = now + std::max(options_.checkpoint, 10 * keeping_);
-  keeping_ = Time(0);
-}
-
-void MpiCoordinator::keep_all_rows() {
-  while (const auto block = pass_->ledger.take_finished_rows()) {
-    kept_.keep(*block);
-  }
-  kept_.commit();
+  keeping_ += clock_.now() - now;
 }
 
 std::string MpiCoordinator::kept_text() const {
-  const double before = kept_.taken_up();
-  const double done = before + (1 - before) * pass_->ledger.complete_rows();
-  return kept_.amount_text(done) + (kept_.job().record.settings.in_passes() ? " are" : " is") +
-         " kept in " + kept_.directory().string() +
+  return job_.amount_text() + (job_.record().settings.in_passes() ? " are" : " is") + " kept in " +
+         job_.directory().string() +
          ": the same command goes on from there, with any number of ranks";
 }
 
 void MpiCoordinator::give_up(Time now) {
-  keep_all_rows();
+  job_.commit();
   std::string silent;
-  for (const std::uint32_t rank : pass_->ledger.silent_ranks(now, options_.patience)) {
+  for (const std::uint32_t rank : pass_->collector.silent_ranks(now, options_.patience)) {
     silent += (silent.empty() ? "" : ", ") + std::to_string(rank);
   }
   throw RunError("no rank has got on for " + duration_text(to_seconds(options_.patience)) +
@@ -205,30 +197,25 @@ void MpiCoordinator::give_up(Time now) {
 }
 
 JobStatus MpiCoordinator::status(Time now, bool done) const {
-  const Job& job = kept_.job();
-  const bool in_passes = job.record.settings.in_passes();
-  const double share = pass_->ledger.progress();
-  const double before = kept_.taken_up();
-  const double progress = in_passes ? job.progress(now) : before + (1 - before) * share;
+  const Framebuffer& framebuffer = job_.picture().framebuffer();
   const double elapsed = to_seconds(now - started_);
+  const double progress = job_.progress(now - started_);
   JobStatus status;
-  status.id = job.record.id;
-  status.name = job.record.name;
+  status.id = job_.record().id;
+  status.name = job_.record().name;
   status.state = name_of(done ? JobState::done : JobState::running);
   status.progress = done ? 1 : progress;
-  status.whole = preview_.wanted() && job.whole();
-  if (progress > before && elapsed > 0) {
-    const std::uint64_t merged = job.work->framebuffer.counts().samples - samples_before_;
-    status.samples_per_second = (in_passes ? static_cast<double>(merged)
-                                           : share * static_cast<double>(pass_->plan.samples())) /
-                                elapsed;
-    status.seconds_left = elapsed * (1 - progress) / (progress - before);
+  status.whole = preview_.wanted() && framebuffer.whole();
+  if (progress > progress_before_ && elapsed > 0) {
+    status.samples_per_second =
+        static_cast<double>(framebuffer.counts().samples - job_.samples_before()) / elapsed;
+    status.seconds_left = elapsed * (1 - progress) / (progress - progress_before_);
   }
   return status;
 }
 
-void MpiCoordinator::meet_ranks() {
-  const bool met = world_.meet(options_.patience, [this] {
+void MpiCoordinator::barrier() {
+  const bool met = world_.barrier(options_.patience, [this] {
     stop_if_interrupted();
     stay_alive();
   });
@@ -237,8 +224,26 @@ void MpiCoordinator::meet_ranks() {
   }
 }
 
-bool MpiCoordinator::gather_ranks(Time patience) {
-  return world_.meet(patience, [this] { stay_alive(); });
+bool MpiCoordinator::last_barrier(Time patience) {
+  return !pass_ || world_.barrier(patience, [this] { stay_alive(); });
+}
+
+RenderFacts MpiCoordinator::facts(const Ranks& ranks) const {
+  RenderFacts facts;
+  facts.render_seconds = to_seconds(finished_ - started_);
+  facts.workers = ranks.count;
+  facts.isa = pass_ ? pass_->runner.tally().isa : "";
+  for (std::uint32_t rank = 0; rank < ranks.count; ++rank) {
+    const auto seconds_of = [&](WindowLayout::RankWord word) {
+      return 1e-9 * static_cast<double>(rank_value(rank, word));
+    };
+    facts.threads += ranks.facts[rank].threads;
+    facts.trace_seconds += seconds_of(WindowLayout::busy);
+    facts.build_seconds = std::max(facts.build_seconds, seconds_of(WindowLayout::build));
+    facts.accelerator_bytes =
+        std::max(facts.accelerator_bytes, rank_value(rank, WindowLayout::tree_bytes));
+  }
+  return facts;
 }
 
 }  // namespace parray

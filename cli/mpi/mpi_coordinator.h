@@ -2,18 +2,32 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "cli/mpi/kept_job.h"
-#include "cli/mpi/message_leases.h"
+#include "cli/mpi/checkpointed_job.h"
 #include "cli/mpi/mpi_job.h"
-#include "cli/preview.h"
-#include "cli/progress.h"
-#include "coordinator/window_ledger.h"
-#include "worker/rank_worker.h"
+#include "cli/mpi/rank_messages.h"
+#include "cli/mpi/transport.h"
+#include "cli/output/preview.h"
+#include "cli/output/progress.h"
+#include "coordinator/report.h"
+#include "coordinator/window_collector.h"
+#include "worker/lease_runner.h"
 
 namespace parray {
+
+/// What ranks that take part build alike for a pass.
+struct PassResources {
+  RankPass pass;
+  std::optional<WindowLayout> layout;
+  /// Of every rank that rank 0 takes leases for: itself, and all where they send messages.
+  std::vector<std::unique_ptr<WindowSource>> sources;
+
+  /// Collective. In rank 0 sources are made.
+  void begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job);
+};
 
 /// Rank 0 at work: takes results in, keeps them, watches the other ranks, and traces as one of
 /// them.
@@ -23,40 +37,42 @@ class MpiCoordinator {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
     Following following;
+    /// See WindowCollector::Hooks.
+    std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
+    std::function<void()> pet;  ///< called all the time
   };
-  /// References outlive the object. `pet` is called all the time.
-  MpiCoordinator(const MpiWorld& world, KeptJob& kept, ThreadCellTeam& team,
-                 WindowLedger::Locate locate, std::function<void()> pet, const Options& options);
+  /// References outlive the object.
+  MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
 
-  /// Does a pass of the job, or all of it. Returns when every cell is in, it is decided whether
+  /// Does the pass that the job has begun. Returns when every cell is in, it is decided whether
   /// there is another pass, and all ranks can know that this one is over: true if there is. Throws
   /// RunError when no rank gets on, Interrupted after a signal; what is finished has been kept by
   /// then.
   ///
-  /// `leases[r]` are rank r's, over rank 0's memory; without messages only leases[0] is there.
-  /// References stay good for meet_ranks(), gather_ranks() and ledger().
-  bool run_pass(const WorkPlan& plan, const WindowLayout& layout, Transport& transport,
-                std::vector<std::unique_ptr<WindowLeases>>& leases);
+  /// `resources` and `transport` stay for barrier(), end() and the report.
+  bool run_pass(PassResources& resources, Transport& transport);
 
   /// Between passes: waits for the other ranks. Throws as run_pass() does.
-  void meet_ranks();
+  void barrier();
   /// Waits for the last words of the other ranks; false if some do not answer in time.
-  bool gather_ranks(Time patience);
+  bool last_barrier(Time patience);
 
-  /// Of the latest pass; it has counted on from those before.
-  [[nodiscard]] WindowLedger& ledger() { return pass_->ledger; }
-  [[nodiscard]] Time finished() const { return finished_; }
+  /// For reports, from the words of all ranks.
+  [[nodiscard]] RenderFacts facts(const Ranks& ranks) const;
+  /// A word of a rank's own; 0 if there was nothing to do.
+  [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
+    return pass_ ? pass_->collector.rank_value(rank, word) : 0;
+  }
+  [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
 
  private:
   /// A pass under way.
   struct Pass {
-    Pass(MpiCoordinator& own, const WorkPlan& plan, const WindowLayout& layout,
-         Transport& transport, std::vector<std::unique_ptr<WindowLeases>>& leases);
-    const WorkPlan& plan;
+    Pass(MpiCoordinator& own, PassResources& resources, Transport& transport);
     Transport& transport;
-    WindowLedger ledger;
-    RankWorker worker;
-    std::unique_ptr<MessageServer> server;
+    WindowCollector collector;
+    LeaseRunner runner;
+    std::optional<MessageServer> server;
   };
 
   bool end_pass();
@@ -64,20 +80,19 @@ class MpiCoordinator {
   void serve();
   void stay_alive();
   void take_turn(Time now);
-  void keep_some_rows(Time now);
-  void keep_all_rows();
+  void keep_some(Time now);
   void look_after_ranks(Time now);
+  [[nodiscard]] PassTimes times(Time now) const;
   [[nodiscard]] JobStatus status(Time now, bool done) const;
   [[noreturn]] void give_up(Time now);
   [[nodiscard]] std::string kept_text() const;
 
   const MpiWorld& world_;
-  KeptJob& kept_;
-  ThreadCellTeam& team_;
-  const WindowLedger::Locate locate_;
-  const std::function<void()> pet_;
+  CheckpointedJob& job_;
+  ThreadTeam& team_;
   const Options options_;
   SteadyClock clock_;
+  WindowCollector::Totals totals_;
   std::unique_ptr<Pass> pass_;
   Progress progress_;
   Preview preview_;
@@ -85,8 +100,9 @@ class MpiCoordinator {
   std::uint64_t last_activity_ = 0;
   Time eager_until_{};
   Time started_;
-  std::uint64_t samples_before_;  ///< of earlier lives of the job
-  Time finished_{};
+  Time pass_began_;
+  Time finished_;
+  double progress_before_;
   Time next_look_{};
   Time next_checkpoint_;
   Time keeping_{};  ///< spent in the current checkpoint

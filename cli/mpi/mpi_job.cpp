@@ -2,20 +2,21 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "common/base/error.h"
+#include "proto/mpi_window.h"
 #include "proto/settings_json.h"
 
 namespace parray {
 
 using nlohmann::json;
 
-std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
+std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
+                                    const std::string& scene_bytes) {
   std::string header;
   if (job != nullptr) {
     header = json{{"settings", settings_to_json(job->settings)},
@@ -35,137 +36,95 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job) {
   received.tile = map.at("tile");
   received.fingerprint = map.at("fingerprint");
   if (!received.alone()) {
-    received.scene_bytes = world.broadcast(job != nullptr ? job->scene_bytes : std::string());
-  } else if (job != nullptr) {
-    received.scene_bytes = job->scene_bytes;
+    received.scene_bytes = world.broadcast(scene_bytes);
   }
   return received;
 }
 
 namespace {
 
-/// As it lies in memory: all ranks run the same build.
+/// A list as it lies in memory, after its length: all ranks run the same build.
 template <typename Element>
 void append(std::string& bytes, const std::vector<Element>& list) {
+  const std::uint64_t count = list.size();
+  bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
   bytes.append(reinterpret_cast<const char*>(list.data()), list.size() * sizeof(Element));
 }
 
 template <typename Element>
-std::vector<Element> list_from(std::string_view bytes) {
-  std::vector<Element> list(bytes.size() / sizeof(Element));
-  std::memcpy(list.data(), bytes.data(), list.size() * sizeof(Element));
+std::vector<Element> take_list(std::string_view& bytes) {
+  std::uint64_t count = 0;
+  std::memcpy(&count, bytes.data(), sizeof count);
+  bytes.remove_prefix(sizeof count);
+  std::vector<Element> list(count);
+  std::memcpy(list.data(), bytes.data(), count * sizeof(Element));
+  bytes.remove_prefix(count * sizeof(Element));
   return list;
 }
 
 }  // namespace
 
-std::optional<MpiPass> broadcast_pass(const MpiWorld& world, const MpiPass* pass) {
+std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
+                                       const RankPass* pass) {
   std::string bytes;
   if (pass != nullptr) {
-    append(bytes, std::vector<std::uint64_t>{pass->pending.size()});
-    append(bytes, pass->pending);
-    append(bytes, pass->samples);
+    append(bytes, std::vector{pass->number});
+    append(bytes, pass->plan->grid()->shape().stages);
+    append(bytes, pass->plan->pixel_samples());
+    append(bytes, pass->missing.ranges());
   }
   bytes = world.broadcast(std::move(bytes));
-  if (bytes.empty()) {
+  if (bytes.empty() || pass != nullptr) {
     return {};
   }
-  const std::string_view lists = std::string_view(bytes).substr(sizeof(std::uint64_t));
-  const std::size_t rects =
-      list_from<std::uint64_t>(bytes.substr(0, sizeof(std::uint64_t))).front() * sizeof(WorkRect);
-  return MpiPass{list_from<WorkRect>(lists.substr(0, rects)),
-                 list_from<SampleRange>(lists.substr(rects))};
+  std::string_view rest = bytes;
+  RankPass received;
+  received.number = take_list<std::uint32_t>(rest).front();
+  Pass cut;
+  cut.stages = take_list<SampleRange>(rest);
+  cut.samples = take_list<SampleRange>(rest);
+  received.plan = std::make_shared<const WorkPlan>(job.settings, std::move(cut), job.tile);
+  received.missing = CellList(take_list<CellRange>(rest));
+  return received;
 }
 
-std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t own_threads,
-                                    std::uint32_t participants) {
+namespace {
+
+/// In rank 0; elsewhere empty ones.
+std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads, bool alone) {
   constexpr std::size_t name_size = 64;
   struct Packed {
     std::array<char, name_size> host{};
     std::uint32_t threads = 0;
   };
   Packed own;
-  own.threads = own_threads;
+  own.threads = threads;
   gethostname(own.host.data(), name_size - 1);
   std::vector<Packed> all(world.ranks());
   all[0] = own;
-  if (participants > 1) {
+  if (!alone) {
     check_mpi(
         MPI_Gather(&own, sizeof own, MPI_BYTE, all.data(), sizeof own, MPI_BYTE, 0, world.comm()),
         "asking all ranks for their threads");
   }
   std::vector<RankFacts> facts;
-  facts.reserve(all.size());
   for (const Packed& rank : all) {
     facts.push_back({rank.host.data(), rank.threads});
   }
   return facts;
 }
 
-Transport::Transport(const MpiWorld& world, const MpiJob& job)
-    : world_(world),
-      alone_(job.alone() || world.ranks() == 1),
-      by_messages_(!alone_ && job.mode == MpiMode::messages) {}
+}  // namespace
 
-void Transport::begin_pass(const WindowLayout& layout) {
-  if (layout.bytes() <= bytes_) {
-    clear(layout.zeroed_bytes());
-    return;
-  }
-  // Records of later passes are a little longer, pass by pass.
-  bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
-  if (!alone_ && !by_messages_) {
-    open_window(layout);
-  }
-  if (world_.first() && !mpi_window_) {
-    local_memory_ = {};  // before there is more: two may not fit
-    local_memory_.resize((bytes_ + 7) / 8);
-    local_window_ = std::make_unique<LocalWindow>(memory());
-  }
-}
-
-void Transport::open_window(const WindowLayout& layout) {
-  close();
-  try {
-    mpi_window_ = std::make_unique<MpiWindow>(world_.comm(), bytes_, layout.zeroed_bytes());
-  } catch (const RunError& error) {
-    fallback_reason_ = error.what();
-  }
-  const bool everywhere = world_.all_of(mpi_window_ != nullptr);
-  if (!everywhere || !mpi_window_->works()) {
-    if (fallback_reason_.empty()) {
-      fallback_reason_ = "its trial failed";
-    }
-    static_cast<void>(mpi_window_.release());  // closing a window that does not work may hang
-    by_messages_ = true;
-  }
-}
-
-void Transport::clear(std::size_t zeroed) {
-  if (mpi_window_) {
-    mpi_window_->clear(zeroed);
-    world_.meet(std::chrono::hours(24 * 365));  // nobody writes before it is zero
-  } else if (world_.first()) {
-    std::fill_n(memory().begin(), zeroed, std::byte{0});
-  }
-}
-
-const char* Transport::name() const {
-  return mpi_window_ ? "window" : by_messages_ ? "messages" : "memory";
-}
-
-Window* Transport::window() {
-  return mpi_window_ ? static_cast<Window*>(mpi_window_.get()) : local_window_.get();
-}
-
-std::span<std::byte> Transport::memory() {
-  return mpi_window_ ? mpi_window_->memory() : std::as_writable_bytes(std::span(local_memory_));
-}
-
-void Transport::progress() {
-  if (mpi_window_) {
-    mpi_window_->progress();
-  }
+Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads) {
+  Ranks ranks;
+  ranks.count = job.alone() ? 1 : world.ranks();
+  ranks.facts = gather_facts(world, threads, job.alone());
+  ranks.own.policy = job.settings.schedule;
+  ranks.own.rank = world.rank();
+  ranks.own.threads = threads;
+  ranks.own.all_threads = job.alone() ? threads : static_cast<std::uint32_t>(world.sum(threads));
+  return ranks;
 }
 
 }  // namespace parray

@@ -26,57 +26,51 @@ MpiMode mpi_mode_from(std::string_view name) {
                    "' is none of window, messages, static, openmp, sequential");
 }
 
-void MpiOptions::add_to(CLI::App& app) {
-  add_scene(app, scene);
-  output.add_to(app, true);
-  output.add_aov_to(app);
-  render.add_to(app);
+void MpiOptions::add_to(Command& command) {
+  add_scene(command, scene);
+  output.add_to(command, true);
+  output.add_aov_to(command);
+  render.add_to(command);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
                           std::uint32_t& target, const char* description) {
     return add_whole_number(
-        app, name, least, most,
+        command, name, least, most,
         [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
         description);
   };
   constexpr std::uint32_t most_threads = 4096;
   add_whole_number(
-      app, "--threads", 1, most_threads,
+      command, "--threads", 1, most_threads,
       [this](std::uint64_t value) { threads = static_cast<std::uint32_t>(value); },
       "Threads of each rank (default: its machine's processors, shared by the ranks there)")
-      ->group(work_group);
-  app.add_option_function<std::string>(
-         "--mode",
-         [this](const std::string& text) {
-           try {
-             mode = mpi_mode_from(text);
-           } catch (const InputError& error) {
-             throw CLI::ValidationError("--mode", error.what());
-           }
-         },
-         "How ranks share the work; window: each takes leases by itself from memory of rank 0's; "
-         "messages: rank 0 is asked for them; static: 1/P of the rows each, whatever --schedule "
-         "says; openmp and sequential: "
-         "rank 0 alone, with all its threads or with one")
-      ->type_name("window|messages|static|openmp|sequential")
-      ->take_last()
-      ->group(work_group);
+      .group(work_group);
+  command
+      .option(
+          "--mode", [this](const std::string& text) { mode = mpi_mode_from(text); },
+          "How ranks share the work; window: each takes leases by itself from memory of rank 0's; "
+          "messages: rank 0 is asked for them; static: 1/P of the rows each, whatever --schedule "
+          "says; openmp and sequential: "
+          "rank 0 alone, with all its threads or with one")
+      .type_name("window|messages|static|openmp|sequential")
+      .group(work_group);
   number("--tile", 0, 4096, tile,
          "Let threads take square tiles of N x N pixels; 0: runs of pixels along a row")
-      ->group(work_group);
-  app.add_option("--state", state,
-                 "Keep finished rows in DIR, and go on with what is there; a coordinator started "
-                 "with --state DIR goes on with it, too (default: IMAGE.state, until the picture "
-                 "is written)")
-      ->type_name("DIR")
-      ->group(safety_group);
+      .group(work_group);
+  command
+      .option("--state", state,
+              "Keep finished rows in DIR, and go on with what is there; a coordinator started "
+              "with --state DIR goes on with it, too (default: IMAGE.state, until the picture "
+              "is written)")
+      .type_name("DIR")
+      .group(safety_group);
   number("--checkpoint", 1, 86400, checkpoint, "Keep finished rows every N seconds (default: 10)")
-      ->group(safety_group);
+      .group(safety_group);
   number("--patience", 1, 86400, patience,
          "Give up when no rank has got on for N seconds (default: 60)")
-      ->group(safety_group);
-  app.add_flag("--row-seconds", row_seconds,
+      .group(safety_group);
+  command.flag("--row-seconds", row_seconds,
                "Put the time that each row took into the report, for simulations");
-  add_following(app, following);
+  add_following(command, following);
 }
 
 }  // namespace parray

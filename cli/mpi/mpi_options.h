@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -35,7 +34,7 @@ struct MpiOptions {
   bool row_seconds = false;
   Following following;
 
-  void add_to(CLI::App& app);
+  void add_to(Command& command);
 };
 
 }  // namespace parray

@@ -7,20 +7,18 @@
 #include <thread>
 
 #include "cli/commands/rendering.h"
-#include "cli/front_door.h"
-#include "cli/interrupt.h"
 #include "cli/mpi/mpi_coordinator.h"
-#include "cli/mpi/mpi_job.h"
 #include "cli/mpi/mpi_report.h"
 #include "cli/mpi/watchdog.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/image/image.h"
+#include "common/process/run_main.h"
+#include "common/process/stop_signal.h"
 #include "common/scene/scene_bytes.h"
-#include "common/schedule/row_order.h"
-#include "common/trace/fingerprint.h"
-#include "common/trace/nonfinite.h"
+#include "common/trace/integrator/nonfinite.h"
+#include "common/trace/selfcheck/fingerprint.h"
 
 namespace parray {
 namespace {
@@ -56,68 +54,13 @@ std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool
   return options.threads.value_or(share);
 }
 
-/// The ranks that take part, as each of them knows them. Making it is collective.
-struct Crew {
-  Crew(const MpiWorld& world, const MpiOptions& asked, const MpiJob& job)
-      : ranks(job.alone() ? 1 : world.ranks()) {
-    options.policy = job.settings.schedule;
-    options.rank = world.rank();
-    options.threads = threads_for(world, asked, job.alone());
-    facts = gather_facts(world, options.threads, ranks);
-    options.all_threads = options.threads;
-    if (!job.alone()) {
-      options.all_threads = static_cast<std::uint32_t>(world.sum(options.threads));
-    }
-  }
-
-  std::uint32_t ranks;
-  WindowLeaseOptions options;
-  std::vector<RankFacts> facts;
-};
-
-/// What every rank that takes part builds alike, pass by pass.
-struct Parts {
-  Parts(const MpiWorld& world, const MpiJob& job) : transport(world, job) {}
-
-  /// Collective.
-  void begin_pass(const Crew& crew, const MpiJob& job, MpiPass pass) {
-    leases.clear();
-    plan = std::make_shared<const WorkPlan>(job.settings, std::move(pass.pending), job.tile,
-                                            std::move(pass.samples));
-    layout.emplace(*plan, crew.ranks);
-    transport.begin_pass(*layout);
-    if (crew.options.rank == 0) {
-      make_leases(crew);
-    }
-  }
-  void make_leases(const Crew& crew);
-
-  Transport transport;
-  std::shared_ptr<const WorkPlan> plan;
-  std::optional<WindowLayout> layout;
-  /// Of every rank that rank 0 takes leases for: itself, and all where they send messages.
-  std::vector<std::unique_ptr<WindowLeases>> leases;
-};
-
-void Parts::make_leases(const Crew& crew) {
-  const std::uint32_t count = transport.by_messages() ? crew.ranks : 1;
-  for (std::uint32_t rank = 0; rank < count; ++rank) {
-    WindowLeaseOptions options = crew.options;
-    options.rank = rank;
-    options.threads = crew.facts[rank].threads;
-    leases.push_back(std::make_unique<WindowLeases>(*plan, *layout, *transport.window(), options));
-  }
-}
-
-void tell_of_accelerator(LeaseSource& leases, const ThreadCellTeam& team) {
-  const auto built = team.built();
-  leases.tell(WindowLayout::build, static_cast<std::uint64_t>(built.seconds * 1e9));
-  leases.tell(WindowLayout::tree_bytes, built.bytes);
+RankJob rank_job(const MpiJob& job, std::shared_ptr<const Scene> scene) {
+  return {job.settings, "the scene", std::move(scene)};
 }
 
 constexpr Time for_ever = std::chrono::hours(24 * 365);
 /// How long rank 0 waits, when all is done, for ranks that may have been stopped.
-constexpr Time last_meeting = seconds(10);
+constexpr Time last_patience = seconds(10);
 
 /// Whether rank 0 has been seen alive, asked now and then.
 class Pulse {
@@ -125,7 +68,7 @@ class Pulse {
   /// Without a window (null) rank 0 answers, or the rank hangs: there is nothing to ask.
   explicit Pulse(Window* window) : window_(window) {}
 
-  bool felt(Time now) {
+  bool alive(Time now) {
     if (window_ == nullptr) {
       return true;
     }
@@ -142,70 +85,91 @@ class Pulse {
   Time next_look_{};
 };
 
-/// A pass, in a rank other than 0. Returns what the rank has done so far in the job.
-RankTally work_on_pass(const MpiWorld& world, Parts& parts, const Crew& crew, ThreadCellTeam& team,
-                       const RankTally& before, Watchdog& dog) {
-  std::unique_ptr<LeaseSource> leases;
-  if (parts.transport.by_messages()) {
-    leases = std::make_unique<MessageLeases>(world.comm());
-  } else {
-    leases = std::make_unique<WindowLeases>(*parts.plan, *parts.layout, *parts.transport.window(),
-                                            crew.options);
-  }
-  team.change_plan(parts.plan);
-  const SteadyClock clock;
-  RankWorker worker(*parts.plan, *leases, team, clock, before);
-  Pulse pulse(parts.transport.window());
-  while (!worker.over()) {
-    if (team.busy() || pulse.felt(clock.now())) {
-      dog.pet();
-    }
-    const Time due = worker.tick(clock.now());
-    team.wait(std::max(due - clock.now(), Time(0)));
-  }
-  worker.stop();
-  worker.report();
-  tell_of_accelerator(*leases, team);
-  // Of rank 0 that waits for another; by messages nothing is known, and the dog's patience counts.
-  world.meet(for_ever, [&] {
-    if (!parts.transport.by_messages() && pulse.felt(clock.now())) {
-      dog.pet();
-    }
-  });
-  return worker.tally();
-}
+/// A rank other than 0.
+class Follower {
+ public:
+  /// Collective.
+  Follower(const MpiOptions& options, const MpiWorld& world, MpiJob job, Watchdog& dog)
+      : world_(world),
+        job_(std::move(job)),
+        dog_(dog),
+        ranks_(find_ranks(world, job_, threads_for(world, options, false))),
+        rank_job_(rank_job(job_, std::make_shared<const Scene>(
+                                     scene_from_bytes(std::exchange(job_.scene_bytes, {}))))),
+        team_(static_cast<int>(ranks_.own.threads)),
+        transport_(world, false, job_.mode == MpiMode::messages) {}
 
-/// Ranks other than 0.
-int work(const MpiOptions& options, const MpiWorld& world) {
-  const auto job = broadcast_job(world, nullptr);
+  /// Pass after pass, until rank 0 has written the picture.
+  void run() {
+    PassResources resources;
+    while (auto pass = broadcast_pass(world_, job_, nullptr)) {
+      resources.begin(std::move(*pass), transport_, ranks_, rank_job_);
+      work(resources);
+      dog_.pet();
+    }
+    world_.barrier(for_ever, [this] { dog_.pet(); });
+    transport_.close();
+  }
+
+ private:
+  std::unique_ptr<RankSource> source_for(PassResources& resources) {
+    if (transport_.by_messages()) {
+      return std::make_unique<RankMessages>(rank_job_, resources.pass, world_.comm());
+    }
+    return std::make_unique<WindowSource>(rank_job_, resources.pass, *resources.layout,
+                                          *transport_.window(), ranks_.own);
+  }
+
+  void work(PassResources& resources) {
+    const auto source = source_for(resources);
+    LeaseRunner runner(*source, team_, clock_, tally_);
+    Pulse pulse(transport_.window());
+    while (!runner.over()) {
+      if (!team_.idle() || pulse.alive(clock_.now())) {
+        dog_.pet();
+      }
+      const Time due = runner.tick(clock_.now());
+      team_.wait(std::max(due - clock_.now(), Time(0)));
+    }
+    runner.stop();
+    tally_ = runner.tally();
+    // Rank 0 may wait for another; by messages nothing is known, and the dog's patience counts.
+    world_.barrier(for_ever, [&] {
+      if (!transport_.by_messages() && pulse.alive(clock_.now())) {
+        dog_.pet();
+      }
+    });
+  }
+
+  const MpiWorld& world_;
+  MpiJob job_;
+  Watchdog& dog_;
+  const SteadyClock clock_;
+  const Ranks ranks_;
+  RankJob rank_job_;
+  ThreadTeam team_;
+  Transport transport_;
+  WorkTally tally_;
+};
+
+int follow(const MpiOptions& options, const MpiWorld& world) {
+  auto job = broadcast_job(world, nullptr);
   if (!job) {
     return 0;  // rank 0 says why
   }
   if (job->alone()) {
-    world.meet(for_ever);  // until the work is done, and then until the picture is written
-    world.meet(for_ever);
+    world.barrier(for_ever);  // until the work is done, and then until the picture is written
+    world.barrier(for_ever);
     return 0;
   }
   Watchdog dog = guard(world, options);
-  if (!world.all_of(trace_fingerprint() == job->fingerprint)) {
-    return 0;  // rank 0 says so
+  if (world.all_of(trace_fingerprint() == job->fingerprint)) {  // else rank 0 says so
+    Follower(options, world, std::move(*job), dog).run();
   }
-  const Crew crew(world, options, *job);
-  ThreadCellTeam team(scene_from_bytes(job->scene_bytes), job->settings, nullptr,
-                      static_cast<int>(crew.options.threads));
-  Parts parts(world, *job);
-  RankTally tally;
-  while (auto pass = broadcast_pass(world, nullptr)) {
-    parts.begin_pass(crew, *job, std::move(*pass));
-    tally = work_on_pass(world, parts, crew, team, tally, dog);
-    dog.pet();
-  }
-  world.meet(for_ever, [&dog] { dog.pet(); });  // while rank 0 writes the picture
-  parts.transport.close();
   return 0;
 }
 
-MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
+MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept) {
   check_outputs(options.output.paths(), options.scene);
   const Preview preview(options.following.preview);  // before any work
   Submission submission = load_submission(options.scene, options.render, 50);
@@ -215,119 +179,117 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<KeptJob>& kept) {
     submission.settings.row_order = RowOrder::sequential;
   }
   const bool named = !options.state.empty();
-  kept = std::make_unique<KeptJob>(
-      std::move(submission),
+  kept = std::make_unique<CheckpointedJob>(
+      std::move(submission), options.tile,
       named ? options.state : options.output.paths().image.string() + ".state", named);
-  if (kept->taken_up() > 0) {
-    std::cerr << std::string(program) + ": going on from " + kept->amount_text(kept->taken_up()) +
-                     " in " + kept->directory().string() + "\n";
+  if (kept->taken_up()) {
+    std::cerr << std::string(program) + ": going on from " + kept->amount_text() + " in " +
+                     kept->directory().string() + "\n";
   }
   MpiJob job;
-  job.settings = kept->job().record.settings;
+  job.settings = kept->record().settings;
   job.mode = options.mode;
-  job.tile = options.tile;
+  job.tile = kept->record().tile;
   job.fingerprint = trace_fingerprint();
-  job.scene_bytes = *kept->job().work->scene_bytes;
   return job;
 }
 
-/// Traces a cell again to find what is not finite; the kernel is made when the first is asked for.
+/// Traces a cell again to find what is not finite; the tracer is made when the first is asked for.
 class Locator {
  public:
-  explicit Locator(const MpiJob& job)
-      : job_(job), row_at_(make_row_order(job.settings.row_order, job.settings.height)) {}
+  Locator(const CheckpointedJob& kept, const RenderSettings& settings)
+      : kept_(kept), settings_(settings) {}
 
-  std::vector<ExcludedSamples> operator()(const Cell& cell) {
-    if (!kernel_) {
-      kernel_ = make_kernel(scene_from_bytes(job_.scene_bytes), job_.settings);
+  std::vector<ExcludedSamples> operator()(const CellBatch& batch) {
+    if (!tracer_) {
+      tracer_ = make_path_tracer(*kept_.scene_again(), settings_);
     }
-    return locate_nonfinite(*kernel_, {row_at_[cell.position], cell.x_begin, cell.x_end},
-                            cell.sample_ranges(), cell.position);
+    const Cell cell = batch.grid->cell(batch.range.begin);
+    return locate_nonfinite(*tracer_, {cell.y, cell.x_begin, cell.x_end},
+                            batch.ranges_of(batch.range.begin));
   }
 
  private:
-  const MpiJob& job_;
-  std::vector<std::uint32_t> row_at_;
-  std::shared_ptr<const Kernel> kernel_;  // shared, because a std::function is copied
+  const CheckpointedJob& kept_;
+  const RenderSettings& settings_;
+  std::shared_ptr<const PathTracer> tracer_;  // shared, because a std::function is copied
 };
-
-MpiPass pass_of(const JobWork& work) {
-  return {work.leases.pending(), work.framebuffer.pass_samples()};
-}
 
 struct Rendered {
   Picture picture;
   bool all_answer = true;
   std::uint64_t mismatches = 0;
   int threads = 1;
-  std::unique_ptr<Parts> parts;
+  std::unique_ptr<Transport> transport;
 };
 
 /// Pass after pass, in rank 0; the first is the whole job, as a rule.
-void run_passes(const MpiWorld& world, const Crew& crew, const JobWork& work, const MpiJob& job,
-                MpiCoordinator& coordinator, ThreadCellTeam& team, Parts& parts) {
-  for (bool goes_on = true; goes_on;) {
-    MpiPass pass = pass_of(work);
+void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, CheckpointedJob& kept,
+                MpiCoordinator& coordinator, PassResources& resources, Transport& transport) {
+  RankJob own = rank_job(job, kept.take_scene());
+  for (bool goes_on = kept.begin_pass(); goes_on;) {
+    const ResultCollector& collector = kept.picture().collector();
+    RankPass pass{kept.picture().passes().pass(), collector.shared_plan(),
+                  CellList(collector.missing())};
     if (!job.alone()) {
-      broadcast_pass(world, &pass);
+      broadcast_pass(world, job, &pass);
     }
-    const bool by_messages = parts.transport.by_messages();
-    parts.begin_pass(crew, job, std::move(pass));
-    if (parts.transport.by_messages() && !by_messages) {
-      std::cerr << std::string(program) + ": no MPI window here (" +
-                       parts.transport.fallback_reason() + "): ranks send messages instead\n";
+    const bool by_messages = transport.by_messages();
+    resources.begin(std::move(pass), transport, ranks, own);
+    if (transport.by_messages() && !by_messages) {
+      std::cerr << std::string(program) + ": no MPI window here (" + transport.fallback_reason() +
+                       "): ranks send messages instead\n";
     }
-    team.change_plan(parts.plan);
-    goes_on = coordinator.run_pass(*parts.plan, *parts.layout, parts.transport, parts.leases);
-    tell_of_accelerator(*parts.leases[0], team);
+    goes_on = coordinator.run_pass(resources, transport);
     if (goes_on && !job.alone()) {
-      coordinator.meet_ranks();
+      coordinator.barrier();
     }
   }
 }
 
 /// Rank 0, once it has a job.
-Rendered render_job(const MpiOptions& options, const MpiWorld& world, KeptJob& kept,
+Rendered render_job(const MpiOptions& options, const MpiWorld& world, CheckpointedJob& kept,
                     const MpiJob& job) {
   Watchdog dog = guard(world, options);
-  broadcast_job(world, &job);
+  broadcast_job(world, &job, kept.scene_bytes());
   if (!job.alone() && !world.all_of(trace_fingerprint() == job.fingerprint)) {
     throw RunError(
         "not all ranks trace the same bits (the built-in test picture differs): run the same build "
         "on all machines, or test their memory");
   }
-  const Crew crew(world, options, job);
+  const Ranks ranks = find_ranks(world, job, threads_for(world, options, job.alone()));
   Rendered rendered;
-  rendered.threads = static_cast<int>(crew.options.threads);
-  ThreadCellTeam team(scene_from_bytes(job.scene_bytes), job.settings, nullptr, rendered.threads);
-  MpiCoordinator coordinator(world, kept, team, Locator(job), [&dog] { dog.pet(); },
+  rendered.threads = static_cast<int>(ranks.own.threads);
+  rendered.transport =
+      std::make_unique<Transport>(world, job.alone(), job.mode == MpiMode::messages);
+  PassResources resources;
+  ThreadTeam team(rendered.threads);
+  MpiCoordinator coordinator(world, kept, team,
                              {.patience = seconds(options.patience),
                               .checkpoint = seconds(options.checkpoint),
-                              .following = options.following});
-  Job& done = kept.job();
-  rendered.parts = std::make_unique<Parts>(world, job);
-  Parts& parts = *rendered.parts;
-  run_passes(world, crew, *done.work, job, coordinator, team, parts);
-  rendered.all_answer = coordinator.gather_ranks(std::min(seconds(options.patience), seconds(10)));
+                              .following = options.following,
+                              .locate = Locator(kept, job.settings),
+                              .pet = [&dog] { dog.pet(); }});
+  run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);
+  rendered.all_answer =
+      coordinator.last_barrier(std::min<Time>(seconds(options.patience), last_patience));
   if (rendered.all_answer && !job.alone()) {
-    broadcast_pass(world, nullptr);
+    broadcast_pass(world, job, nullptr);
   }
-  WindowLedger& ledger = coordinator.ledger();
-  note_ranks(done, crew.facts, *parts.layout, ledger);
-  done.work->isa = team.built().isa;
-  FinishedPicture finished = finish_picture(done, coordinator.finished());
-  rendered.picture = {std::move(finished.image), std::move(finished.statistics),
-                      std::move(finished.report)};
-  nlohmann::json& report = rendered.picture.report;
-  report["mpi"] = mpi_report(done, parts.transport, job.mode, crew.facts, *parts.layout, ledger,
-                             report.at("seconds").at("render"), options.row_seconds);
-  rendered.mismatches = ledger.tally().mismatches;
+  const RenderFacts facts = coordinator.facts(ranks);
+  FinishedPicture finished = finish_picture(kept.picture(), kept.record(), facts);
+  rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
+                      nlohmann::json::parse(finished.report)};
+  rendered.picture.report["mpi"] =
+      mpi_report(coordinator, ranks, job.mode, rendered.transport->name(), facts.render_seconds,
+                 options.row_seconds);
+  rendered.mismatches = coordinator.totals().mismatches;
   return rendered;
 }
 
 /// Does what all ranks depend on: when it throws, they all end.
 template <typename Action>
-auto together(Action action) {
+auto or_abort_all(Action action) {
   decltype(action()) result{};
   const int status = run_action(program, [&] {
     result = action();
@@ -344,11 +306,13 @@ auto together(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, KeptJob& kept, const MpiJob& job, Rendered& rendered,
+int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, Rendered& rendered,
            Time started) {
   kept.keep_picture(rendered.picture);
-  add_channels(rendered.picture, extra_channels(options.output.paths().aovs, job.settings,
-                                                job.scene_bytes, rendered.threads));
+  const Aovs& aovs = options.output.paths().aovs;
+  add_channels(rendered.picture,
+               extra_channels(aovs, job.settings, aovs.empty() ? nullptr : kept.scene_again(),
+                              rendered.threads));
   const int status = deliver(std::move(rendered.picture), options.output.paths(), started);
   kept.forget();
   if (rendered.mismatches > 0) {
@@ -361,7 +325,7 @@ int finish(const MpiOptions& options, KeptJob& kept, const MpiJob& job, Rendered
 
 /// Rank 0.
 int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
-  std::unique_ptr<KeptJob> kept;
+  std::unique_ptr<CheckpointedJob> kept;
   MpiJob job;
   try {
     job = load_job(options, kept);
@@ -370,14 +334,14 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
     throw;
   }
   const DeferredInterrupts deferred;
-  Rendered rendered = together([&] { return render_job(options, world, *kept, job); });
+  Rendered rendered = or_abort_all([&] { return render_job(options, world, *kept, job); });
   const int status =
       run_action(program, [&] { return finish(options, *kept, job, rendered, started); });
-  if (!rendered.all_answer || !world.meet(last_meeting)) {
+  if (!rendered.all_answer || !world.barrier(last_patience)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);
   }
-  rendered.parts->transport.close();
+  rendered.transport->close();
   return status;
 }
 
@@ -388,7 +352,7 @@ int mpi_render(const MpiOptions& options) {
   const Time started = clock.now();
   auto world = std::make_unique<MpiWorld>();
   const int status = world->first() ? lead(options, *world, started)
-                                    : together([&] { return work(options, *world); });
+                                    : or_abort_all([&] { return follow(options, *world); });
   const Watchdog dog(seconds(options.patience), [status] {
     std::_Exit(status);  // a rank does not come to the end: all the others have done their work
   });

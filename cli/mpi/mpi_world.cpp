@@ -112,7 +112,7 @@ std::uint64_t MpiWorld::sum(std::uint64_t value) const {
 
 bool MpiWorld::all_of(bool value) const { return sum(value ? 1 : 0) == ranks_; }
 
-bool MpiWorld::meet(Time patience, const std::function<void()>& meanwhile) const {
+bool MpiWorld::barrier(Time patience, const std::function<void()>& meanwhile) const {
   MPI_Request request = MPI_REQUEST_NULL;
   check_mpi(MPI_Ibarrier(comm(), &request), "waiting for all ranks");
   const SteadyClock clock;

@@ -38,7 +38,7 @@ class MpiWorld {
 
   /// Waits for all ranks, without burning a processor; false if that takes longer than `patience`.
   /// `meanwhile` is called every millisecond.
-  bool meet(
+  bool barrier(
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 
  private:

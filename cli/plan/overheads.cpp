@@ -4,14 +4,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 
-#include "common/image/error_estimate.h"
+#include "common/adaptive/error_estimate.h"
 #include "common/image/image.h"
 #include "common/image/image_file.h"
-#include "common/image/picture_bytes.h"
-#include "proto/messages.h"
+#include "common/schedule/traced_cells.h"
+#include "common/schedule/work_plan.h"
+#include "coordinator/result_collector.h"
 
 namespace parray {
 namespace {
@@ -44,6 +48,23 @@ double mean_of(const Image& image) {
   return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
 }
 
+/// A worker's result of the whole picture; its counts are made up.
+TracedCells as_cells(const Framebuffer& traced, const CellBatch& batch) {
+  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+  TracedCells cells;
+  cells.range = batch.range;
+  cells.samples = batch.sample_count();
+  cells.records.resize(batch.range.count() * size);
+  for (std::uint64_t index = 0; index < batch.range.count(); ++index) {
+    const Cell cell = batch.grid->cell(index);
+    const PixelSums* const sums =
+        traced.pixels().data() + std::size_t{cell.y} * traced.width() + cell.x_begin;
+    std::memcpy(cells.records.data() + index * size + sizeof(CellHeader), sums,
+                cell.pixels() * sizeof(PixelSums));
+  }
+  return cells;
+}
+
 }  // namespace
 
 void forget_memory() {
@@ -52,13 +73,24 @@ void forget_memory() {
 }
 
 Effort effort_of_collecting(const Framebuffer& traced) {
+  RenderSettings settings;
+  settings.width = traced.width();
+  settings.height = traced.height();
+  const auto most = *std::max_element(traced.samples().begin(), traced.samples().end());
+  Pass pass{{{0, most}}, {}};
+  for (const std::uint32_t count : traced.samples()) {
+    pass.samples.push_back({0, count});
+  }
+  const auto plan = std::make_shared<const WorkPlan>(settings, std::move(pass));
+  const CellBatch batch = plan->batch({0, plan->cells()});
+  const TracedCells cells = as_cells(traced, batch);
+  Framebuffer received(traced.width(), traced.height());
+  ResultCollector collector(plan, received);
   const Effort began = effort_now();
-  const std::uint32_t most = *std::max_element(traced.samples().begin(), traced.samples().end());
-  const WorkRect rect{0, traced.height(), 0, most};
-  const std::string sent =
-      row_block_to_bytes({rect, traced.width(), traced.counts(), traced.pixels()});
-  const RowBlock received = row_block_from_bytes(std::string(sent));
-  const std::string kept = row_block_to_bytes(received);
+  if (const std::string fault = fault_of(cells, batch, settings.max_depth); !fault.empty()) {
+    throw std::logic_error("collecting " + fault);
+  }
+  collector.take(0, cells);
   return effort_now() - began;
 }
 
@@ -69,9 +101,6 @@ Finished finish(const DirectRender& picture, const fs::path& extension) {
   for (int side = 0; side < 2; ++side) {  // who made it, and who fetches it
     image_sha256(image);
   }
-  const std::string bytes =
-      picture_to_bytes(image, {picture.framebuffer.samples(), error.half_width});
-  picture_from_bytes(image.width, image.height, bytes);
   const ScratchFile file(extension);
   write_image(file.path(), image, {});
   return {effort_now() - began, mean_of(image)};

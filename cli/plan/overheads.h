@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "cli/direct_render.h"
 #include "cli/plan/effort.h"
+#include "cli/farm/direct_render.h"
 
 namespace parray {
 
@@ -11,7 +11,7 @@ namespace parray {
 /// none, and pays for the first touch of each.
 void forget_memory();
 
-/// What a coordinator and a worker take to hand over and keep what was traced.
+/// What a coordinator takes to check and merge what was traced.
 Effort effort_of_collecting(const Framebuffer& traced);
 
 struct Finished {
@@ -19,7 +19,7 @@ struct Finished {
   double mean_radiance = 0;
 };
 
-/// What comes after the last sample, done for nothing: estimates, hashes, messages, and a file with
+/// What comes after the last sample, done for nothing: estimates, hashes, and a file with
 /// this extension in the system's directory for temporary files. Throws RunError.
 Finished finish(const DirectRender& picture, const std::filesystem::path& extension);
 

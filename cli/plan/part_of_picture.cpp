@@ -34,9 +34,9 @@ std::uint32_t tiles(double wanted, std::uint32_t room) {
 
 }  // namespace
 
-PartOfPicture::PartOfPicture(const Kernel& kernel, std::uint32_t width, std::uint32_t height,
+PartOfPicture::PartOfPicture(const PathTracer& tracer, std::uint32_t width, std::uint32_t height,
                              std::uint64_t pixels, Tile tile)
-    : kernel_(kernel) {
+    : PathTracer(tracer.accelerator()), tracer_(tracer) {
   const double all = static_cast<double>(width) * height;
   if (static_cast<double>(pixels) > 0.7 * all) {
     column_ = all_places(width);
@@ -71,7 +71,7 @@ void PartOfPicture::trace_run(const PixelRun& run, const RunSamples& samples,
     for (std::uint32_t i = x; i < end; ++i) {
       ranges.push_back(samples[i - run.x_begin]);
     }
-    kernel_.trace_run({row_[run.y], column_[x], column_[x] + (end - x)}, RunSamples(ranges),
+    tracer_.trace_run({row_[run.y], column_[x], column_[x] + (end - x)}, RunSamples(ranges),
                       sums.subspan(first, end - x), counts);
     x = end;
   }
@@ -82,7 +82,7 @@ void PartOfPicture::first_hits(const PixelRun& run, const SampleRange& samples,
   for (std::uint32_t x = run.x_begin; x < run.x_end;) {
     const std::uint32_t end = side_by_side(x, run.x_end);
     const std::size_t each = samples.count();
-    kernel_.first_hits({row_[run.y], column_[x], column_[x] + (end - x)}, samples,
+    tracer_.first_hits({row_[run.y], column_[x], column_[x] + (end - x)}, samples,
                        hits.subspan((x - run.x_begin) * each, (end - x) * each));
     x = end;
   }

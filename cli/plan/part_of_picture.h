@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/trace/kernel.h"
+#include "common/trace/integrator/path_tracer.h"
 
 namespace parray {
 
 /// Tiles of a picture, spread evenly over it and put side by side as a smaller picture, whose
 /// pixels are the picture's own: their samples, noise and cost.
-class PartOfPicture final : public Kernel {
+class PartOfPicture final : public PathTracer {
  public:
   struct Tile {
     std::uint32_t width = 32;
@@ -17,8 +17,8 @@ class PartOfPicture final : public Kernel {
   };
 
   /// Of about `pixels` pixels, one tile at least; all of the picture if that is not much more.
-  /// `kernel` makes the picture and outlives this.
-  PartOfPicture(const Kernel& kernel, std::uint32_t width, std::uint32_t height,
+  /// `tracer` makes the picture and outlives this.
+  PartOfPicture(const PathTracer& tracer, std::uint32_t width, std::uint32_t height,
                 std::uint64_t pixels, Tile tile);
 
   [[nodiscard]] std::uint32_t width() const { return static_cast<std::uint32_t>(column_.size()); }
@@ -31,16 +31,12 @@ class PartOfPicture final : public Kernel {
                  TraceCounts& counts) const override;
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override;
-  [[nodiscard]] std::size_t accelerator_bytes() const override {
-    return kernel_.accelerator_bytes();
-  }
-  [[nodiscard]] std::string_view isa() const override { return kernel_.isa(); }
 
  private:
   /// Columns [x, ...) up to `end` that lie side by side in the picture.
   [[nodiscard]] std::uint32_t side_by_side(std::uint32_t x, std::uint32_t end) const;
 
-  const Kernel& kernel_;
+  const PathTracer& tracer_;
   std::vector<std::uint32_t> column_;
   std::vector<std::uint32_t> row_;
 };

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
@@ -72,7 +72,7 @@ class Chooser {
     return pixels_ * (pilot * sampler.uniform_sample + (samples - pilot) * sampler.adaptive_sample);
   }
 
-  [[nodiscard]] StatedHigh stated(double samples) const {
+  [[nodiscard]] UpperBound stated(double samples) const {
     return samples > pilot_samples ? probe_.stated_adaptive : probe_.stated_uniform;
   }
 
@@ -112,7 +112,7 @@ class Chooser {
     const Forecast forecast = forecast_time(costs, choice.time_limit - fixed_.wall, most_samples);
     const double samples = forecast.samples;
     const bool known = samples > pilot_samples;
-    const ErrorLaw& law = known ? sampler.adaptive : sampler.uniform;
+    const ErrorModel& law = known ? sampler.adaptive : sampler.uniform;
     choice.samples = around(samples, probe_.timing_doubt);
     choice.error =
         around(law.at(samples), std::hypot(law.relative_at(samples), 0.5 * probe_.timing_doubt));

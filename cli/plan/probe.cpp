@@ -6,17 +6,18 @@
 #include <string>
 #include <utility>
 
-#include "cli/direct_render.h"
+#include "cli/farm/direct_render.h"
 #include "cli/plan/overheads.h"
 #include "cli/plan/part_of_picture.h"
 #include "cli/plan/pass_times.h"
-#include "common/image/error_estimate.h"
-#include "common/image/pixel_noise.h"
+#include "common/adaptive/error_estimate.h"
+#include "common/adaptive/pixel_noise.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
-#include "common/trace/fingerprint.h"
+#include "common/trace/selfcheck/fingerprint.h"
+#include "common/trace/tracer.h"
 
 namespace parray {
 namespace {
@@ -55,7 +56,7 @@ struct Stage {
 };
 
 /// What ErrorEstimate's interval is beside the error itself.
-StatedHigh stated_high(const PictureState& state, double pixels) {
+UpperBound stated_high(const FramebufferView& state, double pixels) {
   const ErrorEstimate error = estimate_rmse(state);
   // factor = e^relative, nearly, and relative is in proportion to 1/sqrt(pixels).
   const double factor = error.low > 0 ? error.rmse * error.rmse / (error.low * error.low) : 1;
@@ -71,7 +72,7 @@ StatedHigh stated_high(const PictureState& state, double pixels) {
 }
 
 /// The error of `state`; where there is no noise, the smallest that sums can show.
-Stage stage_of(const PictureState& state) {
+Stage stage_of(const FramebufferView& state) {
   const ErrorEstimate error = estimate_rmse(state);
   const double least = state.largest_radiance / RadianceScale::one / 2;
   if (error.rmse < least) {
@@ -81,7 +82,7 @@ Stage stage_of(const PictureState& state) {
 }
 
 /// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
-double variance_of(const PictureState& state, double rmse) {
+double variance_of(const FramebufferView& state, double rmse) {
   const RadianceScale scale(state.largest_radiance);
   double sum = 0;
   double biased = 0;
@@ -97,10 +98,10 @@ double variance_of(const PictureState& state, double rmse) {
   return std::max(biased / values + rmse * rmse, sum / values * 0.5);
 }
 
-/// A sampler's kernel: all of the picture, and a part of it.
+/// A sampler's tracer: all of the picture, and a part of it.
 struct Candidate {
   Sampler sampler = Sampler::independent;
-  std::unique_ptr<Kernel> kernel;
+  std::unique_ptr<PathTracer> tracer;
   std::unique_ptr<PartOfPicture> part;
 };
 
@@ -139,14 +140,15 @@ class Prober {
 
   // ---- Tracing -------------------------------------------------------------------------------
 
-  /// What is done once, but for loading, and the kernels.
+  /// What is done once, but for loading, and the tracers.
   void build() {
     forget_memory();
     trace_fingerprint();
-    const std::string bytes = scene_to_bytes(*request_.scene);
-    for (int side = 0; side < 2; ++side) {  // a coordinator and a worker take it in
-      requirements_of(scene_from_bytes(bytes));
-    }
+    scene_identity(scene_to_bytes(*request_.scene));
+    requirements_of(*request_.scene);
+    const RenderSettings& settings = request_.settings;
+    accelerator_ = make_accelerator(*request_.scene, settings.precision, settings.accelerator,
+                                    settings.isa, {request_.threads});
     main_ = candidate(request_.samplers.back());
     result_.fixed = effort_now() - began_;
     if (request_.samplers.size() > 1) {
@@ -156,16 +158,16 @@ class Prober {
   }
 
   [[nodiscard]] Candidate candidate(Sampler sampler) const {
-    RenderSettings settings = request_.settings;
-    settings.sampler = sampler;
-    return {sampler, build_kernel(*request_.scene, settings, request_.threads).kernel, {}};
+    PictureSettings picture = request_.settings;
+    picture.sampler = sampler;
+    return {sampler, make_path_tracer(accelerator_, request_.scene->camera, picture), {}};
   }
 
   void cut_part(double pixels) {
     const RenderSettings& s = request_.settings;
     const auto most = static_cast<std::uint64_t>(std::min(pixels, pixels_));
     const auto cut = [&](Candidate& one) {
-      one.part = std::make_unique<PartOfPicture>(*one.kernel, s.width, s.height, most, noise_tile);
+      one.part = std::make_unique<PartOfPicture>(*one.tracer, s.width, s.height, most, noise_tile);
     };
     cut(main_);
     if (other_) {
@@ -191,7 +193,7 @@ class Prober {
     const double affordable = look_share * request_.seconds / sample_.wall / look_samples;
     const RenderSettings& s = request_.settings;
     const PartOfPicture everywhere(
-        *main_.kernel, s.width, s.height,
+        *main_.tracer, s.width, s.height,
         static_cast<std::uint64_t>(std::min(pixels_, std::max(affordable, least_pixels))),
         look_tile);
     const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
@@ -222,7 +224,7 @@ class Prober {
     return std::clamp(share * wanted, adaptive_least, adaptive_most);
   }
 
-  /// Four times as many samples after each, until time or use ends.
+  /// Vec4 times as many samples after each, until time or use ends.
   [[nodiscard]] std::vector<double> adaptive_passes() const {
     const double each = 1.3 * sample_.wall * pixels_of_part();
     const double most = std::min(adaptive_depth(), seconds_left() / each);
@@ -291,14 +293,14 @@ class Prober {
   }
 
   /// What stands between two passes, and the model of adaptive passes.
-  void measure_deciding(const PictureState& state, RenderSettings settings) {
+  void measure_deciding(const FramebufferView& state, RenderSettings settings) {
     const Effort began = effort_now();
     const std::uint64_t more = 2 * pilot_samples * state.counts.size();
-    const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, 1, more);
+    const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, more);
     counting_ = effort_now() - began;
     // Again, with memory that was touched before, as in all passes but the first.
     const Effort again = effort_now();
-    counts_after_pass(state, settings, 1, more);
+    counts_after_pass(state, settings, more);
     if (request_.error > 0) {
       settings.passes.clear();
       settings.target_error = ranges::target_error.least;
@@ -313,9 +315,9 @@ class Prober {
   void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive) {
     SamplerProbe found{
         main_.sampler,
-        ErrorLaw(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
-                 prior_of(main_.sampler, sobol_uniform)),
-        ErrorLaw(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
+        ErrorModel(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
+                   prior_of(main_.sampler, sobol_uniform)),
+        ErrorModel(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
         {},
         {}};
     std::vector<TracedPass> equal = passes_of(uniform);
@@ -338,10 +340,10 @@ class Prober {
     const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
     SamplerProbe found{
         other_->sampler,
-        ErrorLaw(ModelError::uniform(std::sqrt(variance_)),
-                 std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
-        ErrorLaw(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
-                 none),
+        ErrorModel(ModelError::uniform(std::sqrt(variance_)),
+                   std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
+        ErrorModel(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
+                   none),
         share * main.uniform_sample, share * main.adaptive_sample};
     result_.samplers.insert(result_.samplers.begin(), std::move(found));
   }
@@ -369,6 +371,7 @@ class Prober {
   const double pixels_;  ///< of the picture
   Effort began_;
   Effort tracing_began_;
+  std::shared_ptr<const Accelerator> accelerator_;
   Candidate main_;
   std::optional<Candidate> other_;
   std::optional<DirectRender> render_;

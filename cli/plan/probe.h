@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cli/plan/effort.h"
-#include "common/image/error_law.h"
+#include "cli/plan/error_model.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -27,8 +27,8 @@ struct ProbeRequest {
 /// How a sampler's pictures of the scene get along.
 struct SamplerProbe {
   Sampler sampler = Sampler::independent;
-  ErrorLaw uniform;        ///< equal counts
-  ErrorLaw adaptive;       ///< adaptive passes
+  ErrorModel uniform;      ///< equal counts
+  ErrorModel adaptive;     ///< adaptive passes
   Effort uniform_sample;   ///< of one sample
   Effort adaptive_sample;  ///< of one where adaptive passes put them
 };
@@ -40,8 +40,8 @@ struct Probe {
   Effort collect;                      ///< of each pass that is traced, whatever its samples
   Effort pass;                         ///< of deciding on each that is adaptive, likewise
   Effort finish;                       ///< of all that is done once the picture is traced
-  StatedHigh stated_uniform;
-  StatedHigh stated_adaptive;
+  UpperBound stated_uniform;
+  UpperBound stated_adaptive;
   double mean_radiance = 0;
   double timing_doubt = 0;    ///< standard error of times / times, from how they varied
   std::uint64_t pixels = 0;   ///< that were traced

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 

@@ -1,25 +1,33 @@
 #pragma once
 
-#include "cli/direct_render.h"
+#include <memory>
+#include <vector>
+
+#include "cli/farm/direct_render.h"
 #include "common/scene/scene.h"
 
 namespace parray::tradeoff {
 
-/// Renders one scene over and over with all threads. The scene and `stop` must outlive it.
+/// Renders one scene over and over with all threads. One thread calls. The scene and `stop` must
+/// outlive it.
 class Bench {
  public:
   Bench(const Scene& scene, int threads, const std::atomic<bool>& stop)
       : scene_(scene), threads_(threads), stop_(stop) {}
 
-  /// `settings` are resolved. Throws Interrupted.
-  [[nodiscard]] DirectRender render(const RenderSettings& settings) const;
+  /// `settings` are resolved. The accelerator that they ask for is built the first time, and kept.
+  /// Throws Interrupted.
+  [[nodiscard]] DirectRender render(const RenderSettings& settings);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] int threads() const { return threads_; }
 
  private:
+  const std::shared_ptr<const Accelerator>& accelerator_for(const RenderSettings& settings);
+
   const Scene& scene_;
   const int threads_;
+  std::vector<std::shared_ptr<const Accelerator>> accelerators_;
   const std::atomic<bool>& stop_;
 };
 

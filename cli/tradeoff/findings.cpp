@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 
 namespace parray::tradeoff {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "cli/tradeoff/findings.h"
 #include "common/base/printable.h"
 

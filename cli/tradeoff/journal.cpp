@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/partial_file.h"

@@ -63,7 +63,7 @@ std::size_t paired_renders(const RenderSettings& base) {
   return pairs * (depths_of(base.max_depth).size() + 1 + precisions.size() + 1);
 }
 
-PairedBiases measure_pairs(const Bench& bench, const RenderSettings& base, std::uint32_t samples,
+PairedBiases measure_pairs(Bench& bench, const RenderSettings& base, std::uint32_t samples,
                            const std::function<void(double)>& next) {
   std::map<std::uint32_t, PairedDifference> depth;
   std::map<Precision, PairedDifference> precision;

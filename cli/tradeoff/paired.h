@@ -35,7 +35,7 @@ struct PairedBiases {
 inline constexpr std::uint32_t pairs = 4;
 
 /// `samples`: a pixel, of each render. `next` is called after each, with the share that is done.
-PairedBiases measure_pairs(const Bench& bench, const RenderSettings& base, std::uint32_t samples,
+PairedBiases measure_pairs(Bench& bench, const RenderSettings& base, std::uint32_t samples,
                            const std::function<void(double)>& next);
 /// Renders that it takes.
 std::size_t paired_renders(const RenderSettings& base);

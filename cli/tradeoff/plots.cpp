@@ -5,9 +5,8 @@
 #include <map>
 #include <vector>
 
-#include "cli/doctor/child_process.h"
-#include "cli/doctor/mpi_trial.h"
-#include "cli/text.h"
+#include "cli/output/text.h"
+#include "cli/process/child_process.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/partial_file.h"

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "cli/tradeoff/variant.h"
+#include "common/adaptive/error_estimate.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/error_estimate.h"
 #include "common/image/image.h"
 #include "common/image/image_file.h"
 #include "common/image/radiance_scale.h"
@@ -90,7 +90,7 @@ void Reference::add(const DirectRender& chunk) {
   const double samples = chunk.samples_per_pixel();
   const Image image = resolve_image(chunk.framebuffer, chunk.largest_radiance);
   const RadianceScale scale(chunk.largest_radiance);
-  const PictureState state = chunk.state();
+  const FramebufferView state = chunk.state();
   const double of_half = samples / (samples_[half] + samples);
   const double of_all = samples / (this->samples() + samples);
   for (std::size_t i = 0; i < square_.size(); ++i) {

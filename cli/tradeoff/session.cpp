@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "cli/tradeoff/answer.h"
+#include "common/adaptive/error_estimate.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/error_estimate.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -58,7 +58,7 @@ std::uint32_t even_samples(double seconds, double samples_per_second, double pix
 
 }  // namespace
 
-Session::Session(const Request& request, const Bench& bench, Journal& journal,
+Session::Session(const Request& request, Bench& bench, Journal& journal,
                  std::function<void(double)> show)
     : request_(request),
       bench_(bench),
@@ -119,6 +119,7 @@ double Session::speed_of(const RenderSettings& settings, std::uint32_t samples) 
 Pilot Session::pilot() {
   const RenderSettings& base = request_.base;
   Pilot pilot;
+  pilot.samples_per_second = speed_of(base, pilot_samples);  // builds the accelerator, too
   RenderSettings trial = base;
   trial.samples_per_pixel = pilot_samples;
   trial.seed = paired_seed(base.seed, 1000);
@@ -126,7 +127,6 @@ Pilot Session::pilot() {
   const DirectRender render = bench_.render(trial);
   pilot.overhead = to_seconds(clock_.now() - began) - render.seconds;
   pilot.error = std::max(estimate_rmse(render.state()).rmse, 0.0);
-  pilot.samples_per_second = speed_of(base, pilot_samples);
   const std::size_t spheres = bench_.scene().spheres.size();
   for (const auto& [kind, most] : {std::pair{AcceleratorKind::linear, most_linear},
                                    {AcceleratorKind::bvh, std::size_t{SIZE_MAX}},

@@ -28,8 +28,7 @@ struct Request {
 class Session {
  public:
   /// All must outlive it. `show` hears of the share that is done, 0 .. 1, several times a second.
-  Session(const Request& request, const Bench& bench, Journal& journal,
-          std::function<void(double)> show);
+  Session(const Request& request, Bench& bench, Journal& journal, std::function<void(double)> show);
 
   /// Throws Interrupted; the journal has what was measured until then.
   [[nodiscard]] Findings measure();
@@ -54,7 +53,7 @@ class Session {
   void add_notes(Findings& findings) const;
 
   const Request& request_;
-  const Bench& bench_;
+  Bench& bench_;
   Journal& journal_;
   const std::function<void(double)> show_;
   const SteadyClock clock_;

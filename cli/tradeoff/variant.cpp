@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 

@@ -39,6 +39,12 @@ class DecodeError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Bytes were changed on their way.
+class ChecksumError : public DecodeError {
+ public:
+  using DecodeError::DecodeError;
+};
+
 /// Reads what ByteWriter wrote. Every read is checked; past the end it throws DecodeError.
 class ByteReader {
  public:

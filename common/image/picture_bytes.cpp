@@ -8,8 +8,8 @@ namespace parray {
 namespace {
 
 template <typename T>
-void append(std::string& bytes, const std::vector<T>& values) {
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+std::string_view bytes_of(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
 template <typename T>
@@ -21,12 +21,17 @@ void take(std::string_view& bytes, std::size_t count, std::vector<T>& values) {
 
 }  // namespace
 
+std::vector<std::string_view> picture_pieces(const Image& image,
+                                             const PictureStatistics& statistics) {
+  return {bytes_of(image.rgb), bytes_of(statistics.samples), bytes_of(statistics.half_width)};
+}
+
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics) {
   std::string bytes;
-  bytes.reserve(picture_size(image.width, image.height, true));
-  append(bytes, image.rgb);
-  append(bytes, statistics.samples);
-  append(bytes, statistics.half_width);
+  bytes.reserve(picture_size(image.width, image.height, !statistics.samples.empty()));
+  for (const std::string_view piece : picture_pieces(image, statistics)) {
+    bytes.append(piece);
+  }
   return bytes;
 }
 

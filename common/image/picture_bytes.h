@@ -18,6 +18,10 @@ struct PictureStatistics {
 /// statistics: 4 bytes a pixel and 12 bytes a pixel. Little-endian, no padding.
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics);
 
+/// The same bytes in pieces, as they lie in memory: nothing is copied.
+std::vector<std::string_view> picture_pieces(const Image& image,
+                                             const PictureStatistics& statistics);
+
 /// Bytes of such a picture.
 std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, bool statistics);
 

@@ -64,6 +64,15 @@ struct TraceCounts {
     return *this;
   }
 
+  /// `other` is a part of these.
+  TraceCounts& operator-=(const TraceCounts& other) {
+    samples -= other.samples;
+    rays -= other.rays;
+    nonfinite -= other.nonfinite;
+    lost -= other.lost;
+    return *this;
+  }
+
   friend bool operator==(const TraceCounts&, const TraceCounts&) = default;
 };
 

@@ -26,7 +26,7 @@ struct CosSin {
 /// Cosine and sine of 2 pi u for u in [0, 1): Taylor polynomials on [-pi/4, pi/4] around the
 /// nearest quarter turn, in Horner form. Error: below 2 ulp of 1.
 template <typename Real>
-PARRAY_INLINE CosSin<Real> turn(Real u) {
+PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
   const Real quarters = Real(4) * u;
   const auto first = quarters >= Real(0.5);
   const auto second = quarters >= Real(1.5);
@@ -57,7 +57,7 @@ template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   const Real z = Real(1) - Real(2) * u;
   const Real rho = Real(2) * square_root(u * (Real(1) - u));
-  const CosSin<Real> phi = turn(v);
+  const CosSin<Real> phi = sincos_2pi(v);
   return {rho * phi.cos, rho * phi.sin, z};
 }
 
@@ -78,7 +78,7 @@ struct Disc {
 template <typename Real>
 PARRAY_INLINE Disc<Real> uniform_disc(Real u, Real v) {
   const Real radius = square_root(u);
-  const CosSin<Real> phi = turn(v);
+  const CosSin<Real> phi = sincos_2pi(v);
   return {radius * phi.cos, radius * phi.sin};
 }
 

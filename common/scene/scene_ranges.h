@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/scene/json_fields.h"
 #include "common/scene/limits.h"
+#include "common/scene/number_range.h"
 
 /// What numbers of a scene may be, the same in every format that holds one.
 namespace parray::ranges {

@@ -22,7 +22,7 @@ enum class SchedulePolicy : std::uint8_t {                                      
   factoring = 2,
   weighted = 3
 };
-/// Where random numbers come from: see common/trace/random.h.
+/// Where random numbers come from: see common/trace/integrator/random.h.
 enum class Sampler : std::uint8_t { independent = 0, sobol = 1 };  // wire values
 enum class RowOrder : std::uint8_t {
   automatic = 0,
@@ -30,24 +30,26 @@ enum class RowOrder : std::uint8_t {
   interleaved = 2
 };  // wire values
 
-/// How a scene is to be rendered.
-///
-/// The first group decides the picture's bits; the second never does.
-struct RenderSettings {
-  // --- the picture is a function of the scene and of these ---
-  std::uint32_t width = 1200;             ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t height = 800;             ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
-  std::uint32_t max_depth = 10;           ///< ray segments a path, 1 .. limits::max_depth
+/// What decides the bits of a sample, together with the scene.
+struct PictureSettings {
+  std::uint32_t width = 1200;    ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t height = 800;    ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t max_depth = 10;  ///< ray segments a path, 1 .. limits::max_depth
   std::uint64_t seed = 1;
   Sampler sampler = Sampler::sobol;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
-  // When to stop before samples_per_pixel, whichever comes first, and where the samples go: see
-  // common/image/passes.h. 0: no such limit.
-  bool adaptive = false;         ///< pixels with more noise get more samples
-  double target_error = 0;       ///< RMSE of the picture, in linear radiance
-  double target_half_width = 0;  ///< of 99 % of the pixels' 95 % intervals, likewise
-  double time_limit = 0;         ///< seconds; what came of it is in `passes`
+
+  friend bool operator==(const PictureSettings&, const PictureSettings&) = default;
+};
+
+/// How many samples the pixels get: when to stop, and where the samples go. See
+/// common/adaptive/passes.h. Whichever limit is reached first ends the picture; 0: no such limit.
+struct StopSettings {
+  std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
+  bool adaptive = false;                  ///< pixels with more noise get more samples
+  double target_error = 0;                ///< RMSE of the picture, in linear radiance
+  double target_half_width = 0;           ///< of 99 % of the pixels' 95 % intervals, likewise
+  double time_limit = 0;                  ///< seconds; what came of it is in `passes`
   /// Samples of each pass, all pixels together, as a report gives them: decides instead of all
   /// limits above, so that a picture can be repeated. Empty as a rule.
   std::vector<std::uint64_t> passes{};
@@ -58,12 +60,26 @@ struct RenderSettings {
            !passes.empty();
   }
 
-  // --- the same bits whatever these say ---
+  friend bool operator==(const StopSettings&, const StopSettings&) = default;
+};
+
+/// How the work is cut and done: the same bits whatever these say.
+struct WorkSettings {
   AcceleratorKind accelerator = AcceleratorKind::automatic;
   Isa isa = Isa::automatic;  ///< a worker that lacks it takes the best it has
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
   bool progressive = false;  ///< first one sample of every pixel, so that there is a picture early
+
+  friend bool operator==(const WorkSettings&, const WorkSettings&) = default;
+};
+
+/// How a scene is to be rendered. Equal first and second parts, and the same scene, are the same
+/// picture; a function takes the part that it needs.
+struct RenderSettings : PictureSettings, StopSettings, WorkSettings {
+  [[nodiscard]] const PictureSettings& picture() const { return *this; }
+  [[nodiscard]] const StopSettings& stop() const { return *this; }
+  [[nodiscard]] const WorkSettings& work() const { return *this; }
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };

@@ -7,8 +7,8 @@
 
 namespace parray {
 
-/// What a policy may look at. Work is counted in units of one sample of every pixel of one row;
-/// a whole row is `row_units` (samples per pixel) of them.
+/// What a policy may look at. Work is counted in units, as a rule cells; a whole row is `row_units`
+/// of them.
 struct ChunkRequest {
   std::uint64_t total = 0;          ///< units of the whole job, > 0
   std::uint64_t remaining = 0;      ///< units not handed out yet, 1 .. total

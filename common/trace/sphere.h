@@ -24,12 +24,12 @@ PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_squ
 /// Source: Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere
 /// intersection", Ray Tracing Gems, 2019, chapter 7.
 template <typename Real>
-struct Passage {
+struct ClosestApproach {
   Real foot;                 ///< ray parameter of the foot
   Vec3<Real> perpendicular;  ///< from the foot to the centre
   Real depth_squared;        ///< radius^2 - |perpendicular|^2; < 0: the line misses
 
-  PARRAY_INLINE Passage(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  PARRAY_INLINE ClosestApproach(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
     const Vec3<Real> to_center = sphere.center - ray.origin;
     foot = dot(to_center, ray.direction) * ray.inverse_square;
     perpendicular = to_center - foot * ray.direction;
@@ -47,7 +47,7 @@ struct Passage {
   }
 };
 
-/// Where a ray that approaches a sphere enters it, from the numbers of a Passage; >= 0.
+/// Where a ray that approaches a sphere enters it, from the numbers of a ClosestApproach; >= 0.
 template <typename Real>
 PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
                                   const Real& inverse_square) {
@@ -62,7 +62,7 @@ PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
 /// epsilon is needed.
 template <typename Real>
 PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
-  const Passage<Real> passage(ray, sphere);
+  const ClosestApproach<Real> passage(ray, sphere);
   t = entry_distance(passage.foot, passage.depth_squared, ray.inverse_square);
   return passage.approaches();
 }
@@ -71,7 +71,7 @@ PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>&
 /// sphere through an event of its material only, never through a rounding error.
 template <typename Real>
 PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
-  const Passage<Real> passage(ray, sphere);
+  const ClosestApproach<Real> passage(ray, sphere);
   return max_of(passage.foot + passage.half_chord(ray), Real(0));
 }
 
@@ -89,7 +89,7 @@ PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Re
 template <typename Real, typename Mask>
 PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                                    Mask leaving) {
-  const Passage<Real> passage(ray, sphere);
+  const ClosestApproach<Real> passage(ray, sphere);
   const Real half_chord = passage.half_chord(ray);
   const Real along = select(leaving, half_chord, -half_chord);
   return normalize(along * ray.direction - passage.perpendicular);
@@ -98,7 +98,7 @@ PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>
 /// normal_at() for a ray that enters.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
-  const Passage<Real> passage(ray, sphere);
+  const ClosestApproach<Real> passage(ray, sphere);
   return normalize(-passage.half_chord(ray) * ray.direction - passage.perpendicular);
 }
 

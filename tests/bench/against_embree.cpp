@@ -11,8 +11,9 @@
 
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/embree_peer.h"
@@ -134,7 +135,7 @@ class Match {
 
   const Scene& scene_;
   RenderSettings settings_;
-  std::unique_ptr<Kernel> kernel_;
+  std::unique_ptr<PathTracer> tracer_;
   std::unique_ptr<EmbreePeer> peer_;
   std::vector<double> our_builds_;  // seconds
   std::vector<double> peer_builds_;
@@ -158,9 +159,9 @@ void Match::build() {
     peer_.reset();
     peer_ = std::make_unique<EmbreePeer>(scene_, settings_);
     peer_builds_.push_back(peer_->build_seconds());
-    kernel_.reset();
+    tracer_.reset();
     const double begin = cpu_seconds();
-    kernel_ = make_kernel(scene_, settings_);
+    tracer_ = make_path_tracer(scene_, settings_);
     our_builds_.push_back(cpu_seconds() - begin);
   }
 }
@@ -191,7 +192,7 @@ void Match::take_turn_of_ours(const Turn& turn, Record<PixelSums>& record) const
   const FloatMode ieee;
   take_turn(turn, settings_, record,
             [this](const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
-                   TraceCounts& counts) { kernel_->trace(run, samples, sums, counts); });
+                   TraceCounts& counts) { tracer_->trace(run, samples, sums, counts); });
 }
 
 void Match::take_turn_of_peer(const Turn& turn, std::size_t variant) {
@@ -236,7 +237,7 @@ Json Match::result() const {
     ratios.push_back(ours_.rates[round] / peers_[fastest].rates[round]);
   }
   const auto [low, high] = std::minmax_element(ratios.begin(), ratios.end());
-  const auto our_bytes = static_cast<double>(kernel_->accelerator_bytes());
+  const auto our_bytes = static_cast<double>(tracer_->accelerator()->bytes());
   const auto peer_bytes = static_cast<double>(peer_->bytes());
   const Mean mean = our_mean();
   Json result;
@@ -244,7 +245,7 @@ Json Match::result() const {
   result["scene"] = scene_.spheres.size() < smallest_cloud ? "one-weekend" : "cloud";
   result["parray"] = {{"samples_per_second", rate},
                       {"rays_per_second", rate * rays_a_sample(ours_.counts)},
-                      {"isa", kernel_->isa()},
+                      {"isa", tracer_->isa()},
                       {"accelerator", name_of(settings_.accelerator)},
                       {"bytes_per_sphere", our_bytes / count},
                       {"build_seconds", median(our_builds_)}};
@@ -271,7 +272,7 @@ void print_head() {
       "(rtcIntersect1) and packets (rtcIntersect16), and its range over the rounds. Apart: how far "
       "the\n"
       "mean pictures lie from ParRay's, in standard errors. Bytes: ParRay's accelerator; all that\n"
-      "Embree holds, with its vertex buffer. Build: make_kernel() with all its copying; "
+      "Embree holds, with its vertex buffer. Build: make_accelerator() with all its copying; "
       "rtcCommitScene\n"
       "alone.\n\n",
       processor().c_str(), __VERSION__, embree_version(), PARRAY_VERSION, samples_a_pixel,

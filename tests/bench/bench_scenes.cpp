@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "common/input/scene_file.h"
+#include "common/input/scene_sections.h"
 #include "common/math/philox.h"
-#include "common/scene/scene_file.h"
-#include "common/scene/scene_sections.h"
 
 namespace parray::bench {
 namespace {
@@ -19,7 +19,7 @@ constexpr double volume_fraction = 0.1;
 /// Streams of random numbers.
 enum Stream : std::uint32_t { colours, positions, sizes };
 
-/// Four uniform numbers in [0, 1), a function of (stream, item, block) alone.
+/// Vec4 uniform numbers in [0, 1), a function of (stream, item, block) alone.
 std::array<double, 4> draw(Stream stream, std::uint32_t item, std::uint32_t block = 0) {
   const auto bits = philox4x32<std::uint32_t>({item, block, 0, 0}, {stream, 0});
   return {bits.a * 0x1p-32, bits.b * 0x1p-32, bits.c * 0x1p-32, bits.d * 0x1p-32};

@@ -8,7 +8,7 @@
 
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 
 namespace parray {
 
@@ -47,7 +47,7 @@ class EmbreePeer {
   EmbreePeer(const EmbreePeer&) = delete;
   EmbreePeer& operator=(const EmbreePeer&) = delete;
 
-  /// As Kernel::trace().
+  /// As PathTracer::trace().
   [[gnu::visibility("default")]] void trace(Variant variant, const PixelRun& run,
                                             const SampleRange& samples, std::span<PeerSums> sums,
                                             TraceCounts& counts) const;

@@ -21,7 +21,7 @@ Vec3<F> splat(const Vec3<float>& a) {
   return {F{} + a.x, F{} + a.y, F{} + a.z};
 }
 
-/// Where a path's random numbers are: common/trace/random.h says what the address means.
+/// Where a path's random numbers are: common/trace/integrator/random.h says what the address means.
 template <typename F>
 struct Address {
   Word<F> pixel;
@@ -64,7 +64,7 @@ struct Turn {
 
 /// Cosine and sine of 2 pi u by Taylor polynomials around the nearest quarter turn.
 template <typename F>
-Turn<F> turn(const F& u) {
+Turn<F> sincos_2pi(const F& u) {
   const F quarters = 4 * u;
   const Word<F> quadrant = lanes::truncate(quarters + 0.5F);
   const F x = (quarters - lanes::to_float(quadrant)) * 1.57079633F;
@@ -84,7 +84,7 @@ Turn<F> turn(const F& u) {
 template <typename F>
 Vec3<F> uniform_direction(const F& u, const F& v) {
   const F rho = 2 * lanes::square_root(u * (1 - u));
-  const Turn<F> phi = turn(v);
+  const Turn<F> phi = sincos_2pi(v);
   return {rho * phi.cos, rho * phi.sin, 1 - 2 * u};
 }
 
@@ -108,7 +108,7 @@ struct PrimaryRay {
   Vec3<F> direction;
 };
 
-/// As common/trace/view.h has it.
+/// As common/trace/integrator/camera_rays.h has it.
 class Lens {
  public:
   Lens(const Camera& camera, std::uint32_t width, std::uint32_t height);
@@ -124,7 +124,7 @@ class Lens {
       return {splat<F>(origin_), unit_vector(direction)};
     }
     const F radius = lanes::square_root(u.c);
-    const Turn<F> phi = turn(u.d);
+    const Turn<F> phi = sincos_2pi(u.d);
     const Vec3<F> offset =
         (radius * phi.cos) * splat<F>(lens_right_) + (radius * phi.sin) * splat<F>(lens_up_);
     return {splat<F>(origin_) + offset, unit_vector(direction - (F{} + inverse_focus_) * offset)};

@@ -5,8 +5,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/scene/scene_file.h"
-#include "common/trace/kernel.h"
+#include "common/input/scene_file.h"
+#include "common/trace/integrator/wavefront_tracer.h"
+#include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 
 namespace {
@@ -41,13 +42,13 @@ struct Rates {
 };
 
 /// Traces rows spread over the picture until the turn is over.
-void take_turn(const Kernel& kernel, const RenderSettings& settings, Rates& rates) {
+void take_turn(const PathTracer& tracer, const RenderSettings& settings, Rates& rates) {
   std::vector<PixelSums> sums(settings.width);
   TraceCounts counts;
   const double begin = cpu_seconds();
   double elapsed = 0;
   for (std::size_t step = 0; elapsed < seconds_a_turn; ++step) {
-    kernel.trace({row_at(step, settings), 0, settings.width}, {0, 4}, sums, counts);
+    tracer.trace({row_at(step, settings), 0, settings.width}, {0, 4}, sums, counts);
     elapsed = cpu_seconds() - begin;
   }
   rates.samples.push_back(static_cast<double>(counts.samples) / elapsed);
@@ -57,20 +58,20 @@ void take_turn(const Kernel& kernel, const RenderSettings& settings, Rates& rate
 void measure(const std::filesystem::path& file) {
   const Scene scene = read_scene_file(file).scene;
   RenderSettings settings = small_picture();
-  std::vector<std::unique_ptr<Kernel>> kernels;
+  std::vector<std::unique_ptr<PathTracer>> tracers;
   for (const Variant& variant : variants) {
     settings.precision = variant.precision;
-    settings.accelerator = variant.accelerator;
-    settings.isa = variant.isa;
     settings.sampler = variant.sampler;
-    KernelOptions options;
-    options.general = variant.general;
-    kernels.push_back(make_kernel(scene, settings, options));
+    const auto accelerator =
+        make_accelerator(scene, variant.precision, variant.accelerator, variant.isa);
+    tracers.push_back(variant.general
+                          ? make_general_path_tracer(accelerator, scene.camera, settings)
+                          : make_path_tracer(accelerator, scene.camera, settings));
   }
   std::array<Rates, variants.size()> rates;
   for (std::size_t round = 0; round < rounds; ++round) {
     for (std::size_t v = 0; v < variants.size(); ++v) {
-      take_turn(*kernels[v], settings, rates[v]);
+      take_turn(*tracers[v], settings, rates[v]);
     }
   }
   const double base = median(rates[0].samples);

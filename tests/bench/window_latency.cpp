@@ -9,14 +9,13 @@
 #include <thread>
 #include <vector>
 
-#include "cli/mpi/message_leases.h"
 #include "cli/mpi/mpi_world.h"
-#include "common/image/framebuffer.h"
-#include "coordinator/window_ledger.h"
+#include "cli/mpi/rank_messages.h"
+#include "coordinator/window_collector.h"
 #include "proto/mpi_window.h"
 #include "tests/bench/bench.h"
 #include "worker/task_thread.h"
-#include "worker/window_leases.h"
+#include "worker/window_source.h"
 
 namespace {
 
@@ -30,7 +29,18 @@ RenderSettings settings_of_report() {
   return settings;
 }
 
-WorkPlan plan_of_report() { return {settings_of_report(), {WorkRect{0, 800, 0, 500}}}; }
+/// A picture whose one pass has begun, and the leases of it.
+struct ReportJob {
+  ReportJob() : picture(settings_of_report(), SceneFacts(Scene())) {
+    picture.begin_pass();
+    pass = {0, picture.plan(), CellList(picture.collector().missing())};
+  }
+  [[nodiscard]] const WorkPlan& plan() const { return *pass.plan; }
+
+  JobPicture picture;
+  RankPass pass;
+  RankJob job{settings_of_report(), "", nullptr};
+};
 
 /// Median seconds of one operation.
 double seconds_of(std::size_t repeats, const std::function<void()>& operation) {
@@ -74,18 +84,17 @@ void measure_window(MpiWindow& window, std::size_t data) {
 }
 
 /// With so many ranks a lease is a cell, and there are enough of them.
-WindowLeaseOptions one_cell_leases(std::uint32_t rank) {
-  return {.rank = rank, .all_threads = 1000000};
-}
+WindowOptions one_cell_leases(std::uint32_t rank) { return {.rank = rank, .all_threads = 1000000}; }
 
 /// What a rank asks for and hands in.
-void measure_leases(LeaseSource& leases, const char* by, const WorkPlan& plan) {
-  const std::vector<std::byte> records(10 * record_bytes_of(plan));
+void measure_leases(RankSource& source, const char* by, const WorkPlan& plan) {
+  const std::vector<std::byte> records(10 * record_bytes(plan.grid()->shape().cell_pixels));
   const std::string name = by;
-  print((name + ": take of a lease").c_str(), seconds_of(1000, [&] { leases.take(1e6, false); }));
+  print((name + ": take of a lease").c_str(),
+        seconds_of(1000, [&] { source.take_part(1e6, false); }));
   std::uint64_t cell = 0;
-  print((name + ": complete() of 10 cells, 2000 samples each").c_str(), seconds_of(1000, [&] {
-          leases.complete({cell, cell + 10}, records);
+  print((name + ": put of 10 cells, 2000 samples each").c_str(), seconds_of(1000, [&] {
+          source.put({cell, cell + 10}, records);
           cell += 10;
         }));
 }
@@ -102,15 +111,17 @@ void measure_hand_over() {
 }
 
 /// A whole picture's results, by rank 0: seconds a cell.
-void measure_ledger(const WorkPlan& plan, std::uint64_t cells_an_entry) {
-  const WindowLayout layout(plan, 1);
+void measure_collector(std::uint64_t cells_an_entry) {
+  ReportJob report;
+  const WorkPlan& plan = report.plan();
+  const WindowLayout layout(*plan.grid(), 1);
   std::vector<std::uint64_t> words((layout.bytes() + 7) / 8);
   const auto memory = std::as_writable_bytes(std::span(words));
   LocalWindow window(memory);
-  WindowLeases leases(plan, layout, window, {});
-  Framebuffer framebuffer(settings_of_report());
+  WindowSource source(report.job, report.pass, layout, window, {});
   const SteadyClock clock;
-  WindowLedger ledger(plan, layout, window, memory, framebuffer, clock.now());
+  WindowCollector::Totals totals;
+  WindowCollector collector(report.picture, layout, window, memory, clock.now(), totals, {});
   double digests = 0;
   for (std::uint64_t begin = 0; begin < plan.cells(); begin += cells_an_entry) {
     const CellRange range{begin, std::min(begin + cells_an_entry, plan.cells())};
@@ -119,12 +130,12 @@ void measure_ledger(const WorkPlan& plan, std::uint64_t cells_an_entry) {
     const Time before = clock.now();
     const std::uint64_t digest = range_digest(cell_digests(records, layout.record_bytes()));
     digests += to_seconds(clock.now() - before);
-    leases.log(range, digest);
+    source.log(range, digest);
   }
   const auto cells = static_cast<double>(plan.cells());
   const Time begin = clock.now();
-  while (!ledger.done()) {
-    ledger.collect(clock.now(), 4096);
+  while (!collector.done()) {
+    collector.collect(clock.now(), 4096);
   }
   const double seconds = to_seconds(clock.now() - begin);
   std::printf("digests: %.2f GB/s\n",
@@ -138,8 +149,8 @@ void measure_ledger(const WorkPlan& plan, std::uint64_t cells_an_entry) {
 
 int main() {
   const MpiWorld world;
-  const WorkPlan plan = plan_of_report();
-  const WindowLayout layout(plan, world.ranks());
+  ReportJob report;
+  const WindowLayout layout(*report.plan().grid(), world.ranks());
   const bool measures = world.rank() + 1 == world.ranks();
   MpiWindow window(world.comm(), layout.bytes(), layout.zeroed_bytes());
   if (measures) {
@@ -147,29 +158,29 @@ int main() {
     std::printf("%s; medians; %u ranks\n", bench::processor().c_str(), world.ranks());
     measure_window(window, layout.record_offset(0));
   }
-  const auto meet = [&world] { return world.meet(seconds(3600)); };
+  const auto meet = [&world] { return world.barrier(seconds(3600)); };
   if (world.ranks() > 1) {
     if (world.first()) {
       serve(world, [&] { window.progress(); });
     } else {
-      WindowLeases leases(plan, layout, window, one_cell_leases(world.rank()));
+      WindowSource source(report.job, report.pass, layout, window, one_cell_leases(world.rank()));
       if (measures) {
-        measure_leases(leases, "window", plan);
+        measure_leases(source, "window", report.plan());
       }
       serve(world, [] {});
     }
     if (world.first()) {
-      std::vector<std::unique_ptr<WindowLeases>> leases;
+      std::vector<std::unique_ptr<WindowSource>> sources;
       for (std::uint32_t rank = 0; rank < world.ranks(); ++rank) {
-        leases.push_back(
-            std::make_unique<WindowLeases>(plan, layout, window, one_cell_leases(rank)));
+        sources.push_back(std::make_unique<WindowSource>(report.job, report.pass, layout, window,
+                                                         one_cell_leases(rank)));
       }
-      MessageServer server(world.comm(), layout, window.memory(), leases);
+      MessageServer server(world.comm(), layout, window.memory(), sources);
       serve(world, [&] { server.poll(); });
     } else {
-      MessageLeases leases(world.comm());
+      RankMessages source(report.job, report.pass, world.comm());
       if (measures) {
-        measure_leases(leases, "messages", plan);
+        measure_leases(source, "messages", report.plan());
       }
       serve(world, [] {});
     }
@@ -177,7 +188,7 @@ int main() {
   if (measures) {
     measure_hand_over();
     for (const std::uint64_t cells : {1, 30, 1000}) {
-      measure_ledger(plan, cells);
+      measure_collector(cells);
     }
   }
   return meet() ? 0 : 1;

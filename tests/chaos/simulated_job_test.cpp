@@ -79,8 +79,8 @@ void check_picture(const SimJob& job, const JobOptions& options) {
   CHECK(picture.counts().rays == job.plan().cells());  // a simulated cell is one ray
   CHECK(picture.counts().samples ==
         std::uint64_t{settings.width} * settings.height * settings.samples_per_pixel);
-  CHECK(job.ledger().tally().mismatches == 0);
-  CHECK(job.ledger().tally().corrupt == 0);
+  CHECK(job.totals().mismatches == 0);
+  CHECK(job.totals().corrupt == 0);
 }
 
 void check_account(const SimJob& job, const JobOptions& options) {
@@ -111,8 +111,8 @@ TEST_CASE("200 random jobs end while rank 0 lives: every cell once, every second
     REQUIRE(job.run());
     check_picture(job, options);
     check_account(job, options);
-    copies += job.ledger().tally().copies;
-    duplicates += job.ledger().tally().duplicates;
+    copies += job.totals().copies;
+    duplicates += job.totals().duplicates;
   }
   CHECK(copies > 0);
   CHECK(duplicates > 0);
@@ -141,7 +141,7 @@ TEST_CASE("Nobody waits for a rank that stands still") {
   SimJob job(options);
   CHECK(job.run());
   CHECK(job.seconds() < 0.6);  // 0.4 without the halt
-  CHECK(job.ledger().tally().copies > 0);
+  CHECK(job.totals().copies > 0);
 }
 
 TEST_CASE("The same job takes the same time, to the nanosecond") {

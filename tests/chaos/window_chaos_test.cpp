@@ -1,4 +1,4 @@
-// Ranks and a ledger over a window whose operations are slow, late, torn or corrupt, and whose
+// Ranks and a collector over a window whose operations are slow, late, torn or corrupt, and whose
 // ranks die at any operation, in virtual time: as long as rank 0 lives, the sums come out exactly
 // right.
 #include <doctest/doctest.h>
@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "coordinator/window_ledger.h"
 #include "tests/support/faulty_window.h"
 #include "tests/support/window_rig.h"
-#include "worker/rank_worker.h"
-#include "worker/window_leases.h"
+#include "worker/lease_runner.h"
 
 namespace parray::test {
 namespace {
@@ -20,7 +18,7 @@ struct Storm {
   std::uint32_t ranks = 1;
   WindowFaults faults;
   RenderSettings settings;
-  std::vector<WorkRect> pending;
+  std::vector<CellRange> done;  ///< by an earlier life
   std::uint32_t tile = 0;
 };
 
@@ -30,12 +28,7 @@ class Job {
   explicit Job(const Storm& storm)
       : storm_(storm),
         dice_(storm.seed),
-        plan_(storm.settings, storm.pending, storm.tile),
-        layout_(plan_, storm.ranks),
-        memory_(layout_.bytes()),
-        window_(memory_.bytes()),
-        framebuffer_(storm.settings),
-        ledger_(plan_, layout_, window_, memory_.bytes(), framebuffer_, Time(0)) {}
+        rig_(storm.settings, storm.ranks, storm.tile, storm.done) {}
 
   void run() {
     std::vector<std::function<void(std::size_t)>> tasks = {[this](std::size_t) { lead(); }};
@@ -46,64 +39,64 @@ class Job {
   }
 
   void check() const {
-    CHECK(ledger_.done());
-    const Framebuffer expected = made_framebuffer(storm_.settings, storm_.pending);
-    CHECK(same_sums(framebuffer_, expected));
-    CHECK(wrong_rows_ == 0);
-    CHECK(ledger_.tally().mismatches == 0);
+    CHECK(rig_.collector.done());
+    CHECK(same_sums(rig_.picture.framebuffer(), made_framebuffer(storm_.settings)));
+    CHECK(rig_.totals.mismatches == 0);
+    // What was kept is the rest of the picture, without a wrong cell.
+    JobPicture next(storm_.settings, rig_.picture.scene(), {}, storm_.tile);
+    next.begin_pass();
+    for (const CellRange& range : storm_.done) {
+      next.take(rank_tracer(), made_cells(rig_.plan().batch(range)));
+    }
+    for (const TracedCells& cells : rig_.merged) {
+      next.replay(
+          next.cells_entry(rank_tracer(), cells.range, pack_cells(cells, *rig_.plan().grid())));
+    }
+    CHECK(same_sums(next.framebuffer(), rig_.picture.framebuffer()));
   }
-  [[nodiscard]] const WindowLedger::Tally& tally() const { return ledger_.tally(); }
+  [[nodiscard]] const WindowCollector::Totals& totals() const { return rig_.totals; }
   [[nodiscard]] const FaultyWindow::Tally& faults() const { return faults_; }
 
  private:
-  WindowLeaseOptions options(std::size_t rank) const {
-    WindowLeaseOptions own;
-    own.policy = storm_.settings.schedule;
-    own.rank = static_cast<std::uint32_t>(rank);
-    own.all_threads = storm_.ranks;
-    return own;
+  WindowSource source(std::size_t rank, Window& window) {
+    return {rig_.job,
+            rig_.pass,
+            rig_.layout,
+            window,
+            {storm_.settings.schedule, static_cast<std::uint32_t>(rank), 1, storm_.ranks, {}}};
   }
 
   /// Rank 0, as the program's does it.
   void lead() {
     const WindowFaults slow{storm_.faults.longest_operation, 0, 0, {}, 0, 0};
-    FaultyWindow window(window_, turns_, mail_, 0, slow, dice_.bits(), faults_);
-    WindowLeases leases(plan_, layout_, window, options(0));
-    SimCellTeam team(plan_, turns_, 1e4 * (1 + dice_.unit()));
-    RankWorker worker(plan_, leases, team, turns_);
+    FaultyWindow window(rig_.window, turns_, mail_, 0, slow, dice_.bits(), faults_);
+    WindowSource leases = source(0, window);
+    MadeTeam team(turns_, 1e4 * (1 + dice_.unit()));
+    LeaseRunner runner(leases, team, turns_);
+    WindowCollector& collector = rig_.collector;
     try {
-      while (!ledger_.done()) {
-        mail_.deliver(turns_.now(), window_);
-        ledger_.collect(turns_.now(), 1 + dice_.below(20));
-        ledger_.issue_copies(turns_.now());
-        ledger_.listen(turns_.now());
-        if (dice_.one_in(4)) {
-          store();
-        }
-        const Time due = std::min(worker.tick(turns_.now()), team.due());
+      while (!collector.done()) {
+        mail_.deliver(turns_.now(), rig_.window);
+        collector.collect(turns_.now(), 1 + dice_.below(20));
+        collector.issue_copies(turns_.now());
+        collector.listen(turns_.now());
+        const Time due = std::min(runner.tick(turns_.now()), team.due());
         turns_.sleep(0, std::clamp(due - turns_.now(), Time(1), Time(milliseconds(5))));
       }
     } catch (const Turns::Over&) {  // check() sees that it is not done
     }
-    ledger_.finish();
-  }
-
-  void store() {
-    while (const auto kept = ledger_.take_finished_rows()) {
-      const RowBlock& block = *kept;
-      wrong_rows_ += block == made_block(storm_.settings, block.rect) ? 0 : 1;
-    }
+    collector.finish();
   }
 
   void follow(std::size_t self) {
     const double speed = 1e4 * dice_.ten_to(-1, 1);
-    FaultyWindow window(window_, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
-    WindowLeases leases(plan_, layout_, window, options(self));
-    SimCellTeam team(plan_, turns_, speed);
-    RankWorker worker(plan_, leases, team, turns_);
+    FaultyWindow window(rig_.window, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
+    WindowSource leases = source(self, window);
+    MadeTeam team(turns_, speed);
+    LeaseRunner runner(leases, team, turns_);
     try {
-      while (!worker.over()) {
-        const Time due = std::min(worker.tick(turns_.now()), team.due());
+      while (!runner.over()) {
+        const Time due = std::min(runner.tick(turns_.now()), team.due());
         turns_.sleep(self, std::max(due - turns_.now(), Time(1)));
       }
     } catch (const FaultyWindow::Death&) {
@@ -113,16 +106,10 @@ class Job {
 
   const Storm storm_;
   Dice dice_;
-  WorkPlan plan_;
-  WindowLayout layout_;
-  WindowMemory memory_;
-  LocalWindow window_;
-  Framebuffer framebuffer_;
-  WindowLedger ledger_;
+  WindowRig rig_;
   Turns turns_{std::chrono::hours(1)};
   Mail mail_;
   FaultyWindow::Tally faults_;
-  std::uint64_t wrong_rows_ = 0;
 };
 
 Storm storm_of(std::uint64_t seed) {
@@ -135,20 +122,22 @@ Storm storm_of(std::uint64_t seed) {
   storm.settings.schedule = static_cast<SchedulePolicy>(seed % 4);
   storm.settings.row_order = dice.one_in(2) ? RowOrder::sequential : RowOrder::interleaved;
   storm.tile = dice.one_in(3) ? 8 : 0;
-  const std::uint32_t spp = storm.settings.samples_per_pixel;
-  const std::uint32_t rows = storm.settings.height;
-  storm.pending = {{rows / 2, rows, 0, spp}, {0, rows / 3, spp / 2, spp}};
+  const std::uint64_t cells = whole_plan(storm.settings, storm.tile)->cells();
+  if (dice.one_in(2)) {
+    storm.done = {{cells / 5, cells / 3}, {cells / 2, cells / 2 + cells / 7}};
+    std::erase_if(storm.done, [](const CellRange& range) { return range.count() == 0; });
+  }
   return storm;
 }
 
 struct Seen {
-  WindowLedger::Tally ledger;
+  WindowCollector::Totals totals;
   FaultyWindow::Tally faults;
 
   void add(const Job& job) {
-    ledger.duplicates += job.tally().duplicates;
-    ledger.corrupt += job.tally().corrupt;
-    ledger.copies += job.tally().copies;
+    totals.duplicates += job.totals().duplicates;
+    totals.corrupt += job.totals().corrupt;
+    totals.copies += job.totals().copies;
     faults.deaths += job.faults().deaths;
     faults.late += job.faults().late;
     faults.torn += job.faults().torn;
@@ -177,8 +166,8 @@ Seen run_storms(std::uint64_t first_seed, std::uint64_t count, MakeFaults faults
 TEST_CASE("100 windows with slow operations: every sum is right, whoever overtakes whom") {
   const Seen seen = run_storms(
       0, 100, [](Dice& dice) { return WindowFaults{Time(dice.below(4'000'000)), 0, 0, {}, 0, 0}; });
-  CHECK(seen.ledger.corrupt == 0);
-  CHECK(seen.ledger.duplicates > 100);  // copies raced with originals
+  CHECK(seen.totals.corrupt == 0);
+  CHECK(seen.totals.duplicates > 100);  // copies raced with originals
 }
 
 TEST_CASE("100 windows whose ranks die at any operation: every sum is right") {
@@ -186,7 +175,7 @@ TEST_CASE("100 windows whose ranks die at any operation: every sum is right") {
     return WindowFaults{Time(dice.below(1'000'000)), 0.1 * dice.unit(), 0, {}, 0, 0};
   });
   CHECK(seen.faults.deaths > 60);
-  CHECK(seen.ledger.copies > 60);
+  CHECK(seen.totals.copies > 60);
 }
 
 TEST_CASE("100 windows where puts arrive after their log entry, in parts or corrupt") {
@@ -198,7 +187,7 @@ TEST_CASE("100 windows where puts arrive after their log entry, in parts or corr
   CHECK(seen.faults.late > 100);
   CHECK(seen.faults.torn > 50);
   CHECK(seen.faults.corrupt > 50);
-  CHECK(seen.ledger.corrupt > 30);
+  CHECK(seen.totals.corrupt > 30);
 }
 
 TEST_CASE("100 windows with all of that at once") {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
+#include "common/scene/largest_radiance.h"
 
 namespace {
 
@@ -58,11 +59,11 @@ struct Trial {
 };
 
 Trial trial_of(const NoisyScene& scene, RenderSettings settings) {
-  const auto kernel = make_kernel(scene.scene, settings);
+  const auto tracer = make_path_tracer(scene.scene, settings);
   GrowingPicture picture(settings, largest_radiance(scene.scene));
   const StopReason stop = grow_in_passes(
       settings, picture,
-      [&](const std::vector<std::uint32_t>& until) { picture.trace(*kernel, until); });
+      [&](const std::vector<std::uint32_t>& until) { picture.trace(*tracer, until); });
   ErrorEstimate error = estimate_error(picture.state());
   return {std::move(picture), std::move(error), stop};
 }

@@ -10,12 +10,10 @@
 #include <string_view>
 #include <vector>
 
+#include "common/input/scene_file.h"
 #include "common/math/float_mode.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
-#include "common/trace/linear.h"
-#include "common/trace/octree.h"
-#include "common/trace/scalar_kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 
 namespace {
@@ -52,12 +50,12 @@ struct Turn {
   std::vector<PixelSums> sums;
 };
 
-Turn take_turn(const Kernel& kernel, const RenderSettings& settings, std::uint32_t samples) {
+Turn take_turn(const PathTracer& tracer, const RenderSettings& settings, std::uint32_t samples) {
   Turn turn{0, std::vector<PixelSums>(std::size_t{settings.width} * settings.height)};
   TraceCounts counts;
   const double begin = bench::cpu_seconds();  // others may have the core in between
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel.trace({y, 0, settings.width}, {0, samples},
+    tracer.trace({y, 0, settings.width}, {0, samples},
                  std::span(turn.sums).subspan(std::size_t{y} * settings.width, settings.width),
                  counts);
   }
@@ -71,23 +69,23 @@ std::optional<Seconds> measure(const Scene& scene) {
   const RenderSettings settings = settings_of_report();
   RenderSettings with_octree = settings;
   with_octree.accelerator = AcceleratorKind::octree;
-  std::array<std::unique_ptr<Kernel>, contestants> kernels;
-  kernels[linear] = std::make_unique<ScalarKernel<double, double, Linear<double>>>(scene, settings);
-  kernels[octree] = make_kernel(scene, with_octree);
+  std::array<std::unique_ptr<PathTracer>, contestants> tracers;
+  tracers[linear] = make_scalar_tracer(scene, settings);
+  tracers[octree] = make_path_tracer(scene, with_octree);
   RenderSettings with_bvh = resolve_settings(requirements_of(scene), settings).settings;
   with_bvh.accelerator = AcceleratorKind::bvh;
-  kernels[bvh] = make_kernel(scene, with_bvh);
-  kernels[automatic] =
-      make_kernel(scene, resolve_settings(requirements_of(scene), settings).settings);
+  tracers[bvh] = make_path_tracer(scene, with_bvh);
+  tracers[automatic] =
+      make_path_tracer(scene, resolve_settings(requirements_of(scene), settings).settings);
   std::uint32_t samples = 1;
-  while (take_turn(*kernels[octree], settings, samples).seconds < 0.1) {
+  while (take_turn(*tracers[octree], settings, samples).seconds < 0.1) {
     samples *= 2;
   }
   std::array<std::vector<double>, contestants> seconds;
   for (std::size_t round = 0; round < rounds; ++round) {
     std::vector<PixelSums> first;
     for (std::size_t a = 0; a < contestants; ++a) {
-      Turn turn = take_turn(*kernels[a], settings, samples);
+      Turn turn = take_turn(*tracers[a], settings, samples);
       seconds[a].push_back(turn.seconds);
       if (a == 0) {
         first = std::move(turn.sums);

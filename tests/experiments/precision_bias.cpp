@@ -1,8 +1,9 @@
 // What single precision does to a picture: f32 and mixed against f64 on the same random numbers, so
 // that the Monte Carlo noise that they share cancels. Of each scene: the share of paths that meet
-// the same surfaces in the same order (by the scalar definition, common/trace/path.h), and the mean
-// difference of the pictures (by the kernels that render) with its 95 % interval (by the means of
-// batches of samples) and the Monte Carlo error of that mean, which the difference would drown in.
+// the same surfaces in the same order (by the scalar definition, common/trace/integrator/path.h),
+// and the mean difference of the pictures (by the kernels that render) with its 95 % interval (by
+// the means of batches of samples) and the Monte Carlo error of that mean, which the difference
+// would drown in.
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -13,9 +14,10 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/input/scene_file.h"
 #include "common/math/float_mode.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/tracers.h"
 
@@ -75,7 +77,7 @@ double share_alike(const std::vector<std::vector<test::Step>>& a,
 std::array<double, batches> batch_means(const Scene& scene, RenderSettings settings,
                                         Precision precision) {
   settings.precision = precision;
-  const auto kernel = make_kernel(scene, settings);
+  const auto tracer = make_path_tracer(scene, settings);
   const RadianceScale scale(largest_radiance(scene));
   const std::uint32_t samples = settings.samples_per_pixel / batches;
   std::array<double, batches> means{};
@@ -83,7 +85,7 @@ std::array<double, batches> batch_means(const Scene& scene, RenderSettings setti
     for (std::uint32_t y = 0; y < settings.height; ++y) {
       std::vector<PixelSums> row(settings.width);
       TraceCounts counts;
-      kernel->trace({y, 0, settings.width}, {b * samples, (b + 1) * samples}, row, counts);
+      tracer->trace({y, 0, settings.width}, {b * samples, (b + 1) * samples}, row, counts);
       for (const PixelSums& pixel : row) {
         for (const std::uint64_t sum : pixel.sum) {
           means[b] += scale.mean(sum, samples) / (3.0 * settings.width * settings.height);

@@ -12,10 +12,11 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/input/scene_file.h"
 #include "common/math/float_mode.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 
 namespace {
@@ -59,13 +60,13 @@ std::uint32_t row_step(const RenderSettings& settings) {
 }
 
 /// Means of all pixels and channels of the rows that are traced.
-std::vector<double> picture_of(const Kernel& kernel, const RenderSettings& settings,
+std::vector<double> picture_of(const PathTracer& tracer, const RenderSettings& settings,
                                const RadianceScale& scale) {
   std::vector<double> picture;
   for (std::uint32_t y = 0; y < settings.height; y += row_step(settings)) {
     std::vector<PixelSums> row(settings.width);
     TraceCounts counts;
-    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel}, row, counts);
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel}, row, counts);
     for (const PixelSums& pixel : row) {
       for (const std::uint64_t sum : pixel.sum) {
         picture.push_back(scale.mean(sum, settings.samples_per_pixel));
@@ -89,9 +90,9 @@ void measure(const std::string& name, const Scene& scene, RenderSettings setting
     const std::size_t s = turn % samplers.size();
     settings.sampler = samplers[s];
     settings.seed = 1000 + turn;
-    const auto kernel = make_kernel(scene, settings);
+    const auto tracer = make_path_tracer(scene, settings);
     const double begin = bench::cpu_seconds();
-    spreads[s].add(picture_of(*kernel, settings, scale));
+    spreads[s].add(picture_of(*tracer, settings, scale));
     seconds[s].push_back(bench::cpu_seconds() - begin);
   }
   const double gain = spreads[0].mean_variance() / spreads[1].mean_variance();

@@ -147,9 +147,9 @@ void print_line(const Arguments& a, const SimJob& job, std::uint32_t ranks) {
   }
   std::uint64_t leases = 0;
   for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    leases += job.tally(rank).takes;
+    leases += job.tally(rank).leases;
   }
-  const auto& tally = job.ledger().tally();
+  const auto& tally = job.totals();
   std::printf("%s,%u,%u,%u,%s,%s,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,", a.label.c_str(), ranks,
               a.threads, ranks * a.threads, a.schedule.c_str(), a.row_order.c_str(),
               a.link_costs.name.c_str(), job.seconds(), job.start_seconds(), job.work_seconds(),

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/largest_radiance.h"
+
 namespace parray::test {
 namespace {
 
@@ -29,10 +31,10 @@ TEST_CASE("row 46: stated errors hold, for both samplers, with uniform and with 
           settings.samples_per_pixel = 64;
           settings.sampler = sampler;
           settings.adaptive = adaptive;
-          const auto kernel = make_kernel(scenes[i].scene, settings);
+          const auto tracer = make_path_tracer(scenes[i].scene, settings);
           GrowingPicture picture(settings, largest_radiance(scenes[i].scene));
           grow_in_passes(settings, picture, [&](const std::vector<std::uint32_t>& until) {
-            picture.trace(*kernel, until);
+            picture.trace(*tracer, until);
           });
           coverage.add(i, picture, estimate_error(picture.state()));
         }

@@ -8,9 +8,10 @@
 #include <filesystem>
 #include <vector>
 
+#include "common/input/scene_file.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/support/textbook_tracer.h"
 
 namespace parray::test {
@@ -20,14 +21,14 @@ Picture our_picture(const Scene& scene, RenderSettings settings) {
   settings.width = picture_width;
   settings.height = picture_height;
   settings = resolve_settings(requirements_of(scene), settings).settings;
-  const auto kernel = make_kernel(scene, settings);
+  const auto tracer = make_path_tracer(scene, settings);
   const RadianceScale scale(largest_radiance(scene));
   const std::uint32_t n = settings.samples_per_pixel;
   Accumulator result;
   for (std::uint32_t y = 0; y < picture_height; ++y) {
     std::vector<PixelSums> sums(picture_width);
     TraceCounts counts;
-    kernel->trace({y, 0, picture_width}, {0, n}, sums, counts);
+    tracer->trace({y, 0, picture_width}, {0, n}, sums, counts);
     for (std::uint32_t x = 0; x < picture_width; ++x) {
       std::array<double, 3> mean{};
       std::array<double, 3> square{};

@@ -51,11 +51,11 @@ bool through_glass(double cosine, std::uint32_t depth, std::uint32_t sample) {
   ball.spheres = {{{0, 0, 0}, 1, 0}};
   RenderSettings settings;
   settings.max_depth = depth;
-  static TraceScene<double> scene = reference_scene<double, double>(ball, settings);
+  static TracedPicture<double> scene = reference_scene<double, double>(ball, settings);
   static const Linear<double> linear(scene.spheres);
   scene.max_depth = depth;
   Ray<double> ray({std::sqrt(1 - cosine * cosine), 0, 3}, {0, 0, -1});
-  Sides<double> sides;
+  InsideStack<double> sides;
   sides.start({});
   return follow(scene, linear, ray, sides, SampleRandom(seeded(33), depth, sample),
                 [](const auto&, const auto&, const auto&) {});
@@ -63,7 +63,7 @@ bool through_glass(double cosine, std::uint32_t depth, std::uint32_t sample) {
 
 /// sine^2 of refraction in exact arithmetic, from the numbers that scatter_dielectric() gets.
 template <typename Real>
-Quad exact_sine_squared(const Surface<Real>& surface, bool leaving, const Vec3<Real>& in,
+Quad exact_sine_squared(const MaterialParameters<Real>& surface, bool leaving, const Vec3<Real>& in,
                         const Vec3<Real>& m) {
   const Quad eta = static_cast<Quad>(leaving ? surface.ior : surface.inverse_ior);
   const Quad cosine = -dot(exact(in), exact(m));
@@ -188,7 +188,7 @@ TEST_CASE_TEMPLATE(
   int passed = 0;
   for (std::uint64_t i = 0; i < trials(60'000); ++i) {
     const Real ior = iors[dice.below(iors.size())];
-    const Surface<Real> surface(glass(static_cast<double>(ior)));
+    const MaterialParameters<Real> surface(glass(static_cast<double>(ior)));
     const bool leaving = dice.one_in(2);
     const double eta = leaving ? static_cast<double>(ior) : 1 / static_cast<double>(ior);
     const Vec3<Real> m = normalize(vec_cast<Real>(dice.direction()));
@@ -221,7 +221,7 @@ TEST_CASE_TEMPLATE("row 34: refraction is that of exact arithmetic", Real, float
   double worst = 0;
   for (std::uint64_t i = 0; i < trials(30'000); ++i) {
     const Material material = glass(dice.one_in(2) ? dice.between(1, 2.5) : dice.between(0.4, 1));
-    Surface<Real> surface(material);
+    MaterialParameters<Real> surface(material);
     const bool leaving = dice.one_in(2);
     const Vec3<Real> m = normalize(vec_cast<Real>(dice.direction()));
     const Vec3<Real> in = normalize(vec_cast<Real>(dice.direction()));
@@ -270,8 +270,8 @@ TEST_CASE_TEMPLATE("row 37: a path between mirrors keeps its length for ever, an
   walls.spheres = {{{0, 0, 0}, 1, 0}};
   RenderSettings settings;
   settings.max_depth = static_cast<std::uint32_t>(trials(100'000));
-  const TraceScene<Real> scene = reference_scene<Real, Real>(walls, settings);
-  TraceScene<Quad> exact_scene = reference_scene<Quad, Real>(walls, settings);
+  const TracedPicture<Real> scene = reference_scene<Real, Real>(walls, settings);
+  TracedPicture<Quad> exact_scene = reference_scene<Quad, Real>(walls, settings);
   exact_scene.max_depth = 20;
   const Linear<Real> linear(scene.spheres);
   const Linear<Quad> exact_linear(exact_scene.spheres);
@@ -284,7 +284,7 @@ TEST_CASE_TEMPLATE("row 37: a path between mirrors keeps its length for ever, an
     const SampleRandom random(1, 2, 3);
     std::vector<Vec3<Real>> first;
     Ray<Real> ray(from, way);
-    Sides<Real> sides;
+    InsideStack<Real> sides;
     sides.start({0});
     follow(scene, linear, ray, sides, random, [&](const auto&, const auto&, const auto& out) {
       unit = std::max(unit, unit_error(out.direction));
@@ -293,7 +293,7 @@ TEST_CASE_TEMPLATE("row 37: a path between mirrors keeps its length for ever, an
       }
     });
     Ray<Quad> exactly(exact(from), exact(way));
-    Sides<Quad> exact_sides;
+    InsideStack<Quad> exact_sides;
     exact_sides.start({0});
     std::size_t k = 0;
     follow(exact_scene, exact_linear, exactly, exact_sides, random,
@@ -326,7 +326,7 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
       camera.focus_distance = dice.ten_to(-6, 12);
       const auto [width, height] = std::array<std::array<std::uint32_t, 2>, 4>{
           {{1, 1}, {1, 4096}, {65536, 1}, {1200, 800}}}[dice.below(4)];
-      const View<Real> view(camera, width, height);
+      const CameraRays<Real> view(camera, width, height);
       const std::uint32_t x = dice.below32(width);
       const std::uint32_t y = dice.below32(height);
       const SampleRandom random(seeded(38), y * width + x, 7);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/scene_file.h"
+#include "common/input/scene_file.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/sample_scenes.h"
@@ -121,9 +121,9 @@ TEST_CASE("row 44: f32 and f64 follow the same paths but for one in a thousand, 
 TEST_CASE("rows 1, 44: the picture of 113 bits is that of f64, but for two paths in a thousand") {
   const Scene scene = shipped("one-weekend-20.json");
   const RenderSettings settings = sized(32, 32, 1, 10);
-  const TraceScene<Quad> traced = exact_scene(scene, settings);
+  const TracedPicture<Quad> traced = exact_scene(scene, settings);
   const Linear<Quad> linear(traced.spheres);
-  const TraceScene<double> whole = reference_scene<double, double>(scene, settings);
+  const TracedPicture<double> whole = reference_scene<double, double>(scene, settings);
   const Linear<double> whole_linear(whole.spheres);
   double other = 0;
   const auto paths = static_cast<std::uint32_t>(trials(4000));
@@ -131,11 +131,11 @@ TEST_CASE("rows 1, 44: the picture of 113 bits is that of f64, but for two paths
     const std::uint32_t x = i % 32;
     const std::uint32_t y = i / 32 % 32;
     const SampleRandom random(seeded(1), i % 1024, i / 1024);
-    Sides<Quad> exact_sides;
-    Sides<double> sides;
+    InsideStack<Quad> exact_sides;
+    InsideStack<double> sides;
     TraceCounts counts;
-    const auto exactly = trace_sample(traced, linear, x, y, random, exact_sides, counts);
-    const auto found = trace_sample(whole, whole_linear, x, y, random, sides, counts);
+    const auto exactly = trace_sample(traced, traced, linear, x, y, random, exact_sides, counts);
+    const auto found = trace_sample(whole, whole, whole_linear, x, y, random, sides, counts);
     other += quad_length(exact(found) - exactly) <= Quad(0x1p-38) ? 0 : 1;
   }
   within(44, "share of f64's samples more than 2^-38 from those of 113 bits", other / paths, 0.002);

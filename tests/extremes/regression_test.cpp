@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/input/scene_file.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/quad.h"
@@ -57,7 +57,7 @@ std::vector<Named> all() {
 using PathSteps = std::vector<std::vector<Step>>;
 
 template <typename Real>
-PathSteps follow_all(const Named& named, const TraceScene<Real>& traced, std::uint64_t paths) {
+PathSteps follow_all(const Named& named, const TracedPicture<Real>& traced, std::uint64_t paths) {
   const Linear<Real> linear(traced.spheres);
   PathSteps result;
   const std::uint32_t width = named.settings.width;

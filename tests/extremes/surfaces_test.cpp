@@ -85,8 +85,8 @@ Scene limb() {
 template <typename Real>
 double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
                             std::uint64_t paths) {
-  const TraceScene<Real> traced = reference_scene<Real, Real>(scene, settings);
-  TraceScene<Quad> exactly = exact_scene(scene, settings);
+  const TracedPicture<Real> traced = reference_scene<Real, Real>(scene, settings);
+  TracedPicture<Quad> exactly = exact_scene(scene, settings);
   for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
     exactly.spheres[i] = {exact(traced.spheres[i].center), Quad(traced.spheres[i].radius)};
   }
@@ -115,7 +115,7 @@ class HeightSpy {
   explicit HeightSpy(const std::vector<SphereShape<Real>>& spheres)
       : spheres_(spheres), linear_(spheres) {}
 
-  void enter(const Ray<Real>& ray, const Sides<Real>& sides, Hit<Real>& best) const {
+  void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
     for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
       if (sides.stands_on(i)) {
         const Quad r = spheres_[i].radius;
@@ -158,13 +158,13 @@ TEST_CASE_TEMPLATE("rows 7, 12: from far away, too, a path goes on from the surf
                      {1.5 * r * dice.direction(), r, 1},
                      {1.2 * r * dice.direction(), 0.3 * r, 2}};
     const RenderSettings settings = sized(8, 8, 1, 30);
-    const TraceScene<Real> traced = reference_scene<Real, Real>(scene, settings);
+    const TracedPicture<Real> traced = reference_scene<Real, Real>(scene, settings);
     const HeightSpy<Real> spy(traced.spheres);
-    Sides<Real> sides;
+    InsideStack<Real> sides;
     TraceCounts counts;
     for (std::uint32_t i = 0; i < trials(64); ++i) {
-      trace_sample(traced, spy, i % 8, i / 8 % 8, SampleRandom(seeded(12), i % 64, i / 64), sides,
-                   counts);
+      trace_sample(traced, traced, spy, i % 8, i / 8 % 8, SampleRandom(seeded(12), i % 64, i / 64),
+                   sides, counts);
     }
     worst = std::max(worst, spy.worst());
     starts += spy.starts();
@@ -202,10 +202,10 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
     ball.materials = {diffuse(0.5)};
     const double r = dice.ten_to(-4, 4);
     ball.spheres = {{dice.ten_to(-8, 8) * dice.direction(), r, 0}};
-    const TraceScene<Real> scene = reference_scene<Real, Real>(ball, sized(4, 4, 1, 2));
+    const TracedPicture<Real> scene = reference_scene<Real, Real>(ball, sized(4, 4, 1, 2));
     // As stored: rebasing would bring the centre to 0.
     const SphereShape<Real> sphere{vec_cast<Real>(ball.spheres[0].center), static_cast<Real>(r)};
-    TraceScene<Real> here = scene;
+    TracedPicture<Real> here = scene;
     here.spheres = {sphere};
     const Linear<Real> linear(here.spheres);
     for (int k = 0; k < 200; ++k) {
@@ -215,7 +215,7 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
       for (const bool inner : {false, true}) {
         const auto away = scatter(here.surfaces[0], -n, inner ? -n : n, inner, random, 0);
         const Ray<Real> ray(sphere.center + sphere.radius * n, away.direction);
-        Sides<Real> sides;
+        InsideStack<Real> sides;
         sides.start({});
         if (inner) {
           sides.cross(0, false);
@@ -313,7 +313,7 @@ TEST_CASE_TEMPLATE("row 26: a path that total reflection holds near the wall sta
   Scene ball = under_white_sky();
   ball.materials = {glass(1.5)};
   ball.spheres = {{{0, 0, 0}, 1, 0}};
-  const TraceScene<Real> scene =
+  const TracedPicture<Real> scene =
       reference_scene<Real, Real>(ball, sized(4, 4, 1, static_cast<std::uint32_t>(trials(2000))));
   const Linear<Real> linear(scene.spheres);
   double broken = 0;
@@ -322,7 +322,7 @@ TEST_CASE_TEMPLATE("row 26: a path that total reflection holds near the wall sta
     const double sine = 1 - 0.25 * std::exp2(-k);  // beyond the critical angle, asin(2/3)
     const Vec3<Real> n{0, 1, 0};
     Ray<Real> ray(n, normalize(vec_cast<Real>(Vec3d{sine, -std::sqrt(1 - sine * sine), 0})));
-    Sides<Real> sides;
+    InsideStack<Real> sides;
     sides.start({0});
     sides.stand_on(0, n);
     int steps = 0;

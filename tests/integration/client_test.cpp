@@ -1,20 +1,25 @@
 // The client against a coordinator made of a few lines, in virtual time.
-#include "cli/client.h"
+#include "cli/farm/client.h"
 
 #include <doctest/doctest.h>
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <set>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/sample_scenes.h"
 
 namespace parray {
 namespace {
 
 using test::message_of;
+using test::small_scene;
 
 /// Both the link and the clock of a client: a wait without a message passes its whole time.
 class ScriptedLink final : public Link, public Clock {
@@ -23,15 +28,15 @@ class ScriptedLink final : public Link, public Clock {
   /// `answer` is called with every message that is sent; it puts replies into `arrived`.
   explicit ScriptedLink(Answer answer) : answer_(std::move(answer)) {}
 
-  bool send(const PeerId& /*to*/, Frames frames) override {
-    Message message = decode(frames);
+  bool send(const PeerId& /*to*/, Envelope content) override {
+    Message message = content.open();
     ++sent;
     answer_(message);
     return true;
   }
   std::optional<Delivery> receive() override {
     if (arrived.empty()) return {};
-    Delivery delivery{{}, std::move(arrived.front())};
+    Delivery delivery{{}, Envelope(std::move(arrived.front()))};
     arrived.pop_front();
     return delivery;
   }
@@ -51,13 +56,15 @@ class ScriptedLink final : public Link, public Clock {
   Time now_ = seconds(1000);
 };
 
-Submission some_submission(std::size_t bytes) {
+Submission some_submission(std::size_t spheres) {
   Submission submission;
   submission.name = "a.json";
   submission.settings.precision = Precision::f32;
   submission.settings.accelerator = AcceleratorKind::bvh;
   submission.settings.row_order = RowOrder::sequential;
-  submission.scene_bytes = std::string(bytes, 'x');
+  Scene scene = small_scene();
+  scene.spheres.resize(spheres, scene.spheres.front());
+  submission.scene = std::make_shared<const Scene>(std::move(scene));
   return submission;
 }
 
@@ -68,7 +75,7 @@ Client::Options options() { return {.address = "tcp://somewhere:7400"}; }
 TEST_CASE("a request is repeated every half second until its answer comes") {
   ScriptedLink link([&](Message& message) {
     const auto& asked = std::get<msg::ListWorkers>(message);
-    if (link.sent == 4) link.arrived.push_back(encode(msg::Workers{asked.request, {"w"}}));
+    if (link.sent == 4) link.arrived.push_back(encode(msg::Workers{asked.request, {"w"}, 1}));
   });
   Client client(link, link, options());
   const Time begin = link.now();
@@ -105,6 +112,28 @@ TEST_CASE("time during which the process was stopped is not held against the coo
   CHECK(client.jobs() == nlohmann::json{1});
 }
 
+TEST_CASE("a coordinator that has answered once is waited for, and people are told so once") {
+  std::vector<std::string> told;
+  bool silent = false;
+  Time ended = never;
+  ScriptedLink link([&](Message& message) {
+    if (!silent || link.now() >= ended) {
+      const auto& asked = std::get<msg::ListJobs>(message);
+      link.arrived.push_back(encode(msg::Jobs{asked.request, {1}}));
+    }
+  });
+  Client client(link, link, {.address = "tcp://somewhere:7400", .on_silence = [&](const auto& line) {
+                               told.push_back(line);
+                             }});
+  client.jobs();
+  silent = true;
+  ended = link.now() + seconds(3600);
+  CHECK(client.jobs() == nlohmann::json{1});
+  CHECK(link.now() >= ended);
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("no answer from the coordinator at tcp://somewhere:7400") == 0);
+}
+
 TEST_CASE("late and foreign answers are passed over") {
   ScriptedLink link([&](Message& message) {
     const auto& asked = std::get<msg::ShowJob>(message);
@@ -113,7 +142,7 @@ TEST_CASE("late and foreign answers are passed over") {
     link.arrived.push_back(encode(msg::Jobs{asked.request, {}}));
     link.arrived.push_back(encode(msg::Error{asked.request + 1, 1, "not for this request"}));
     link.arrived.push_back(encode(msg::Pulse{}));
-    link.arrived.push_back({"damaged"});
+    link.arrived.push_back({Frame(std::string("damaged"))});
     link.arrived.push_back(encode(msg::Job{asked.request, {{"id", asked.job}}}));
   });
   Client client(link, link, options());
@@ -134,7 +163,7 @@ TEST_CASE("an error answer is an InputError or a RunError, with the coordinator'
 }
 
 TEST_CASE("answers that cannot be read are told apart from none") {
-  ScriptedLink link([&](Message&) { link.arrived.push_back({"\x81\xA1v\x63"}); });
+  ScriptedLink link([&](Message&) { link.arrived.push_back({Frame(std::string("\x81\xA1v\x63"))}); });
   Client client(link, link, options());
   const std::string message = message_of<RunError>([&] { client.jobs(); });
   CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);
@@ -144,7 +173,7 @@ TEST_CASE("a submit that is repeated keeps its token, and another submit has ano
   std::multiset<std::string> tokens;
   ScriptedLink link([&](Message& message) {
     if (const auto* probe = std::get_if<msg::ListWorkers>(&message)) {
-      link.arrived.push_back(encode(msg::Workers{probe->request, nlohmann::json::array()}));
+      link.arrived.push_back(encode(msg::Workers{probe->request, nlohmann::json::array(), 0}));
       return;
     }
     const auto& submit = std::get<msg::Submit>(message);
@@ -156,10 +185,10 @@ TEST_CASE("a submit that is repeated keeps its token, and another submit has ano
   Client client(link, link, options());
   CHECK(client.submit(some_submission(10)) == 42);
   const Time begin = link.now();
-  CHECK(client.submit(some_submission(20'000'000)) == 42);
+  CHECK(client.submit(some_submission(500'000)) == 42);
   CHECK(tokens.size() == 6);
   CHECK(std::set(tokens.begin(), tokens.end()).size() == 2);
-  // 20 MB are given two seconds more before they are sent again.
+  // 20 MB (40 bytes a sphere) are given two seconds more before they are sent again.
   CHECK(link.now() - begin == 2 * milliseconds(2500));
 }
 
@@ -209,7 +238,8 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
     const auto& fetch = std::get<msg::Fetch>(message);
     const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
                              image.rgb.size() * sizeof(float));
-    link.arrived.push_back(encode(msg::ImageData{fetch.request, report, 2, 1, false, pixels}));
+    link.arrived.push_back(encode(
+        msg::ImageData{fetch.request, report, 2, 1, false, PictureParcel(Bulk::of(pixels))}));
   });
   Client client(link, link, options());
   CHECK(client.fetch(5).image.rgb == image.rgb);

@@ -2,13 +2,13 @@
 #include <doctest/doctest.h>
 #include <spdlog/sinks/null_sink.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
 #include "coordinator/coordinator.h"
 #include "proto/zmq_link.h"
-#include "tests/support/sample_scenes.h"
-#include "worker/team.h"
+#include "tests/support/service.h"
 
 namespace parray::test {
 namespace {
@@ -17,10 +17,10 @@ namespace {
 class Server {
  public:
   explicit Server(CoordinatorOptions options)
-      : coordinator_(std::move(options), store_,
+      : server_("tcp://127.0.0.1:*", default_max_message_bytes),
+        coordinator_(awakening(std::move(options)), nullptr,
                      std::make_shared<spdlog::logger>(
                          "silent", std::make_shared<spdlog::sinks::null_sink_mt>())),
-        server_("tcp://127.0.0.1:*", default_max_message_bytes),
         thread_([this] {
           run_actor(coordinator_, server_.link(), clock_, [this](Time) { return stop_.load(); });
         }) {}
@@ -33,9 +33,13 @@ class Server {
   [[nodiscard]] const std::string& endpoint() const { return server_.endpoint(); }
 
  private:
-  MemoryStore store_;
-  Coordinator coordinator_;
+  CoordinatorOptions awakening(CoordinatorOptions options) {
+    options.backroom.wake = [this] { server_.link().wake(); };
+    return options;
+  }
+
   ZmqServer server_;
+  Coordinator coordinator_;
   SteadyClock clock_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
@@ -56,7 +60,7 @@ class Speaker {
   explicit Speaker(const Server& server)
       : link_(zmq_connect(server.endpoint(), default_max_message_bytes, seconds(1))) {}
 
-  void say(const Message& message) { link_->send({}, encode(message)); }
+  void say(const Message& message) { link_->send({}, message); }
   void say_raw(Frames frames) { link_->send({}, std::move(frames)); }
 
   /// The next message of type M; others are passed over.
@@ -66,7 +70,7 @@ class Speaker {
     const Time end = clock.now() + seconds(20);
     while (clock.now() < end) {
       if (auto delivery = link_->receive()) {
-        Message message = decode(delivery->frames);
+        Message message = delivery->content.open();
         if (auto* expected = std::get_if<M>(&message)) {
           return std::move(*expected);
         }
@@ -88,7 +92,7 @@ class Speaker {
     submit.token = "token";
     submit.name = "scene";
     submit.settings = settings;
-    submit.scene_bytes = scene_to_bytes(scene);
+    submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
     say(submit);
     return hear<msg::Submitted>().job;
   }
@@ -98,15 +102,7 @@ class Speaker {
 };
 
 msg::Result traced(const Scene& scene, const msg::Grant& grant) {
-  std::atomic<std::uint64_t> count = 0;
-  const std::atomic<bool> stop = false;
-  msg::Result result;
-  result.job = grant.job;
-  result.epoch = grant.epoch;
-  result.isa = "scalar";
-  const auto kernel = make_kernel(scene, grant.settings);
-  result.block = trace_rect(*kernel, grant.settings, grant.rect, 1, count, stop, grant.samples);
-  return result;
+  return Hand::result(grant, Hand::trace(scene, grant));
 }
 
 struct OneLease {
@@ -127,13 +123,13 @@ TEST_CASE(
   client.submit(job.scene, job.settings);
   const auto first = worker.hear<msg::Grant>();
   const auto second = worker.hear<msg::Grant>();  // no heartbeat named the first: it expired
-  CHECK(second.rect == first.rect);
+  CHECK(second.cells.range == first.cells.range);
   CHECK(second.epoch != first.epoch);
   worker.say(traced(job.scene, first));
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+  CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::stale);
 }
 
-TEST_CASE("a repeated result is a duplicate, other bits a mismatch that ends the worker's leases") {
+TEST_CASE("a result counts once: repeated, it is nobody's") {
   const Server server(quick());
   OneLease job;
   job.settings.schedule = SchedulePolicy::factoring;  // several leases: the job stays open
@@ -141,44 +137,56 @@ TEST_CASE("a repeated result is a duplicate, other bits a mismatch that ends the
   worker.join("w");
   Speaker client(server);
   client.submit(job.scene, job.settings);
-  auto result = traced(job.scene, worker.hear<msg::Grant>());
+  const auto result = traced(job.scene, worker.hear<msg::Grant>());
   worker.say(result);
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::accepted);
+  CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::accepted);
   worker.say(result);
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::duplicate);
-  result.block.pixels[0].sum[1] ^= 1;
-  worker.say(result);
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::mismatch);
-  client.say(msg::ListWorkers{5});
-  CHECK(client.hear<msg::Workers>().workers[0]["state"] == "quarantined");
+  CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::stale);
 }
 
-TEST_CASE("a result for another rectangle than the lease's is not merged") {
+TEST_CASE("a result of other cells or samples than the lease's is not merged, and convicts") {
+  for (const bool cells : {true, false}) {
+    const Server server(quick());
+    OneLease job;
+    Speaker worker(server);
+    worker.join("w");
+    Speaker client(server);
+    client.submit(job.scene, job.settings);
+    auto grant = worker.hear<msg::Grant>();
+    if (cells) {
+      --grant.cells.range.end;
+    } else {
+      GridShape shape = grant.cells.grid->shape();
+      --shape.width;
+      shape.cell_pixels = std::min(shape.cell_pixels, shape.width);
+      grant.cells.grid = std::make_shared<const CellGrid>(shape);
+    }
+    worker.say(traced(job.scene, grant));
+    CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::stale);
+    client.say(msg::ListWorkers{5});
+    CHECK(client.hear<msg::Workers>().workers[0]["state"] == "quarantined");
+  }
+}
+
+TEST_CASE("who cannot trace a lease is heard, and told that it need not say so again") {
   const Server server(quick());
-  OneLease job;
-  job.settings.schedule = SchedulePolicy::factoring;
+  const OneLease job;
   Speaker worker(server);
   worker.join("w");
   Speaker client(server);
-  client.submit(job.scene, job.settings);
+  const JobId id = client.submit(job.scene, job.settings);
   auto grant = worker.hear<msg::Grant>();
-  grant.rect.sample_end -= 1;
-  worker.say(traced(job.scene, grant));
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
-}
-
-TEST_CASE("a result with other samples than its lease's pixels have is not merged") {
-  const Server server(quick());
-  OneLease job;
-  job.settings.schedule = SchedulePolicy::factoring;
-  Speaker worker(server);
-  worker.join("w");
-  Speaker client(server);
-  client.submit(job.scene, job.settings);
-  auto result = traced(job.scene, worker.hear<msg::Grant>());
-  --result.block.counts.samples;
-  worker.say(result);
-  CHECK(worker.hear<msg::VerdictOf>().verdict == msg::Verdict::stale);
+  for (int i = 0; i < 2; ++i) {
+    worker.say(msg::Failed{grant.job, grant.epoch, "too large for this machine"});
+    CHECK(worker.hear<msg::Revoke>().epoch == grant.epoch);
+    if (i == 0) {
+      grant = worker.hear<msg::Grant>();  // once more: there is nobody else
+    }
+  }
+  client.say(msg::ShowJob{1, id});
+  const auto shown = client.hear<msg::Job>().job;
+  CHECK(shown["state"] == "failed");
+  CHECK(shown["reason"].get<std::string>().find("too large for this machine") == 0);
 }
 
 TEST_CASE("what there is of a picture can be had before it is done") {
@@ -193,15 +201,17 @@ TEST_CASE("what there is of a picture can be had before it is done") {
   client.say(msg::Fetch{1, id});
   CHECK(client.hear<msg::Error>().status == 2);
   const auto grant = worker.hear<msg::Grant>();
-  CHECK(grant.rect.sample_range() == SampleRange{0, 1});  // one sample of every pixel comes first
+  // One sample of every pixel comes first.
+  CHECK(grant.cells.grid->cell(grant.cells.range.begin).samples == SampleRange{0, 1});
   const auto result = traced(job.scene, grant);
   worker.say(result);
-  worker.hear<msg::VerdictOf>();
+  worker.hear<msg::ResultVerdict>();
   client.say(msg::Fetch{2, id, true, false});
   const auto image = client.hear<msg::ImageData>();
   CHECK(image.report.at("partial") == true);
-  CHECK(image.report.at("samples") == result.block.counts.samples);
-  CHECK(image.pixels.find_first_not_of('\0') != std::string::npos);
+  CHECK(image.report.at("samples") == grant.cells.sample_count());
+  const Bulk pixels = image.picture.bytes(false);
+  CHECK(pixels.data.view().find_first_not_of('\0') != std::string::npos);
 }
 
 TEST_CASE("workers of another protocol, trace version or arithmetic are refused with the reason") {
@@ -238,11 +248,17 @@ TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revo
 TEST_CASE("malformed messages are dropped, a client's is answered, and the service goes on") {
   const Server server(quick());
   Speaker client(server);
-  client.say_raw({"not MessagePack"});
+  client.say_raw({std::string("not MessagePack")});
   client.say_raw({std::string(100000, '\x91')});  // arrays nested 100 000 deep
   client.say_raw({});
-  Frames cut = encode(msg::Submit{9, "token", "scene", 50, {}, "", 0, "bytes"});
-  cut[1].back() ^= 1;
+  msg::Submit submit;
+  submit.request = 9;
+  submit.token = "token";
+  submit.name = "scene";
+  submit.settings = small_settings(small_scene());
+  submit.scene = SceneParcel(Bulk::of("bytes"));
+  Frames cut = encode(submit);
+  cut[1] = std::string("bytet");
   client.say_raw(cut);
   const auto error = client.hear<msg::Error>();
   CHECK(error.request == 9);
@@ -259,8 +275,9 @@ TEST_CASE("a repeated submit makes no second job, and a scene that is none makes
   CHECK(client.submit(job.scene, job.settings) == id);
   msg::Submit bad;
   bad.token = "another";
+  bad.name = "bad";
   bad.settings = job.settings;
-  bad.scene_bytes = "no scene";
+  bad.scene = SceneParcel(Bulk::of("no scene"));
   client.say(bad);
   CHECK(client.hear<msg::Error>().status == 2);
   client.say(msg::ListJobs{});
@@ -271,7 +288,8 @@ TEST_CASE("what is not there is refused by name") {
   const Server server(quick());
   Speaker client(server);
   for (const Message& request :
-       {Message(msg::ShowJob{1, 5}), Message(msg::Cancel{1, 5}), Message(msg::Fetch{1, 5})}) {
+       {Message(msg::ShowJob{1, 5}), Message(msg::Cancel{1, 5}), Message(msg::Pause{1, 5}),
+        Message(msg::Resume{1, 5}), Message(msg::Fetch{1, 5})}) {
     client.say(request);
     const auto error = client.hear<msg::Error>();
     CHECK(error.status == 2);

@@ -16,7 +16,6 @@
 #include <string>
 #include <utility>
 
-#include "cli/doctor/child_process.h"
 #include "cli/doctor/floating_point.h"
 #include "cli/doctor/libraries.h"
 #include "cli/doctor/machine.h"
@@ -25,9 +24,10 @@
 #include "cli/doctor/scratch.h"
 #include "cli/doctor/sphere_errors.h"
 #include "cli/doctor/tracing.h"
-#include "cli/interrupt.h"
+#include "cli/process/child_process.h"
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
+#include "common/process/stop_signal.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 
@@ -37,38 +37,36 @@ namespace {
 namespace fs = std::filesystem;
 using test::TemporaryDirectory;
 
-const KernelMaker honest = kernels_of(Isa::automatic);
+const TracerMaker honest = tracers_of(Isa::automatic);
 
-/// Traces like another kernel, then bends what has come of it.
-class LyingKernel final : public Kernel {
+/// Traces like another tracer, then bends what has come of it.
+class LyingTracer final : public PathTracer {
  public:
   using Lie = std::function<void(std::span<PixelSums>, TraceCounts&)>;
-  LyingKernel(std::unique_ptr<Kernel> kernel, Lie lie)
-      : kernel_(std::move(kernel)), lie_(std::move(lie)) {}
+  LyingTracer(std::unique_ptr<PathTracer> tracer, Lie lie)
+      : PathTracer(tracer->accelerator()), tracer_(std::move(tracer)), lie_(std::move(lie)) {}
 
   void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                  TraceCounts& counts) const override {
-    kernel_->trace_run(run, samples, sums, counts);
+    tracer_->trace_run(run, samples, sums, counts);
     if (run.y == 3) lie_(sums, counts);
   }
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override {
-    kernel_->first_hits(run, samples, hits);
+    tracer_->first_hits(run, samples, hits);
   }
-  [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
-  [[nodiscard]] std::string_view isa() const override { return kernel_->isa(); }
 
  private:
-  std::unique_ptr<Kernel> kernel_;
+  std::unique_ptr<PathTracer> tracer_;
   Lie lie_;
 };
 
-/// Kernels that lie in one precision with one accelerator.
-KernelMaker lying(Precision precision, AcceleratorKind accelerator, const LyingKernel::Lie& lie) {
-  return [=](const Scene& scene, const RenderSettings& settings) -> std::unique_ptr<Kernel> {
-    auto kernel = honest(scene, settings);
-    if (settings.precision != precision || settings.accelerator != accelerator) return kernel;
-    return std::make_unique<LyingKernel>(std::move(kernel), lie);
+/// Tracers that lie in one precision with one accelerator.
+TracerMaker lying(Precision precision, AcceleratorKind accelerator, const LyingTracer::Lie& lie) {
+  return [=](const Scene& scene, const RenderSettings& settings) -> std::unique_ptr<PathTracer> {
+    auto tracer = honest(scene, settings);
+    if (settings.precision != precision || settings.accelerator != accelerator) return tracer;
+    return std::make_unique<LyingTracer>(std::move(tracer), lie);
   };
 }
 
@@ -144,7 +142,7 @@ TEST_CASE("hard cases of rounding are right here, and one wrong bit is a failure
 
 TEST_CASE("every instruction set of this machine passes every check of tracing") {
   for (const Isa isa : instruction_sets()) {
-    const KernelMaker make = kernels_of(isa);
+    const TracerMaker make = tracers_of(isa);
     for (const Finding& found :
          {check_picture(make), check_furnaces(make), check_self_hits(make), check_scaling(make)}) {
       CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
@@ -159,11 +157,11 @@ TEST_CASE("another fingerprint than the pinned one is a failure") {
 }
 
 TEST_CASE(
-    "a kernel that is wrong by one unit in one precision and accelerator is found and named") {
+    "a tracer that is wrong by one unit in one precision and accelerator is found and named") {
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     for (const AcceleratorKind kind : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
       const std::string name = std::string(name_of(precision)) + " " + std::string(name_of(kind));
-      const KernelMaker dark = lying(precision, kind, lose_a_little_light);
+      const TracerMaker dark = lying(precision, kind, lose_a_little_light);
       CHECK(check_picture(dark).status == CheckStatus::failed);
       for (const Finding& found :
            {check_furnaces(dark), check_furnaces(lying(precision, kind, leak_a_little_light)),
@@ -185,8 +183,8 @@ TEST_CASE("samples that are not finite fail the furnaces") {
 TEST_CASE("threads make the same picture, and one that lies once is found") {
   CHECK(check_threads(honest, 3).status == CheckStatus::ok);
   std::atomic<int> pieces = 0;
-  const KernelMaker once = [&](const Scene& scene, const RenderSettings& settings) {
-    return std::make_unique<LyingKernel>(honest(scene, settings),
+  const TracerMaker once = [&](const Scene& scene, const RenderSettings& settings) {
+    return std::make_unique<LyingTracer>(honest(scene, settings),
                                          [&](std::span<PixelSums> sums, TraceCounts&) {
                                            sums[0].sum[0] += pieces++ == 1 ? 1U << 20 : 0;
                                          });

@@ -126,9 +126,9 @@ class MpiRun:
 
 
 def kept_bytes(state):
-    """How much has been kept in a state, of whichever job."""
+    """How much of finished rows a state has on the disk, of whichever job."""
     sizes = [0]
-    for path in state.glob("parray.sqlite*"):
+    for path in state.glob("jobs/*/rows*"):
         try:
             sizes.append(path.stat().st_size)
         except FileNotFoundError:

@@ -23,8 +23,8 @@ TEST_CASE("a part of a picture has the picture's own pixels, spread over all of 
   RenderSettings settings = test::small_settings(scene);
   settings.width = 200;
   settings.height = 100;
-  const auto kernel = make_kernel(scene, settings);
-  const PartOfPicture part(*kernel, settings.width, settings.height, 2000, {16, 8});
+  const auto tracer = make_path_tracer(scene, settings);
+  const PartOfPicture part(*tracer, settings.width, settings.height, 2000, {16, 8});
   CHECK(part.width() % 16 == 0);
   CHECK(part.height() % 8 == 0);
   CHECK(part.width() * part.height() == Approx(2000).epsilon(0.3));
@@ -38,7 +38,7 @@ TEST_CASE("a part of a picture has the picture's own pixels, spread over all of 
     TraceCounts counts;
     part.trace({y, 0, part.width()}, {0, 3}, of_part, counts);
     CHECK(counts.samples == 3 * part.width());
-    kernel->trace({part.rows()[y], 0, settings.width}, {0, 3}, of_picture, counts);
+    tracer->trace({part.rows()[y], 0, settings.width}, {0, 3}, of_picture, counts);
     for (std::uint32_t x = 0; x < part.width(); ++x) {
       REQUIRE(of_part[x] == of_picture[part.columns()[x]]);
     }
@@ -48,7 +48,7 @@ TEST_CASE("a part of a picture has the picture's own pixels, spread over all of 
 TEST_CASE("a part's columns and rows never repeat, whatever the picture's shape") {
   const Scene scene = test::small_scene();
   RenderSettings settings = test::small_settings(scene);
-  const auto kernel = make_kernel(scene, settings);
+  const auto tracer = make_path_tracer(scene, settings);
   struct Shape {
     std::uint32_t width, height;
     std::uint64_t pixels;
@@ -60,7 +60,7 @@ TEST_CASE("a part's columns and rows never repeat, whatever the picture's shape"
                              {1000, 10, 1},
                              {640, 480, 640 * 480},
                              {640, 480, 200000}}) {
-    const PartOfPicture part(*kernel, shape.width, shape.height, shape.pixels, {32, 32});
+    const PartOfPicture part(*tracer, shape.width, shape.height, shape.pixels, {32, 32});
     const std::set<std::uint32_t> columns(part.columns().begin(), part.columns().end());
     const std::set<std::uint32_t> rows(part.rows().begin(), part.rows().end());
     CHECK(columns.size() == part.width());
@@ -100,7 +100,7 @@ Probe simple_probe(std::vector<Sampler> samplers) {
   for (const Sampler sampler : samplers) {
     const double exponent = sampler == Sampler::sobol ? 0.1 : 0;
     const std::vector<MeasuredError> measured = {{1, 1, 0.01}};
-    const ErrorLaw law(ModelError::uniform(1), measured, {exponent, 0});
+    const ErrorModel law(ModelError::uniform(1), measured, {exponent, 0});
     probe.samplers.push_back({sampler, law, law, {1e-6, 2e-6}, {1e-6, 2e-6}});
   }
   return probe;

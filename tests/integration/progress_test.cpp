@@ -1,4 +1,4 @@
-#include "cli/progress.h"
+#include "cli/output/progress.h"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "cli/text.h"
+#include "cli/output/text.h"
 
 namespace parray {
 namespace {
@@ -125,6 +125,32 @@ TEST_CASE("between two steps of progress the speed stays and the time left runs 
   CHECK(text.find("3.14 M samples/s  8 s left") != std::string::npos);
   CHECK(text.find("0 s left") != std::string::npos);
   CHECK(text.find("1.00 M") == std::string::npos);
+}
+
+TEST_CASE("a job that waits says for what, at any moment, and no time that nobody knows") {
+  Recorder recorder(ProgressStyle::bar);
+  JobStatus job = job_at(0);
+  job.state = "queued";
+  job.waits_for = "no workers connected";
+  recorder.show(seconds(1), job);
+  job = job_at(0.5, 12);
+  recorder.show(seconds(2), job);
+  job.waits_for = "the disk is full";  // progress and state are as before
+  recorder.show(seconds(3), job);
+  job.waits_for.clear();
+  recorder.show(seconds(4), job);
+  const std::string text = recorder.end();
+  CHECK(text.find("0.0 %  waits for: no workers") != std::string::npos);
+  CHECK(text.find("50.0 %  waits for: the disk is full") != std::string::npos);
+  CHECK(text.rfind("12 s left") > text.find("the disk is full"));
+}
+
+TEST_CASE("a job that is paused or being finished says so") {
+  JobStatus job = job_at(0.5, 12);
+  for (const char* state : {"paused", "finishing"}) {
+    job.state = state;
+    CHECK(bar_text(job, 80).find(std::string("50.0 %  ") + state) != std::string::npos);
+  }
 }
 
 TEST_CASE("quiet is quiet") {

@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <string>
 
-#include "common/trace/linear.h"
+#include "common/trace/reference/linear.h"
 #include "tests/support/ray_queries.h"
 
-/// Accelerators of one ray at a time against linear search, bit by bit.
+/// Searches of one ray at a time against linear search, bit by bit.
 namespace parray::test {
 
 /// Asks the accelerator A and linear search about `rays` rays.
@@ -70,7 +70,7 @@ void check_equal_everywhere() {
 template <typename A, typename Real>
 void check_nothing_is_never_hit() {
   const A accelerator(Spheres<Real>{});
-  Sides<Real> sides;
+  InsideStack<Real> sides;
   sides.start({});
   Hit<Real> best;
   accelerator.enter(Ray<Real>({0, 0, 0}, {0, 0, 1}), sides, best);
@@ -84,7 +84,7 @@ template <typename A, typename Real>
 void check_first_of_equals_wins() {
   const A accelerator(coincident<Real>(1000));
   const Ray<Real> ray({1, 2, -5}, {0, 0, 1});
-  Sides<Real> sides;
+  InsideStack<Real> sides;
   sides.start({});
   for (std::uint32_t skipped = 0; skipped < 5; ++skipped) {
     Hit<Real> best;

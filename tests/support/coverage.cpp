@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/pixel_noise.h"
+#include "common/adaptive/pixel_noise.h"
+#include "common/scene/largest_radiance.h"
 
 namespace parray::test {
 namespace {
@@ -19,7 +20,7 @@ Reference trace_reference(const NoisyScene& scene, std::uint32_t samples) {
   settings.seed = reference_seed;
   settings.sampler = Sampler::independent;
   GrowingPicture picture(settings, largest_radiance(scene.scene));
-  picture.trace(*make_kernel(scene.scene, settings),
+  picture.trace(*make_path_tracer(scene.scene, settings),
                 std::vector<std::uint32_t>(picture.counts.size(), samples));
   Reference reference{picture.means(), {}, static_cast<double>(samples)};
   const RadianceScale scale(picture.largest_radiance);

@@ -1,16 +1,16 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <random>
-#include <set>
+#include <utility>
 
-#include "common/base/error.h"
-#include "coordinator/store.h"
+#include "coordinator/store/store.h"
 
 namespace parray::test {
 
 /// A disk that forgets what was not committed when the coordinator dies, and whose commits may
-/// fail, as on a full disk.
+/// fail, as on a full disk: nothing is kept then, and nothing of what was put is forgotten.
 class CrashStore final : public Store {
  public:
   /// `failing`: probability that a commit throws instead.
@@ -18,26 +18,57 @@ class CrashStore final : public Store {
 
   /// The coordinator has died: what is left is what was committed.
   void crash() { staged_ = committed_; }
-  [[nodiscard]] bool has_block(JobId job, std::uint64_t epoch) const {
-    const auto blocks = committed_.blocks.find(job);
-    return blocks != committed_.blocks.end() && blocks->second.contains(epoch);
+  /// While it is full, nothing can be committed, nor scenes or pictures put.
+  void fill(bool full) { full_ = full; }
+  /// The entries of the job's log that a crash would leave.
+  [[nodiscard]] const std::vector<std::string>& committed_rows(JobId job) const {
+    static const std::vector<std::string> none;
+    const auto rows = committed_.rows.find(job);
+    return rows == committed_.rows.end() ? none : rows->second;
   }
-  /// The job's blocks are gone because its picture is there.
+  /// The job's rows are gone because its picture is there.
   [[nodiscard]] bool has_picture(JobId job) const { return committed_.pictures.contains(job); }
 
-  void put_job(const JobRecord& job) override { staged_.jobs[job.id] = job; }
-  void put_scene(const std::string& digest, const std::string& bytes) override {
-    staged_.scenes[digest] = bytes;
+  void put_job(const JobRecord& job) override { changed_ = true; staged_.jobs[job.id] = job; }
+  void put_scene(const std::string& digest, std::string_view bytes) override {
+    take_room();
+    changed_ = true;
+    staged_.scenes.try_emplace(digest, bytes);
   }
-  void put_block(JobId job, std::uint64_t epoch, const std::string& bytes) override {
-    staged_.blocks[job][epoch] = bytes;
+  void append_rows(JobId job, std::string_view entry) override {
+    changed_ = true;
+    staged_.rows[job].emplace_back(entry);
   }
-  void put_picture(JobId job, const std::string& bytes) override { staged_.pictures[job] = bytes; }
-  void drop_work(JobId job) override { staged_.blocks.erase(job); }
-  void drop_job(JobId job) override { staged_.jobs.erase(job); }
+  void drop_rows(JobId job) override { changed_ = true; staged_.rows.erase(job); }
+  void put_picture(JobId job, std::span<const std::string_view> pieces) override {
+    take_room();
+    std::string picture;
+    for (const std::string_view piece : pieces) {
+      picture.append(piece);
+    }
+    changed_ = true;
+    staged_.pictures[job] = std::move(picture);
+  }
+  void drop_work(JobId job) override {
+    changed_ = true;
+    staged_.rows.erase(job);
+    staged_.scenes_dropped = true;
+  }
+  void drop_job(JobId job) override {
+    staged_.jobs.erase(job);
+    staged_.pictures.erase(job);
+    drop_work(job);
+  }
   void commit() override {
+    take_room();
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
-      throw RunError("keeping state: disk full");
+      throw StorageFull("keeping state: disk full");
+    }
+    if (!std::exchange(changed_, false)) {
+      return;
+    }
+    if (std::exchange(staged_.scenes_dropped, false)) {
+      std::erase_if(staged_.scenes, [&](const auto& scene) { return !is_used(scene.first); });
     }
     committed_ = staged_;
   }
@@ -50,28 +81,47 @@ class CrashStore final : public Store {
     return all;
   }
   std::optional<std::string> scene(const std::string& digest) override {
-    const auto found = staged_.scenes.find(digest);
-    return found == staged_.scenes.end() ? std::nullopt : std::optional(found->second);
+    return find(staged_.scenes, digest);
   }
-  void each_block(JobId job, const BlockVisitor& visit) override {
-    for (const auto& [epoch, bytes] : staged_.blocks[job]) {
-      visit(bytes);
+  void each_rows(JobId job, const RowsVisitor& visit) override {
+    for (const std::string& entry : staged_.rows[job]) {
+      visit(entry);
     }
   }
-  std::optional<std::string> picture(JobId job) override {
+  std::optional<std::string> picture(JobId job) override { return find(staged_.pictures, job); }
+  std::uint64_t picture_bytes(JobId job) override {
     const auto found = staged_.pictures.find(job);
-    return found == staged_.pictures.end() ? std::nullopt : std::optional(found->second);
+    return found == staged_.pictures.end() ? 0 : found->second.size();
   }
 
  private:
   struct Content {
     std::map<JobId, JobRecord> jobs;
     std::map<std::string, std::string> scenes;
-    std::map<JobId, std::map<std::uint64_t, std::string>> blocks;
+    std::map<JobId, std::vector<std::string>> rows;
     std::map<JobId, std::string> pictures;
+    bool scenes_dropped = false;
   };
 
+  void take_room() const {
+    if (full_) {
+      throw StorageFull("keeping state: disk full");
+    }
+  }
+  template <typename Map>
+  static std::optional<std::string> find(const Map& map, const typename Map::key_type& key) {
+    const auto found = map.find(key);
+    return found == map.end() ? std::nullopt : std::optional(found->second);
+  }
+  [[nodiscard]] bool is_used(const std::string& digest) const {
+    return std::any_of(staged_.jobs.begin(), staged_.jobs.end(), [&](const auto& job) {
+      return job.second.scene == digest && is_unfinished(job.second.state);
+    });
+  }
+
   double failing_;
+  bool full_ = false;
+  bool changed_ = false;
   std::mt19937_64 random_;
   Content staged_;
   Content committed_;

@@ -5,19 +5,19 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/trace/accelerator.h"
+#include "common/trace/sphere_search.h"
 #include "tests/support/lane_search.h"
 
 namespace parray::test {
 
-/// The best lane kernels of this machine as an Accelerator of one ray at a time.
+/// The best lane kernels of this machine as a SphereSearch of one ray at a time.
 template <typename Real>
 class LaneTree {
  public:
   explicit LaneTree(const std::vector<SphereShape<Real>>& spheres)
       : search_(lane_search<Precision>(best_isa(), spheres, true, true)) {}
 
-  void enter(const Ray<Real>& ray, const Sides<Real>& sides, Hit<Real>& best) const {
+  void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
     const Query<Real> query{ray, sides, {}};
     const Hit<Real> found = search_->find(std::span(&query, 1)).front();
     if (!found.leaving && best.loses_to(found.t, found.sphere)) {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/scene/settings.h"
+#include "common/trace/bvh/wide_bvh.h"
+#include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/isa.h"
-#include "common/trace/isa_kernels.h"
-#include "common/trace/sphere_tables.h"
 #include "tests/support/ray_queries.h"
 
 /// The lane kernels' search as tests ask it: spheres by input index, many rays at once.
@@ -49,16 +49,12 @@ class LaneSearchOf final : public LaneSearch<Real> {
   LaneSearchOf(Find function, const Spheres<Store>& spheres, bool tree, bool sides)
       : function_(function),
         tables_(spheres, tree, 1),
-        scene_(View<Real>(Camera{}, 1, 1), SkyGradient<Real>(Sky{})),
+        scene_(CameraRays<Real>(Camera{}, 1, 1), SkyGradient<Real>(Sky{})),
         space_(std::make_unique<Space>()),
         slot_of_(spheres.size()) {
     scene_.features.sides = sides;
-    scene_.input_index = tables_.input_index();
-    scene_.blocks = tables_.blocks();
-    scene_.open_spheres = tables_.open_spheres();
-    scene_.nodes = tables_.nodes();
-    scene_.node_count = tables_.node_count();
-    scene_.stack_size = tables_.stack_size();
+    scene_.bvh = tables_.view();
+    scene_.bvh.prefetch = false;
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
       if (tables_.input_index()[slot] != no_sphere) {
         slot_of_.at(tables_.input_index()[slot]) = slot;
@@ -72,7 +68,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
   }
 
   /// As where the tables are larger than the caches.
-  void prefetch() { scene_.prefetch = true; }
+  void prefetch() { scene_.bvh.prefetch = true; }
 
   std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) override {
     space_->inside.clear();
@@ -112,7 +108,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
   }
 
   Find function_;
-  SphereTables<Store, W> tables_;
+  WideBvh<Store, W> tables_;
   Scene scene_;
   std::unique_ptr<Space> space_;
   std::vector<std::uint32_t> slot_of_;  ///< by input index

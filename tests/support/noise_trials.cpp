@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/input/scene_file.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_file.h"
 #include "tests/support/dice.h"
 
 namespace parray::test {
@@ -95,7 +95,7 @@ GrowingPicture::GrowingPicture(const RenderSettings& settings, double largest)
       pixels(std::size_t{settings.width} * settings.height),
       counts(pixels.size()) {}
 
-PictureState GrowingPicture::state() const {
+FramebufferView GrowingPicture::state() const {
   return {width, static_cast<std::uint32_t>(pixels.size() / width), pixels, counts,
           largest_radiance};
 }
@@ -104,7 +104,7 @@ std::uint64_t GrowingPicture::samples() const {
   return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-void GrowingPicture::trace(const Kernel& kernel, const std::vector<std::uint32_t>& until) {
+void GrowingPicture::trace(const PathTracer& tracer, const std::vector<std::uint32_t>& until) {
   TraceCounts ignored;
   std::vector<SampleRange> ranges(width);
   for (std::uint32_t y = 0; y < pixels.size() / width; ++y) {
@@ -112,7 +112,7 @@ void GrowingPicture::trace(const Kernel& kernel, const std::vector<std::uint32_t
     for (std::size_t x = 0; x < width; ++x) {
       ranges[x] = {counts[first + x], until[first + x]};
     }
-    kernel.trace_run({y, 0, width}, RunSamples(ranges), std::span(pixels).subspan(first, width),
+    tracer.trace_run({y, 0, width}, RunSamples(ranges), std::span(pixels).subspan(first, width),
                      ignored);
   }
   counts = until;

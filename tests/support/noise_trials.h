@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "common/image/error_estimate.h"
-#include "common/image/passes.h"
-#include "common/trace/kernel.h"
+#include "common/adaptive/error_estimate.h"
+#include "common/adaptive/passes.h"
+#include "common/trace/tracer.h"
 
 namespace parray::test {
 
@@ -28,10 +28,10 @@ struct GrowingPicture {
   std::vector<std::uint32_t> counts;
 
   GrowingPicture(const RenderSettings& settings, double largest);
-  [[nodiscard]] PictureState state() const;
+  [[nodiscard]] FramebufferView state() const;
   [[nodiscard]] std::uint64_t samples() const;
   /// Traces each pixel's samples up to `until`.
-  void trace(const Kernel& kernel, const std::vector<std::uint32_t>& until);
+  void trace(const PathTracer& tracer, const std::vector<std::uint32_t>& until);
   /// The same with made-up samples: radiance_of(pixel, sample), a Vec3d.
   template <typename RadianceOf>
   void make_up(const std::vector<std::uint32_t>& until, RadianceOf&& radiance_of) {
@@ -56,7 +56,7 @@ StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& pictur
     if (size.samples == 0) {
       return size.stop;
     }
-    grow(counts_after_pass(picture.state(), settings, pass, size.samples));
+    grow(counts_after_pass(picture.state(), settings, size.samples));
   }
 }
 

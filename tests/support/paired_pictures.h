@@ -8,7 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "common/trace/kernel.h"
+#include "common/scene/largest_radiance.h"
+#include "common/trace/tracer.h"
 
 /// Pictures of one scene in two precisions, from the same random numbers.
 namespace parray::test {
@@ -34,9 +35,9 @@ class PairedPictures {
   PairedPictures(const Scene& scene, RenderSettings settings, Precision precision)
       : settings_(settings), scale_(largest_radiance(scene)) {
     settings.precision = precision;
-    kernels_[0] = make_kernel(scene, settings);
+    tracers_[0] = make_path_tracer(scene, settings);
     settings.precision = Precision::f64;
-    kernels_[1] = make_kernel(scene, settings);
+    tracers_[1] = make_path_tracer(scene, settings);
     exactly_.resize(std::size_t{settings.width} * settings.height);
     parts_.resize(3UL * (block_columns() * (settings.height / block) + 1));
     // What a picture in single precision cannot show: 8 of its roundings.
@@ -102,8 +103,8 @@ class PairedPictures {
     std::vector<PixelSums> other(width);
     std::vector<PixelSums> exactly(width);
     const SampleRange range{samples_, samples_ + batch};
-    kernels_[0]->trace({y, 0, width}, range, other, counts_);
-    kernels_[1]->trace({y, 0, width}, range, exactly, counts_);
+    tracers_[0]->trace({y, 0, width}, range, other, counts_);
+    tracers_[1]->trace({y, 0, width}, range, exactly, counts_);
     const double whole = static_cast<double>(width) * settings_.height;
     for (std::uint32_t x = 0; x < width; ++x) {
       exactly_[std::size_t{y} * width + x] += exactly[x];
@@ -141,7 +142,7 @@ class PairedPictures {
 
   RenderSettings settings_;
   RadianceScale scale_;
-  std::array<std::unique_ptr<Kernel>, 2> kernels_;  ///< the other precision, f64
+  std::array<std::unique_ptr<PathTracer>, 2> tracers_;  ///< the other precision, f64
   std::vector<PixelSums> exactly_;
   std::vector<Part> parts_;  ///< three channels of each block, then of the picture
   TraceCounts counts_;

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/base/error.h"
-#include "common/particles/particles.h"
+#include "common/input/particles/particles.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 

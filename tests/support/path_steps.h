@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/trace/linear.h"
-#include "common/trace/path.h"
+#include "common/trace/integrator/path.h"
+#include "common/trace/reference/linear.h"
 #include "tests/support/quad.h"
 #include "tests/support/reference_tracer.h"
 
@@ -13,8 +13,8 @@ namespace parray::test {
 
 /// The scene on 113 bits: its own spheres, which nothing has rounded but the subtraction of the
 /// origin, in double precision as every kernel has it.
-inline TraceScene<Quad> exact_scene(const Scene& scene, const RenderSettings& settings) {
-  TraceScene<Quad> result = reference_scene<Quad, double>(scene, settings);
+inline TracedPicture<Quad> exact_scene(const Scene& scene, const RenderSettings& settings) {
+  TracedPicture<Quad> result = reference_scene<Quad, double>(scene, settings);
   const Vec3d origin = scene_origin(scene);
   for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
     const Sphere& sphere = scene.spheres[i];
@@ -35,8 +35,8 @@ struct Step {
 /// Follows one path for at most scene.max_depth segments. `look(ray, hit, scattering)` sees every
 /// surface that it meets. True: it reached the sky, and `ray` is the ray that did.
 template <typename Real, typename Look>
-bool follow(const TraceScene<Real>& scene, const Linear<Real>& linear, Ray<Real>& ray,
-            Sides<Real>& sides, const SampleRandom& random, Look look) {
+bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Real>& ray,
+            InsideStack<Real>& sides, const SampleRandom& random, Look look) {
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
     const Hit<Real> hit = first_crossing(scene, linear, ray, sides);
     if (hit.sphere == no_sphere) {
@@ -61,11 +61,11 @@ bool follow(const TraceScene<Real>& scene, const Linear<Real>& linear, Ray<Real>
 
 /// The surfaces that a sample's path meets, in order.
 template <typename Real>
-std::vector<Step> steps_of(const TraceScene<Real>& scene, const Linear<Real>& linear,
+std::vector<Step> steps_of(const TracedPicture<Real>& scene, const Linear<Real>& linear,
                            std::uint32_t x, std::uint32_t y, const SampleRandom& random) {
   Ray<Real> ray = scene.view.template ray<Real>(x, y, random);
-  Sides<Real> sides;
-  start_sides(scene, ray.origin, sides);
+  InsideStack<Real> sides;
+  start_sides(scene, scene, ray.origin, sides);
   std::vector<Step> steps;
   follow(scene, linear, ray, sides, random,
          [&steps](const Ray<Real>&, const Hit<Real>& hit, const Scattering<Real>& scattering) {

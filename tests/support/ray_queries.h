@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/trace/sides.h"
+#include "common/trace/inside_stack.h"
 #include "tests/support/thorny_spheres.h"
 
 /// Rays that accelerators find hard: each comes with where its path stands.
@@ -15,7 +15,7 @@ namespace parray::test {
 template <typename Real>
 struct Query {
   Ray<Real> ray{{0, 0, 0}, {1, 0, 0}};
-  Sides<Real> sides;
+  InsideStack<Real> sides;
   Hit<Real> best;  ///< nearest way out of what the path is inside of
 };
 

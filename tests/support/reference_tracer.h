@@ -4,10 +4,11 @@
 #include <numeric>
 #include <vector>
 
-#include "common/trace/kernel.h"
-#include "common/trace/linear.h"
-#include "common/trace/path.h"
-#include "common/trace/scalar_kernel.h"
+#include "common/scene/largest_radiance.h"
+#include "common/scene/origin.h"
+#include "common/trace/integrator/path.h"
+#include "common/trace/integrator/scene_parts.h"
+#include "common/trace/reference/linear.h"
 
 /// The scalar reference of the lane kernels: one path after the other, by linear search.
 namespace parray::test {
@@ -18,25 +19,24 @@ struct ReferenceSums {
   friend bool operator==(const ReferenceSums&, const ReferenceSums&) = default;
 };
 
+/// A scene and a picture of it in one.
+template <typename Real>
+struct TracedPicture : TraceScene<Real>, PathEnds<Real> {};
+
 /// Spheres rounded to `Store`, everything else computed in `Real`.
 template <typename Real, typename Store>
-TraceScene<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
+TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
   const Vec3d origin = scene_origin(scene);
-  TraceScene<Real> result{{},
-                          {},
-                          {},
-                          SkyGradient<Real>(scene.sky),
-                          make_view<Real>(scene, settings, origin),
-                          {},
-                          settings.max_depth};
+  TracedPicture<Real> result{
+      {{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+      {CameraRays<Real>(moved(scene.camera, origin), settings.width, settings.height),
+       {},
+       settings.max_depth}};
   for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin)) {
     result.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
   }
   for (const Sphere& sphere : scene.spheres) {
     result.material_of.push_back(sphere.material);
-  }
-  for (const Material& material : scene.materials) {
-    result.surfaces.emplace_back(material);
   }
   // Each path asks every sphere whether it starts in it.
   result.around_lens.resize(scene.spheres.size());
@@ -46,15 +46,15 @@ TraceScene<Real> reference_scene(const Scene& scene, const RenderSettings& setti
 
 template <typename Real, typename Store>
 ReferenceSums reference_sums_in(const Scene& scene, const RenderSettings& settings) {
-  const TraceScene<Real> traced = reference_scene<Real, Store>(scene, settings);
+  const TracedPicture<Real> traced = reference_scene<Real, Store>(scene, settings);
   const Linear<Real> linear(traced.spheres);
   const RadianceScale scale(largest_radiance(scene));
   ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
-  Sides<Real> sides;
+  InsideStack<Real> sides;
   for (std::uint32_t pixel = 0; pixel < result.pixels.size(); ++pixel) {
     for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
       const SampleRandom random(settings.seed, pixel, s, settings.sampler);
-      const Vec3<Real> value = trace_sample(traced, linear, pixel % settings.width,
+      const Vec3<Real> value = trace_sample(traced, traced, linear, pixel % settings.width,
                                             pixel / settings.width, random, sides, result.counts);
       add_sample(vec_cast<double>(value), scale, s, result.pixels[pixel], result.counts);
     }

@@ -1,11 +1,32 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "proto/messages.h"
 
 namespace parray::test {
+
+/// One cell of a picture of 20 x 30 pixels, samples 2 to 9 of row 5.
+inline CellBatch sample_batch() {
+  const GridShape shape{20, 30, RowOrder::sequential, 4, 20, 8, 2, {{2, 10}, {11, 40}}};
+  const auto grid = std::make_shared<const CellGrid>(shape);
+  return {grid, {5, 6}, std::vector<SampleRange>(20, {3, 9})};
+}
+
+/// What has been traced of it.
+inline TracedCells sample_cells() {
+  TracedCells cells;
+  cells.range = {5, 6};
+  cells.samples = 120;
+  cells.records.resize(record_bytes(20));
+  cells.records[0] = std::byte{200};                     // rays
+  cells.records[8] = std::byte{1};                       // not finite
+  cells.records[sizeof(CellHeader) + 2] = std::byte{7};  // of a sum
+  cells.excluded = {{5, 1, 8, 1}};
+  return cells;
+}
 
 /// One message of every type, in the order of the variant, with no value left at its default.
 inline std::vector<Message> sample_messages() {
@@ -21,9 +42,7 @@ inline std::vector<Message> sample_messages() {
   settings.accelerator = AcceleratorKind::bvh;
   settings.schedule = SchedulePolicy::factoring;
   settings.row_order = RowOrder::sequential;
-  RowBlock block{{3, 5, 7, 10}, 2, {12, 34, 1}, std::vector<PixelSums>(4), {{4, 1, 8, 1}}};
-  block.pixels[1].sum = {1, 2, 3};
-  block.pixels[3].sum_of_squares = {UINT64_MAX, 0, 4};
+  const CellBatch batch = sample_batch();
   const nlohmann::json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
   std::string pixels(72, '\x3f');  // 2 x 3 pixels
   return {msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc"},
@@ -32,24 +51,30 @@ inline std::vector<Message> sample_messages() {
           msg::Heartbeat{UINT64_MAX, true, {{1, 2}, {3, UINT64_MAX}}},
           msg::Pulse{},
           msg::Who{},
-          msg::Grant{5, 6, {1, 30, 2, 40}, digest, settings},
+          msg::Grant{5, 1, 6, batch, digest, settings},
           msg::NeedScene{digest},
-          msg::SceneData{digest, std::string("a\0b\xff", 4)},
-          msg::Result{5, 6, 1.25, 0.1, 1000, "avx2", block},
-          msg::VerdictOf{5, 6, msg::Verdict::mismatch},
+          msg::SceneData{digest, SceneParcel(Bulk::of(std::string("a\0b\xff", 4)))},
+          msg::Result{5, 6, 1.25, 0.1, 1000, "avx2",
+                      CellsParcel(std::make_shared<const TracedCells>(sample_cells())), batch.grid},
+          msg::Failed{5, 6, "not enough memory"},
+          msg::ResultVerdict{5, 6, msg::Verdict::mismatch},
           msg::Revoke{5, 6},
           msg::Bye{"stopped"},
-          msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25, "scene", 3},
+          msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25,
+                      SceneParcel(Bulk::of("scene")), 3},
           msg::Submitted{8, 5},
           msg::ListJobs{8},
           msg::Jobs{8, nlohmann::json::array({job, job})},
           msg::ShowJob{8, 5},
           msg::Job{8, job},
           msg::Cancel{8, 5},
+          msg::Pause{8, 5},
+          msg::Resume{8, 5},
           msg::Fetch{8, 5, false, true},
-          msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false, pixels},
+          msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false,
+                         PictureParcel(Bulk::of(pixels))},
           msg::ListWorkers{8},
-          msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}})},
+          msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
           msg::Error{8, 2, "no such job"}};
 }
 

@@ -1,9 +1,15 @@
 #pragma once
 
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/adaptive/passes.h"
 #include "common/image/image.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 
 namespace parray::test {
 
@@ -30,48 +36,47 @@ inline RenderSettings small_settings(const Scene& scene) {
   return resolve_settings(requirements_of(scene), settings).settings;
 }
 
+/// Adds samples `ranges` of all pixels, image order, in one thread.
+inline void trace_into(Framebuffer& framebuffer, const PathTracer& tracer,
+                       const std::vector<SampleRange>& ranges) {
+  const std::uint32_t width = framebuffer.width();
+  for (std::uint32_t y = 0; y < framebuffer.height(); ++y) {
+    const auto row = std::span(ranges).subspan(std::size_t{y} * width, width);
+    std::vector<PixelSums> sums(width);
+    TraceCounts counts;
+    tracer.trace_run({y, 0, width}, RunSamples(row), sums, counts);
+    framebuffer.add(y, 0, sums, row);
+    framebuffer.add(counts);
+  }
+}
+
 /// The picture that one thread makes in one piece, without leases, messages or a team.
 inline std::string reference_sha256(const Scene& scene, RenderSettings settings) {
   settings.accelerator = AcceleratorKind::linear;
-  settings.row_order = RowOrder::sequential;
-  const auto kernel = make_kernel(scene, settings);
-  Framebuffer framebuffer(settings);
-  for (std::uint32_t y = 0; y < settings.height; ++y) {
-    RowBlock row{{y, y + 1, 0, settings.samples_per_pixel},
-                 settings.width,
-                 {},
-                 std::vector<PixelSums>(settings.width)};
-    kernel->trace({y, 0, settings.width}, {0, settings.samples_per_pixel}, row.pixels, row.counts);
-    framebuffer.merge(row);
-  }
+  Framebuffer framebuffer(settings.width, settings.height);
+  trace_into(
+      framebuffer, *make_path_tracer(scene, settings),
+      std::vector<SampleRange>(framebuffer.pixels().size(), {0, settings.samples_per_pixel}));
   return image_sha256(resolve_image(framebuffer, largest_radiance(scene)));
 }
 
 /// The same of a picture that goes in passes.
 inline std::string reference_passes_sha256(const Scene& scene, RenderSettings settings) {
   settings.accelerator = AcceleratorKind::linear;
-  settings.row_order = RowOrder::sequential;
-  const auto kernel = make_kernel(scene, settings);
+  const auto tracer = make_path_tracer(scene, settings);
   const double largest = largest_radiance(scene);
-  Framebuffer framebuffer(settings);
+  Framebuffer framebuffer(settings.width, settings.height);
   for (std::uint32_t pass = 0;; ++pass) {
-    const PassSize size = next_pass_size(framebuffer.state(largest), settings, pass);
+    const PassSize size = next_pass_size(framebuffer.view(largest), settings, pass);
     if (size.samples == 0) {
       return image_sha256(resolve_image(framebuffer, largest));
     }
-    framebuffer.begin_pass(
-        counts_after_pass(framebuffer.state(largest), settings, pass, size.samples));
-    const WorkRect& rect = framebuffer.pass_rect();
-    RowBlock block{rect, settings.width, {}, std::vector<PixelSums>(framebuffer.pixels().size())};
-    for (std::uint32_t y = 0; y < settings.height; ++y) {
-      const auto samples = framebuffer.samples_of({y, y + 1, rect.sample_begin, rect.sample_end});
-      const std::vector<SampleRange> all(settings.width, rect.sample_range());
-      kernel->trace_run(
-          {y, 0, settings.width}, RunSamples(samples.empty() ? all : samples),
-          std::span(block.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-          block.counts);
+    const auto targets = counts_after_pass(framebuffer.view(largest), settings, size.samples);
+    std::vector<SampleRange> ranges;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      ranges.push_back({framebuffer.samples()[i], targets[i]});
     }
-    framebuffer.merge(block);
+    trace_into(framebuffer, *tracer, ranges);
   }
 }
 

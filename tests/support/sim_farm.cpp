@@ -3,6 +3,9 @@
 #include <spdlog/sinks/null_sink.h>
 
 #include <algorithm>
+#include <set>
+
+#include "common/base/bytes.h"
 
 namespace parray::test {
 namespace {
@@ -14,31 +17,34 @@ std::shared_ptr<spdlog::logger> silent_log() {
 
 }  // namespace
 
-SimFarm::SimFarm(Faults faults, std::uint64_t seed, double failing_commits)
-    : network(faults, seed), store_(failing_commits, seed) {
-  network.spy = [this](const Frames& frames) {
-    const Message message = decode(frames);
-    if (const auto* verdict = std::get_if<msg::VerdictOf>(&message)) {
-      if (verdict->verdict == msg::Verdict::accepted) {
-        acknowledged_.emplace(verdict->job, verdict->epoch);
-      }
-    }
-  };
+SimFarm::SimFarm(Faults faults, std::uint64_t seed, double failing_commits,
+                 CoordinatorOptions options)
+    : network(faults, seed),
+      options_([&options] {
+        options.fingerprint = "same";
+        options.backroom.threaded = false;
+        return options;
+      }()),
+      store_(failing_commits, seed) {
+  network.spy = [this](const Frames& frames) { note(decode(frames)); };
   start_coordinator();
   client_link_ = network.peer_end("client");
 }
 
-void SimFarm::start_coordinator() {
-  CoordinatorOptions options;
-  options.fingerprint = "same";
-  for (;;) {
-    try {
-      coordinator_ = std::make_unique<Coordinator>(options, store_, silent_log());
-      break;
-    } catch (const RunError&) {
-      store_.crash();  // its first commit failed: somebody makes room on the disk, and again
-    }
+void SimFarm::note(const Message& message) {
+  if (const auto* grant = std::get_if<msg::Grant>(&message)) {
+    granted_[{grant->job, grant->epoch}] = {grant->pass, grant->cells.range.begin,
+                                            grant->cells.range.end};
   }
+  const auto* verdict = std::get_if<msg::ResultVerdict>(&message);
+  if (verdict != nullptr && verdict->verdict == msg::Verdict::accepted) {
+    const std::pair lease(verdict->job, verdict->epoch);
+    acknowledged_[lease] = granted_.at(lease);
+  }
+}
+
+void SimFarm::start_coordinator() {
+  coordinator_ = std::make_unique<Coordinator>(options_, &store_, silent_log());
   coordinator_link_ = network.coordinator_end();
 }
 
@@ -50,15 +56,29 @@ void SimFarm::crash_coordinator() {
 }
 
 std::size_t SimFarm::acknowledged_but_lost() const {
+  std::map<JobId, std::set<Cells>> kept;
+  for (const auto& [lease, cells] : acknowledged_) {
+    if (!kept.contains(lease.first)) {
+      for (const std::string& entry : store_.committed_rows(lease.first)) {
+        ByteReader in(entry);
+        in.get<std::uint32_t>();  // kind
+        const auto pass = in.get<std::uint32_t>();
+        in.get<TracerKey>();
+        const auto begin = in.get<std::uint64_t>();
+        kept[lease.first].emplace(pass, begin, in.get<std::uint64_t>());
+      }
+    }
+  }
   return static_cast<std::size_t>(
       std::count_if(acknowledged_.begin(), acknowledged_.end(), [&](const auto& lease) {
-        return !store_.has_block(lease.first, lease.second) && !store_.has_picture(lease.first);
+        return !store_.has_picture(lease.first.first) &&
+               !kept[lease.first.first].contains(lease.second);
       }));
 }
 
-std::size_t SimFarm::add_worker(double samples_per_second) {
+std::size_t SimFarm::add_worker(double samples_per_second, Ailments ailments) {
   const std::string id = "w" + std::to_string(next_peer_++);
-  workers_.push_back(std::make_unique<SimWorker>(network, id, samples_per_second));
+  workers_.push_back(std::make_unique<SimWorker>(network, id, samples_per_second, ailments, next_peer_));
   return workers_.size() - 1;
 }
 
@@ -68,19 +88,14 @@ void SimFarm::submit(const Scene& scene, const RenderSettings& settings) {
   submit.token = "token";
   submit.name = "scene";
   submit.settings = settings;
-  submit.scene_bytes = scene_to_bytes(scene);
+  submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
   request_ = std::move(submit);
 }
 
 void SimFarm::turn() {
   const Time now = network.now();
   client_turn();
-  Time next = next_request_;
-  try {
-    next = std::min(next, take_turn(*coordinator_, *coordinator_link_, now));
-  } catch (const RunError&) {
-    crash_coordinator();  // it could not keep what it has: it ends, as its main() does
-  }
+  Time next = std::min(next_request_, take_turn(*coordinator_, *coordinator_link_, now));
   for (const auto& worker : workers_) {
     if (!worker) {
       continue;
@@ -100,7 +115,7 @@ void SimFarm::turn() {
 void SimFarm::client_turn() {
   while (const auto delivery = client_link_->receive()) {
     try {
-      const Message message = decode(delivery->frames);
+      const Message message = delivery->content.open();
       if (const auto* submitted = std::get_if<msg::Submitted>(&message)) {
         job_ = submitted->job;
       } else if (const auto* image = std::get_if<msg::ImageData>(&message)) {
@@ -112,7 +127,7 @@ void SimFarm::client_turn() {
   }
   if (request_ && next_request_ <= network.now()) {
     next_request_ = network.now() + milliseconds(500);
-    client_link_->send({}, encode(job_ ? Message(msg::Fetch{2, *job_}) : Message(*request_)));
+    client_link_->send({}, job_ ? Message(msg::Fetch{2, *job_}) : Message(*request_));
   }
 }
 

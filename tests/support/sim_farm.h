@@ -1,18 +1,20 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
-#include "common/base/bytes.h"
-#include "common/base/sha256.h"
+#include "common/image/image.h"
 #include "coordinator/coordinator.h"
 #include "tests/support/crash_store.h"
+#include "tests/support/faulty_team.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_network.h"
-#include "tests/support/sim_team.h"
 #include "worker/worker.h"
 
 namespace parray::test {
@@ -20,11 +22,12 @@ namespace parray::test {
 /// The real coordinator and real workers on a simulated network, in virtual time, in one thread.
 class SimFarm {
  public:
-  /// `failing_commits`: probability that the store fails to commit; the coordinator then dies.
-  SimFarm(Faults faults, std::uint64_t seed, double failing_commits = 0);
+  /// `failing_commits`: probability that the disk is full at a commit.
+  SimFarm(Faults faults, std::uint64_t seed, double failing_commits = 0,
+          CoordinatorOptions options = {});
 
   /// Adds a worker; returns its place.
-  std::size_t add_worker(double samples_per_second);
+  std::size_t add_worker(double samples_per_second, Ailments ailments = {});
   /// Ends a worker without a word, as kill -9 does.
   void kill_worker(std::size_t place) { workers_[place].reset(); }
   /// A worker neither receives nor sends until `until`, as under SIGSTOP; its team goes on, so that
@@ -44,6 +47,7 @@ class SimFarm {
   /// at any moment.
   [[nodiscard]] std::size_t acknowledged_but_lost() const;
   [[nodiscard]] std::size_t acknowledged() const { return acknowledged_.size(); }
+  CrashStore& store() { return store_; }
 
   void submit(const Scene& scene, const RenderSettings& settings);
 
@@ -64,7 +68,8 @@ class SimFarm {
   /// What has been fetched.
   [[nodiscard]] const nlohmann::json& report() const { return picture_->report; }
   [[nodiscard]] std::string picture_sha256() const {
-    return sha256_hex(as_byte_span(picture_->pixels));
+    const auto parts = picture_->picture.picture(picture_->width, picture_->height);
+    return image_sha256(parts->image);
   }
   [[nodiscard]] const Coordinator& coordinator() const { return *coordinator_; }
 
@@ -72,11 +77,14 @@ class SimFarm {
 
  private:
   struct SimWorker {
-    SimWorker(SimNetwork& network, const std::string& id, double speed)
-        : team(network, speed), worker(options(id), team), link(network.peer_end(id)) {}
+    SimWorker(SimNetwork& network, const std::string& id, double speed, Ailments ailments,
+              std::uint64_t seed)
+        : team(network, speed, ailments, seed),
+          worker(options(id), team),
+          link(network.peer_end(id)) {}
     static WorkerOptions options(const std::string& id) { return {id, id, 1, 2, "same"}; }
 
-    SimTeam team;
+    FaultyTeam team;
     Worker worker;
     std::unique_ptr<Link> link;
     Time stopped_until{0};
@@ -86,9 +94,15 @@ class SimFarm {
   void client_turn();
   void start_coordinator();
 
+  void note(const Message& message);
+
+  const CoordinatorOptions options_;
   CrashStore store_;
   std::uint64_t crashes_ = 0;
-  std::set<std::pair<JobId, Epoch>> acknowledged_;
+  /// Pass and cells, as an entry of the log begins.
+  using Cells = std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>;
+  std::map<std::pair<JobId, Epoch>, Cells> granted_;
+  std::map<std::pair<JobId, Epoch>, Cells> acknowledged_;
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<Link> coordinator_link_;
   std::vector<std::unique_ptr<SimWorker>> workers_;

@@ -13,8 +13,8 @@ class SimNetwork::End final : public Link {
  public:
   End(SimNetwork& network, PeerId id) : network_(network), id_(std::move(id)) {}
 
-  bool send(const PeerId& to, Frames frames) override {
-    network_.post(id_, id_ == coordinator_id ? to : coordinator_id, std::move(frames));
+  bool send(const PeerId& to, Envelope content) override {
+    network_.post(id_, id_ == coordinator_id ? to : coordinator_id, content.frames());
     return true;
   }
   std::optional<Delivery> receive() override {
@@ -54,11 +54,11 @@ void SimNetwork::post(const PeerId& from, const PeerId& to, Frames frames) {
   }
   if (chance(faults_.truncate)) {
     ++tally_.truncated;
-    std::string& victim = frames[random_() % frames.size()];
+    Frame& victim = frames[random_() % frames.size()];
     if (chance(0.2) && frames.size() > 1) {
       frames.pop_back();
-    } else if (!victim.empty()) {
-      victim.resize(random_() % victim.size());
+    } else if (victim.size() > 0) {
+      victim = Frame(victim.owner(), victim.view().substr(0, random_() % victim.size()));
     }
   }
   launch(from, to, std::move(frames));

@@ -2,7 +2,9 @@
 
 #include <atomic>
 
+#include "common/trace/tracer.h"
 #include "tests/support/sim_network.h"
+#include "worker/cell_tracer.h"
 #include "worker/team.h"
 
 namespace parray::test {
@@ -17,17 +19,18 @@ class SimTeam final : public Team {
   void start(Assignment assignment) override {
     const std::atomic<bool> stop = false;
     std::atomic<std::uint64_t> traced = 0;
-    const auto kernel = make_kernel(*assignment.scene, assignment.settings);
+    const auto tracer = make_path_tracer(*assignment.scene, assignment.settings);
     Finished finished;
     finished.job = assignment.job;
+    finished.pass = assignment.pass;
     finished.epoch = assignment.epoch;
-    finished.block = trace_rect(*kernel, assignment.settings, assignment.rect, 1, traced, stop,
-                                assignment.samples);
-    finished.seconds = static_cast<double>(finished.block.counts.samples) / speed_;
-    finished.isa = kernel->isa();
+    TracedCells cells = trace_cells(*tracer, assignment.cells, 1, traced, stop);
+    cells.seconds = static_cast<double>(cells.samples) / speed_;
     begun_ = network_.now();
-    due_ =
-        begun_ + std::chrono::duration_cast<Time>(std::chrono::duration<double>(finished.seconds));
+    due_ = begun_ + std::chrono::duration_cast<Time>(std::chrono::duration<double>(cells.seconds));
+    finished.cells = std::make_shared<const TracedCells>(std::move(cells));
+    finished.grid = assignment.cells.grid;
+    finished.isa = tracer->isa();
     finished_ = std::move(finished);
   }
   [[nodiscard]] bool idle() const override { return !finished_; }
@@ -35,7 +38,7 @@ class SimTeam final : public Team {
     if (!finished_ || network_.now() < due_) {
       return {};
     }
-    traced_ += finished_->block.counts.samples;
+    traced_ += finished_->cells->samples;
     return std::exchange(finished_, std::nullopt);
   }
   void abandon() override {

@@ -5,17 +5,18 @@
 #include <string>
 #include <vector>
 
-#include "common/trace/kernel.h"
+#include "common/scene/largest_radiance.h"
+#include "common/trace/tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/reference_tracer.h"
 
 /// Everything that can make a scene's sums.
 namespace parray::test {
 
-inline ReferenceSums sums_of(const Kernel& kernel, const RenderSettings& settings) {
+inline ReferenceSums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
   ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
                  std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
                  result.counts);
   }
@@ -37,7 +38,7 @@ inline std::vector<Tracer> tracers() {
                         [isa, kind](const Scene& scene, RenderSettings settings) {
                           settings.isa = isa;
                           settings.accelerator = kind;
-                          return sums_of(*make_kernel(scene, settings), settings);
+                          return sums_of(*make_path_tracer(scene, settings), settings);
                         }});
     }
   }
@@ -46,7 +47,7 @@ inline std::vector<Tracer> tracers() {
 
 /// The kernels of this machine's best instruction set.
 inline ReferenceSums lane_sums(const Scene& scene, const RenderSettings& settings) {
-  return sums_of(*make_kernel(scene, settings), settings);
+  return sums_of(*make_path_tracer(scene, settings), settings);
 }
 
 /// Mean radiance of each channel of each pixel.

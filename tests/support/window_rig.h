@@ -3,18 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "common/image/framebuffer.h"
-#include "common/schedule/row_order.h"
-#include "common/schedule/work_plan.h"
-#include "proto/clock.h"
-#include "proto/window.h"
+#include "coordinator/window_collector.h"
 #include "tests/support/dice.h"
-#include "worker/cell_team.h"
+#include "tests/support/sample_scenes.h"
+#include "worker/window_source.h"
 
 /// A job over a window without a tracer: its samples are made-up numbers, which depend on row,
 /// column and sample alone, so that what must come out can be added up without a plan.
@@ -29,6 +27,12 @@ inline RenderSettings made_settings(std::uint32_t width, std::uint32_t height, s
   return settings;
 }
 
+inline std::shared_ptr<const WorkPlan> whole_plan(const RenderSettings& settings,
+                                                  std::uint32_t tile = 0) {
+  return std::make_shared<const WorkPlan>(settings, Pass{{{0, settings.samples_per_pixel}}, {}},
+                                          tile);
+}
+
 /// Scrambles a number (the finalizer of SplitMix64).
 inline std::uint64_t scrambled(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15;
@@ -37,85 +41,106 @@ inline std::uint64_t scrambled(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-inline void add_made_sample(std::uint32_t position, std::uint32_t x, std::uint32_t sample,
-                            PixelSums& pixel, TraceCounts& counts) {
-  const std::uint64_t bits =
-      scrambled((std::uint64_t{position} << 48) | (std::uint64_t{x} << 32) | sample);
-  pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF}, sample);
-  ++counts.samples;
-  counts.rays += bits >> 60;
-  counts.nonfinite += bits >> 48 & 1;
-  counts.lost += bits >> 49 & 7;
-}
-
-/// The record of a cell; `nanoseconds` is the one thing that may differ between copies.
-inline std::vector<std::byte> made_record(const WorkPlan& plan, std::uint64_t index,
-                                          std::uint64_t nanoseconds) {
-  const Cell cell = plan.cell(index);
-  std::vector<PixelSums> pixels(plan.cell_pixels());
+/// What has been made up of some pixels. One sample in 1024 counts as not finite.
+struct Made {
   TraceCounts counts;
-  for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
-    const SampleRange samples = cell.samples_of(i);
+  std::vector<ExcludedSamples> excluded{};
+
+  void add(std::uint32_t y, std::uint32_t x, const SampleRange& samples, PixelSums& pixel) {
+    ExcludedSamples here{y, x, 0, 0};
     for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
-      add_made_sample(cell.position, cell.x_begin + i, s, pixels[i], counts);
+      const std::uint64_t bits = scrambled((std::uint64_t{y} << 48) | (std::uint64_t{x} << 32) | s);
+      ++counts.samples;
+      counts.rays += bits >> 61;
+      counts.lost += bits >> 58 & 7;
+      if ((bits >> 48 & 1023) == 0) {
+        here.first = here.count == 0 ? s : here.first;
+        ++here.count;
+        ++counts.nonfinite;
+      } else {
+        pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF}, s);
+      }
+    }
+    if (here.count > 0) {
+      excluded.push_back(here);
     }
   }
-  const CellHeader header{counts.rays, counts.nonfinite, counts.lost, nanoseconds};
-  std::vector<std::byte> record(record_bytes_of(plan));
-  std::memcpy(record.data(), &header, sizeof header);
-  std::memcpy(record.data() + sizeof header, pixels.data(), pixels.size() * sizeof(PixelSums));
-  return record;
+};
+
+/// The cells of a batch; `nanoseconds` of each is the one thing that may differ between copies.
+inline TracedCells made_cells(const CellBatch& batch, std::uint64_t nanoseconds = 7) {
+  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+  TracedCells cells;
+  cells.range = batch.range;
+  cells.records.resize(batch.range.count() * size);
+  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
+    const Cell cell = batch.grid->cell(index);
+    const auto ranges = batch.ranges_of(index);
+    std::vector<PixelSums> sums(cell.pixels());
+    Made made;
+    for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+      made.add(cell.y, cell.x_begin + i, ranges[i], sums[i]);
+    }
+    const CellHeader header{made.counts.rays, made.counts.nonfinite, made.counts.lost, nanoseconds};
+    std::byte* const record = cells.records.data() + (index - batch.range.begin) * size;
+    std::memcpy(record, &header, sizeof header);
+    std::memcpy(record + sizeof header, sums.data(), sums.size() * sizeof(PixelSums));
+    cells.samples += made.counts.samples;
+    cells.excluded.insert(cells.excluded.end(), made.excluded.begin(), made.excluded.end());
+  }
+  std::sort(cells.excluded.begin(), cells.excluded.end());
+  return cells;
 }
 
 inline std::vector<std::byte> made_records(const WorkPlan& plan, const CellRange& range,
                                            std::uint64_t nanoseconds = 7) {
-  std::vector<std::byte> records;
-  for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
-    const auto record = made_record(plan, cell, nanoseconds);
-    records.insert(records.end(), record.begin(), record.end());
-  }
-  return records;
+  return made_cells(plan.batch(range), nanoseconds).records;
 }
 
-/// The made-up samples of a rectangle of work; `samples`: what each of its pixels has, empty: all.
-inline RowBlock made_block(const RenderSettings& settings, const WorkRect& rect,
-                           const std::vector<SampleRange>& samples = {}) {
-  RowBlock block{rect, settings.width, {}, {}};
-  for (std::uint32_t row = rect.row_begin; row < rect.row_end; ++row) {
-    for (std::uint32_t x = 0; x < settings.width; ++x) {
-      const SampleRange own = samples.empty() ? rect.sample_range() : samples[block.pixels.size()];
-      PixelSums& pixel = block.pixels.emplace_back();
-      for (std::uint32_t s = own.begin; s < own.end; ++s) {
-        add_made_sample(row, x, s, pixel, block.counts);
-      }
-    }
+/// Adds samples of all pixels, image order, as no plan would.
+inline void make_into(Framebuffer& framebuffer, const std::vector<SampleRange>& ranges) {
+  Made made;
+  for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
+    const auto y = static_cast<std::uint32_t>(pixel / framebuffer.width());
+    const auto x = static_cast<std::uint32_t>(pixel % framebuffer.width());
+    PixelSums sums;
+    made.add(y, x, ranges[pixel], sums);
+    framebuffer.add(y, x, {&sums, 1}, {&ranges[pixel], 1});
   }
-  return block;
+  framebuffer.add(made.counts);
+  for (const ExcludedSamples& some : made.excluded) {
+    framebuffer.exclude(some);
+  }
 }
 
-/// The made-up samples of some rectangles in a framebuffer.
-inline Framebuffer made_framebuffer(const RenderSettings& settings,
-                                    const std::vector<WorkRect>& rects) {
-  Framebuffer framebuffer(settings);
-  for (const WorkRect& rect : rects) {
-    framebuffer.merge(made_block(settings, rect));
-  }
+/// All samples of a picture that does not go in passes.
+inline Framebuffer made_framebuffer(const RenderSettings& settings) {
+  Framebuffer framebuffer(settings.width, settings.height);
+  make_into(framebuffer,
+            std::vector<SampleRange>(framebuffer.pixels().size(), {0, settings.samples_per_pixel}));
   return framebuffer;
 }
 
 inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
-  return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples();
+  const auto alike = [](const auto& x, const auto& y) {
+    return x.first == y.first && x.second.first == y.second.first &&
+           x.second.count == y.second.count;
+  };
+  return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples() &&
+         std::equal(a.excluded().begin(), a.excluded().end(), b.excluded().begin(),
+                    b.excluded().end(), alike);
 }
 
-/// Samples of each pixel after a pass that gives some none, most a few and some very many.
-inline std::vector<std::uint32_t> ragged_counts(Dice& dice,
-                                                const std::vector<std::uint32_t>& before,
-                                                std::uint32_t most) {
-  std::vector<std::uint32_t> counts = before;
-  for (std::uint32_t& count : counts) {
-    count += dice.one_in(3) ? 0 : dice.below32(dice.one_in(20) ? most : most / 16 + 2);
+/// Of each pixel none, most often a few and seldom very many samples more than it has.
+inline std::vector<SampleRange> ragged_ranges(Dice& dice, const std::vector<std::uint32_t>& before,
+                                              std::uint32_t most) {
+  std::vector<SampleRange> ranges;
+  for (const std::uint32_t count : before) {
+    const std::uint32_t more =
+        dice.one_in(3) ? 0 : dice.below32(dice.one_in(20) ? most : most / 16 + 2);
+    ranges.push_back({count, count + more});
   }
-  return counts;
+  return ranges;
 }
 
 /// Memory for a window, of zeros, aligned to words.
@@ -131,6 +156,48 @@ class WindowMemory {
   std::size_t bytes_;
 };
 
+/// A pass of a picture over a window in this process, and rank 0's side of it.
+struct WindowRig {
+  /// `done`: cells that an earlier life has finished.
+  explicit WindowRig(const RenderSettings& its_settings, std::uint32_t ranks = 3,
+                     std::uint32_t tile = 0, const std::vector<CellRange>& done = {})
+      : settings(its_settings),
+        picture(settings, SceneFacts(small_scene()), {}, tile),
+        pass(begin(done)),
+        layout(*plan().grid(), ranks),
+        memory(layout.bytes()),
+        window(memory.bytes()),
+        collector(picture, layout, window, memory.bytes(), Time(0), totals,
+                  {[](const CellBatch& cell) { return made_cells(cell).excluded; },
+                   [this](TracedCells cells) { merged.push_back(std::move(cells)); }}) {}
+
+  [[nodiscard]] const WorkPlan& plan() const { return *pass.plan; }
+  WindowSource source(const WindowOptions& options = {}) {
+    return {job, pass, layout, window, options};
+  }
+  bool collect(Time now = Time(0)) { return collector.collect(now, std::uint64_t{1} << 40); }
+
+  RenderSettings settings;
+  JobPicture picture;
+  RankJob job{settings, "made up", nullptr};
+  RankPass pass;
+  WindowLayout layout;
+  WindowMemory memory;
+  LocalWindow window;
+  WindowCollector::Totals totals;
+  std::vector<TracedCells> merged;
+  WindowCollector collector;
+
+ private:
+  RankPass begin(const std::vector<CellRange>& done) {
+    picture.begin_pass();
+    for (const CellRange& range : done) {
+      picture.take(rank_tracer(), made_cells(picture.plan()->batch(range)));
+    }
+    return {picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
+  }
+};
+
 class ManualClock final : public Clock {
  public:
   [[nodiscard]] Time now() const override { return now_; }
@@ -141,55 +208,65 @@ class ManualClock final : public Clock {
 };
 
 /// A team whose made-up samples take the time that a machine of `samples_per_second` would need.
-class SimCellTeam final : public CellTeam {
+class MadeTeam final : public Team {
  public:
-  SimCellTeam(const WorkPlan& plan, const Clock& clock, double samples_per_second)
-      : plan_(plan), clock_(clock), speed_(samples_per_second) {}
+  MadeTeam(const Clock& clock, double samples_per_second)
+      : clock_(clock), speed_(samples_per_second) {}
 
-  void start(const CellRange& range) override {
+  void start(Assignment assignment) override {
     began_ = clock_.now();
-    samples_ = 0;
-    for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
-      samples_ += static_cast<double>(plan_.cell(cell).samples());
-    }
-    range_ = range;
+    samples_ = static_cast<double>(assignment.cells.sample_count());
+    lease_ = std::move(assignment);
     ++started_;
   }
-  [[nodiscard]] bool busy() const override { return range_.has_value(); }
-  std::optional<TracedCells> take() override {
-    if (!range_ || clock_.now() < due()) {
+  [[nodiscard]] bool idle() const override { return !lease_; }
+  std::optional<Finished> take() override {
+    if (!lease_ || clock_.now() < due()) {
       return {};
     }
-    traced_ += static_cast<std::uint64_t>(samples_);
-    const CellRange range = *std::exchange(range_, std::nullopt);
-    const auto time = static_cast<std::uint64_t>(clock_.now().count());
-    return TracedCells{range, made_records(plan_, range, time),
-                       static_cast<std::uint64_t>(samples_), samples_ / speed_};
+    const Assignment lease = *std::exchange(lease_, std::nullopt);
+    Finished finished;
+    finished.job = lease.job;
+    finished.pass = lease.pass;
+    finished.epoch = lease.epoch;
+    finished.grid = lease.cells.grid;
+    if (!failure.empty()) {
+      finished.failure = failure;
+      return finished;
+    }
+    TracedCells cells = made_cells(lease.cells, static_cast<std::uint64_t>(clock_.now().count()));
+    cells.seconds = samples_ / speed_;
+    traced_ += cells.samples;
+    finished.cells = std::make_shared<const TracedCells>(std::move(cells));
+    finished.build_seconds = 0.25;
+    finished.accelerator_bytes = 1234;
+    return finished;
   }
-  void abandon() override { range_.reset(); }
+  void abandon() override { lease_.reset(); }
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
-  [[nodiscard]] bool building() const override { return false; }
+  [[nodiscard]] bool preparing() const override { return false; }
 
-  /// When the range at hand is done; `never` without one.
+  /// When the lease at hand is done; `never` without one.
   [[nodiscard]] Time due() const {
-    if (!range_) {
+    if (!lease_) {
       return never;
     }
     return began_ +
            std::chrono::duration_cast<Time>(std::chrono::duration<double>(samples_ / speed_));
   }
   [[nodiscard]] std::uint64_t started() const { return started_; }
-  [[nodiscard]] const std::optional<CellRange>& range() const { return range_; }
+  [[nodiscard]] const std::optional<Assignment>& lease() const { return lease_; }
+
+  std::string failure;  ///< of the leases that are taken from now on; empty: none
 
  private:
-  const WorkPlan& plan_;
   const Clock& clock_;
   double speed_;
   Time began_{};
   double samples_ = 0;
   std::uint64_t traced_ = 0;
   std::uint64_t started_ = 0;
-  std::optional<CellRange> range_;
+  std::optional<Assignment> lease_;
 };
 
 }  // namespace parray::test

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/scene/limits.h"
-#include "common/trace/linear.h"
+#include "common/trace/reference/linear.h"
 #include "tests/support/lane_search.h"
 
 /// What lanes of every instruction set find, with the tree and without, against linear search by
@@ -213,7 +213,7 @@ TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one place", St
   const BinaryTree<Store> tree = build_binary_tree<Store>(built, 4, 1);
   CHECK(tree.depth > 30);
   CHECK(tree.depth <= max_tree_depth);
-  const SphereTables<Store, 4> tables(spheres, true, 1);
+  const WideBvh<Store, 4> tables(spheres, true, 1);
   CHECK(tables.depth() > 10);
   CHECK(tables.depth() <= max_tree_depth);
   CHECK(tables.stack_size() <= Workspace<Store, Store>::stack_entries);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 
 /// Scenes that a careless accelerator divides for ever, or takes memory without bound for.
@@ -32,10 +32,10 @@ struct Sums {
   TraceCounts counts;
 };
 
-Sums trace(const Kernel& kernel, const RenderSettings& settings) {
+Sums trace(const PathTracer& tracer, const RenderSettings& settings) {
   Sums sums{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
                  std::span(sums.pixels).subspan(std::size_t{y} * settings.width, settings.width),
                  sums.counts);
   }
@@ -43,7 +43,7 @@ Sums trace(const Kernel& kernel, const RenderSettings& settings) {
 }
 
 /// Every accelerator gives the sums of linear search, in bounded memory; `met`: rays meet spheres.
-void check_kernels(const Scene& scene, bool met = true) {
+void check_accelerators(const Scene& scene, bool met = true) {
   const FloatMode mode;
   RenderSettings settings;
   settings.width = 12;
@@ -54,7 +54,7 @@ void check_kernels(const Scene& scene, bool met = true) {
     CAPTURE(name_of(precision));
     settings.precision = precision;
     settings.accelerator = AcceleratorKind::linear;
-    const Sums expected = trace(*make_kernel(scene, settings), settings);
+    const Sums expected = trace(*make_path_tracer(scene, settings), settings);
     const std::uint64_t samples = std::uint64_t{12} * 8 * 2;
     CHECK(expected.counts.samples == samples);
     CHECK(expected.counts.nonfinite == 0);
@@ -62,11 +62,11 @@ void check_kernels(const Scene& scene, bool met = true) {
     for (const AcceleratorKind accelerator : accelerators) {
       CAPTURE(name_of(accelerator));
       settings.accelerator = accelerator;
-      const auto kernel = make_kernel(scene, settings);
-      const Sums found = trace(*kernel, settings);
+      const auto tracer = make_path_tracer(scene, settings);
+      const Sums found = trace(*tracer, settings);
       CHECK(found.pixels == expected.pixels);
       CHECK(found.counts.rays == expected.counts.rays);
-      CHECK(kernel->accelerator_bytes() <=
+      CHECK(tracer->accelerator()->bytes() <=
             most_bytes_a_sphere * scene.spheres.size() + most_bytes_a_block);
     }
   }
@@ -96,7 +96,7 @@ TEST_CASE("thousands of spheres in one place are traced alike by all accelerator
     CAPTURE(material);
     Scene scene = looked_at_from(4);
     scene.spheres.assign(many, {{0.1, 0.2, 0.3}, 1, material});
-    check_kernels(scene);
+    check_accelerators(scene);
   }
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("thousands of concentric spheres are traced alike by all accelerators"
   for (std::uint32_t i = 0; i < many; ++i) {
     scene.spheres.push_back(at({0.1, 0.2, 0.3}, dice.ten_to(-3, 0), i));
   }
-  check_kernels(scene);
+  check_accelerators(scene);
 }
 
 TEST_CASE("thousands of spheres in a row are traced alike by all accelerators") {
@@ -117,7 +117,7 @@ TEST_CASE("thousands of spheres in a row are traced alike by all accelerators") 
     for (std::uint32_t i = 0; i < many; ++i) {
       scene.spheres.push_back(at((i - many / 2.0) * way, 0.4, i));
     }
-    check_kernels(scene);
+    check_accelerators(scene);
   }
 }
 
@@ -133,7 +133,7 @@ TEST_CASE("chains of touching spheres are traced alike by all accelerators") {
     x += radius * 1.8;
     radius *= 0.8;
   }
-  check_kernels(scene);
+  check_accelerators(scene);
 }
 
 TEST_CASE("radii from a thousandth to a million are traced alike by all accelerators") {
@@ -150,15 +150,15 @@ TEST_CASE("radii from a thousandth to a million are traced alike by all accelera
   for (const double radius : {1e2, 1e3, 1e4, 1e5, 1e6}) {  // floors, one behind the other
     scene.spheres.push_back(at({0, -8 - radius * 1.001, 0}, radius, 0));
   }
-  check_kernels(scene);
+  check_accelerators(scene);
 }
 
 TEST_CASE("no spheres and one sphere are traced alike by all accelerators") {
   Scene scene = looked_at_from(3);
-  check_kernels(scene, false);
+  check_accelerators(scene, false);
   for (const std::uint32_t material : {0U, 1U, 2U}) {
     scene.spheres = {{{0, 0, 0}, 1, material}};
-    check_kernels(scene);
+    check_accelerators(scene);
   }
 }
 
@@ -170,7 +170,7 @@ TEST_CASE("a camera inside of hundreds of spheres sees the same with all acceler
     scene.spheres.push_back(at(scene.camera.look_from, 3 + dice.unit(), i));
   }
   scene.camera.aperture = 3;  // and of some with a part of its lens only
-  check_kernels(scene);
+  check_accelerators(scene);
 }
 
 }  // namespace parray::test

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/trace/random.h"
+#include "common/trace/integrator/random.h"
 #include "tests/support/dice.h"
 #include "tests/support/statistics.h"
 
@@ -25,10 +25,10 @@ constexpr long double two_pi = 2 * std::numbers::pi_v<long double>;
 /// The ends of what a random number can be, and the middle.
 constexpr std::array<double, 6> edges{0, 0x1p-24, 0.5 - 0x1p-24, 0.5, 0.5 + 0x1p-24, 1 - 0x1p-24};
 
-/// Largest error of turn() at `u`, in ulp of 1.
+/// Largest error of sincos_2pi() at `u`, in ulp of 1.
 template <typename Real>
 double turn_error(Real u) {
-  const CosSin<Real> got = turn(u);
+  const CosSin<Real> got = sincos_2pi(u);
   const long double angle = two_pi * u;
   const long double error =
       std::max(std::abs(std::cos(angle) - got.cos), std::abs(std::sin(angle) - got.sin));
@@ -123,14 +123,14 @@ TEST_CASE("turn is cosine and sine to 2 ulp of 1 in double precision") {
 
 TEST_CASE_TEMPLATE("turn is exact at the quarter turns and within bounds around them", Real, float,
                    double) {
-  CHECK(turn(Real(0)).cos == 1);
-  CHECK(turn(Real(0)).sin == 0);
-  CHECK(turn(Real(0.25)).cos == 0);
-  CHECK(turn(Real(0.25)).sin == 1);
-  CHECK(turn(Real(0.5)).cos == -1);
-  CHECK(turn(Real(0.5)).sin == 0);
-  CHECK(turn(Real(0.75)).cos == 0);
-  CHECK(turn(Real(0.75)).sin == -1);
+  CHECK(sincos_2pi(Real(0)).cos == 1);
+  CHECK(sincos_2pi(Real(0)).sin == 0);
+  CHECK(sincos_2pi(Real(0.25)).cos == 0);
+  CHECK(sincos_2pi(Real(0.25)).sin == 1);
+  CHECK(sincos_2pi(Real(0.5)).cos == -1);
+  CHECK(sincos_2pi(Real(0.5)).sin == 0);
+  CHECK(sincos_2pi(Real(0.75)).cos == 0);
+  CHECK(sincos_2pi(Real(0.75)).sin == -1);
   for (int eighth = 0; eighth < 8; ++eighth) {  // odd ones: where the quadrant changes
     for (int step = -64; step <= 64; ++step) {
       const Real u = static_cast<Real>(eighth) / 8 + static_cast<Real>(step) * Real(0x1p-24);

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "common/input/scene_file.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_file.h"
 #include "tests/support/dice.h"
 #include "tests/support/sample_scenes.h"
 

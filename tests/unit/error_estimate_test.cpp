@@ -1,4 +1,4 @@
-#include "common/image/error_estimate.h"
+#include "common/adaptive/error_estimate.h"
 
 #include <doctest/doctest.h>
 
@@ -77,7 +77,7 @@ TEST_CASE("error: unknown while a pixel has less than two samples") {
   error = estimate_error(picture.state());
   CHECK(error.rmse > 0);
   CHECK(error.half_width.size() == 36);
-  CHECK(estimate_error(PictureState{}).rmse == -1);
+  CHECK(estimate_error(FramebufferView{}).rmse == -1);
 }
 
 TEST_CASE("error: pictures of any size have finite positive estimates") {

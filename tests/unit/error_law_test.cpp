@@ -1,12 +1,11 @@
-#include "common/image/error_law.h"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
-#include "common/image/passes.h"
+#include "cli/plan/error_model.h"
+#include "common/adaptive/passes.h"
 #include "common/image/radiance_scale.h"
 
 namespace parray {
@@ -14,7 +13,7 @@ namespace {
 
 using doctest::Approx;
 
-ErrorLaw law_of(double deviation, std::vector<MeasuredError> measured, ExponentPrior prior) {
+ErrorModel law_of(double deviation, std::vector<MeasuredError> measured, ExponentPrior prior) {
   return {ModelError::uniform(deviation), measured, prior};
 }
 
@@ -37,7 +36,7 @@ struct HalfNoisy {
   }
   std::vector<PixelSums> pixels;
   std::vector<std::uint32_t> counts;
-  PictureState state;
+  FramebufferView state;
 };
 
 TEST_CASE("independent samples: error is the deviation over the root of their number") {
@@ -49,7 +48,7 @@ TEST_CASE("independent samples: error is the deviation over the root of their nu
 }
 
 TEST_CASE("with a known exponent of 0 the law goes through the one measurement") {
-  const ErrorLaw law = law_of(0.2, {{16, 0.04, 0.01}}, {0, 0});
+  const ErrorModel law = law_of(0.2, {{16, 0.04, 0.01}}, {0, 0});
   CHECK(law.at(16) == Approx(0.04));
   CHECK(law.at(64) == Approx(0.02));
   CHECK(law.samples_for(0.01) == Approx(256));
@@ -62,7 +61,7 @@ TEST_CASE("without a prior to speak of, the exponent of exact measurements is fo
   for (const double n : {8.0, 32.0, 128.0}) {
     measured.push_back({n, 0.3 * std::pow(n, -0.7), 0.01});
   }
-  const ErrorLaw law = law_of(1, measured, {0, 100});
+  const ErrorModel law = law_of(1, measured, {0, 100});
   CHECK(law.exponent() == Approx(0.2));
   CHECK(law.at(1000) == Approx(0.3 * std::pow(1000, -0.7)));
   CHECK(law.samples_for(0.3 * std::pow(5000, -0.7)) == Approx(5000));
@@ -77,7 +76,7 @@ TEST_CASE("measurements and prior are weighed by their variances") {
   const double s = r / (std::sqrt(2.0) * x);  // as much as the data's
   const std::vector<MeasuredError> measured = {{4, std::pow(4, -0.7), r},
                                                {16, std::pow(16, -0.7), r}};
-  const ErrorLaw law = law_of(1, measured, {0.1, s});
+  const ErrorModel law = law_of(1, measured, {0.1, s});
   CHECK(law.exponent() == Approx(0.15).epsilon(1e-4));
   // At the last measurement its own doubt; beyond, the exponent's comes in: s^2 / 2 its variance.
   CHECK(law.relative_at(16) == Approx(r));
@@ -86,7 +85,7 @@ TEST_CASE("measurements and prior are weighed by their variances") {
 }
 
 TEST_CASE("between measurements the law goes through them, beyond them along its exponent") {
-  const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {64, 0.1, 0.001}}, {0.1, 0.001});
+  const ErrorModel law = law_of(1, {{4, 0.6, 0.001}, {64, 0.1, 0.001}}, {0.1, 0.001});
   CHECK(law.at(4) == Approx(0.6));
   CHECK(law.at(64) == Approx(0.1));
   // Gains are 1.2 and 0.8; half way between, in logarithms, at 16.
@@ -97,7 +96,7 @@ TEST_CASE("between measurements the law goes through them, beyond them along its
 }
 
 TEST_CASE("where the exponent is known, a measurement of more samples counts for more") {
-  const ErrorLaw law = law_of(1, {{4, 0.6, 0.001}, {256, 0.06, 0.001}}, {0, 0});
+  const ErrorModel law = law_of(1, {{4, 0.6, 0.001}, {256, 0.06, 0.001}}, {0, 0});
   // Gains 1.2 at 4 samples, 0.96 at 256.
   CHECK(law.at(256) < 0.0615);
   CHECK(law.at(256) > 0.06);
@@ -115,7 +114,7 @@ TEST_CASE("adaptive passes leave pixels without noise out") {
 }
 
 TEST_CASE("a picture whose pilot meets the target stops there") {
-  const ErrorLaw law = law_of(0.1, {{32, 0.1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const ErrorModel law = law_of(0.1, {{32, 0.1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_target(law, {}, 0.1, 1e6);
   CHECK(forecast.samples == pilot_samples);
   CHECK(forecast.passes == 1);
@@ -123,7 +122,7 @@ TEST_CASE("a picture whose pilot meets the target stops there") {
 }
 
 TEST_CASE("a target that needs little more than the pilot takes one more pass, 3 % beyond it") {
-  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_target(law, {}, 1 / std::sqrt(64.0), 1e6);
   CHECK(forecast.passes == 2);
   CHECK(forecast.samples == Approx(32 + 1.03 * 32).epsilon(1e-4));
@@ -131,7 +130,7 @@ TEST_CASE("a target that needs little more than the pilot takes one more pass, 3
 }
 
 TEST_CASE("passes to a far target grow as the render's own, and end just beyond it") {
-  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_target(law, {}, 0.01, 1e6);
   // 32, 128, 512, 2048 (lacking 9488, more than 7 * 512); then 8191 lack: 2048 more, then all.
   CHECK(forecast.samples == Approx(4096 + 1.03 * (10000 - 4096)).epsilon(1e-3));
@@ -139,8 +138,8 @@ TEST_CASE("passes to a far target grow as the render's own, and end just beyond 
 }
 
 TEST_CASE("the stated interval has to meet the target, not the error alone") {
-  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
-  const StatedHigh stated{1.21, 0};
+  const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const UpperBound stated{1.21, 0};
   CHECK(stated.of(0.1, 100) == Approx(0.11));
   const Forecast forecast = forecast_target(law, stated, 0.011, 1e6);
   CHECK(stated.of(forecast.rmse, forecast.samples) <= 0.011);
@@ -148,7 +147,7 @@ TEST_CASE("the stated interval has to meet the target, not the error alone") {
 }
 
 TEST_CASE("passes end at the most samples that there may be") {
-  const ErrorLaw law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_target(law, {}, 1e-4, 5000);
   CHECK(forecast.samples == Approx(5000));
   CHECK(forecast.rmse > 1e-4);

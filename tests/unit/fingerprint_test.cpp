@@ -1,4 +1,4 @@
-#include "common/trace/fingerprint.h"
+#include "common/trace/selfcheck/fingerprint.h"
 
 #include <doctest/doctest.h>
 

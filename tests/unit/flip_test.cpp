@@ -1,4 +1,4 @@
-#include "common/image/flip.h"
+#include "cli/compare/flip.h"
 
 #include <doctest/doctest.h>
 

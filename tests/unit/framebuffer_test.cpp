@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/schedule/row_order.h"
-#include "common/trace/random.h"
+#include "common/trace/integrator/random.h"
 #include "tests/support/dice.h"
 
 namespace parray {
@@ -23,55 +22,49 @@ using test::Dice;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
 
-RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t spp,
-                     RowOrder order = RowOrder::interleaved) {
-  RenderSettings settings;
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel = spp;
-  settings.row_order = order;
-  return settings;
-}
+/// Samples of a run of pixels, from numbers that depend on pixel and sample alone.
+struct Run {
+  std::uint32_t y = 0;
+  std::uint32_t x = 0;
+  std::vector<SampleRange> ranges;  ///< of each pixel
+};
 
-/// What tracing a rectangle would give, from numbers that depend on pixel and sample alone.
-RowBlock made_up_block(const RenderSettings& settings, const WorkRect& rect) {
-  const auto row_at = make_row_order(settings.row_order, settings.height);
+void add(Framebuffer& framebuffer, const Run& run) {
   const RadianceScale scale(1);
-  RowBlock block{rect, settings.width, {}, {}};
-  for (std::uint32_t position = rect.row_begin; position < rect.row_end; ++position) {
-    for (std::uint32_t x = 0; x < settings.width; ++x) {
-      PixelSums sums;
-      for (std::uint32_t s = rect.sample_begin; s < rect.sample_end; ++s) {
-        const SampleRandom random(1, row_at[position] * settings.width + x, s);
-        const auto u = random.at<double>(0, Purpose::scatter);
-        sums.add({scale.to_fixed(u.a * u.d), scale.to_fixed(u.b / 3), scale.to_fixed(u.c)}, s);
-        ++block.counts.samples;
-        block.counts.rays += static_cast<std::uint64_t>(u.a * 8);
-      }
-      block.pixels.push_back(sums);
+  std::vector<PixelSums> sums(run.ranges.size());
+  TraceCounts counts;
+  for (std::uint32_t i = 0; i < run.ranges.size(); ++i) {
+    for (std::uint32_t s = run.ranges[i].begin; s < run.ranges[i].end; ++s) {
+      const SampleRandom random(1, run.y * framebuffer.width() + run.x + i, s);
+      const auto u = random.at<double>(0, Purpose::scatter);
+      sums[i].add({scale.to_fixed(u.a * u.d), scale.to_fixed(u.b / 3), scale.to_fixed(u.c)}, s);
+      ++counts.samples;
+      counts.rays += static_cast<std::uint64_t>(u.a * 8);
     }
   }
-  return block;
+  framebuffer.add(run.y, run.x, sums, run.ranges);
+  framebuffer.add(counts);
 }
 
-WorkRect whole(const RenderSettings& settings) {
-  return {0, settings.height, 0, settings.samples_per_pixel};
-}
-
-/// Cuts a rectangle at random places until the pieces are done.
-void cut(Dice& dice, const WorkRect& rect, std::vector<WorkRect>& pieces) {
-  const bool rows = rect.rows() > 1 && (rect.samples() == 1 || dice.one_in(2));
-  if ((rect.rows() == 1 && rect.samples() == 1) || dice.one_in(4)) {
-    pieces.push_back(rect);
+/// Cuts a run at random places, across pixels and across samples, until the pieces are done.
+void cut(Dice& dice, const Run& run, std::vector<Run>& pieces) {
+  const auto pixels = static_cast<std::uint32_t>(run.ranges.size());
+  if (!dice.one_in(3)) {  // or it would hardly ever end
+    pieces.push_back(run);
     return;
   }
-  WorkRect first = rect;
-  WorkRect second = rect;
-  if (rows) {
-    first.row_end = second.row_begin = rect.row_begin + 1 + dice.below32(rect.rows() - 1);
+  Run first = run;
+  Run second = run;
+  if (pixels > 1 && dice.one_in(2)) {
+    const std::uint32_t at = 1 + dice.below32(pixels - 1);
+    first.ranges.resize(at);
+    second.ranges.erase(second.ranges.begin(), second.ranges.begin() + at);
+    second.x += at;
   } else {
-    first.sample_end = second.sample_begin =
-        rect.sample_begin + 1 + dice.below32(rect.samples() - 1);
+    for (std::uint32_t i = 0; i < pixels; ++i) {
+      const std::uint32_t at = run.ranges[i].begin + dice.below32(run.ranges[i].count() + 1);
+      first.ranges[i].end = second.ranges[i].begin = at;
+    }
   }
   cut(dice, first, pieces);
   cut(dice, second, pieces);
@@ -79,72 +72,120 @@ void cut(Dice& dice, const WorkRect& rect, std::vector<WorkRect>& pieces) {
 
 }  // namespace
 
-TEST_CASE("any split into rectangles, merged in any order, gives the same sums") {
+TEST_CASE("any split into runs of pixels and samples, added in any order, gives the same sums") {
   Dice dice(1);
   for (int round = 0; round < 60; ++round) {
-    const RowOrder order = dice.one_in(2) ? RowOrder::interleaved : RowOrder::sequential;
-    const auto settings =
-        sized(1 + dice.below32(9), 1 + dice.below32(13), 1 + dice.below32(17), order);
-    Framebuffer at_once(settings);
-    at_once.merge(made_up_block(settings, whole(settings)));
-    std::vector<WorkRect> pieces;
-    cut(dice, whole(settings), pieces);
+    const std::uint32_t width = 1 + dice.below32(9);
+    const std::uint32_t height = 1 + dice.below32(13);
+    Framebuffer at_once(width, height);
+    Framebuffer merged(width, height);
+    std::vector<Run> pieces;
+    for (std::uint32_t y = 0; y < height; ++y) {
+      Run row{y, 0, std::vector<SampleRange>(width)};
+      for (SampleRange& pixel : row.ranges) {
+        pixel.end = dice.below32(17);
+      }
+      add(at_once, row);
+      cut(dice, row, pieces);
+    }
     for (std::size_t i = pieces.size(); i > 1; --i) {
       std::swap(pieces[i - 1], pieces[dice.below(i)]);
     }
-    Framebuffer merged(settings);
-    for (const WorkRect& piece : pieces) {
-      merged.merge(made_up_block(settings, piece));
+    for (const Run& piece : pieces) {
+      add(merged, piece);
     }
     REQUIRE(merged.pixels() == at_once.pixels());
     REQUIRE(merged.counts() == at_once.counts());
-    REQUIRE(merged.samples() ==
-            std::vector<std::uint32_t>(merged.pixels().size(), settings.samples_per_pixel));
+    REQUIRE(merged.samples() == at_once.samples());
+    REQUIRE(merged.whole() == at_once.whole());
     CHECK(image_sha256(resolve_image(merged, 1)) == image_sha256(resolve_image(at_once, 1)));
   }
 }
 
-TEST_CASE("the order of rows does not change the picture") {
-  std::array<std::string, 2> hashes;
-  for (const RowOrder order : {RowOrder::sequential, RowOrder::interleaved}) {
-    const auto settings = sized(7, 11, 3, order);
-    Framebuffer framebuffer(settings);
-    framebuffer.merge(made_up_block(settings, whole(settings)));
-    hashes[order == RowOrder::interleaved ? 1 : 0] = image_sha256(resolve_image(framebuffer, 1));
+TEST_CASE("a run lands on its pixels, and counts their samples") {
+  Framebuffer framebuffer(4, 3);
+  std::vector<PixelSums> sums(2);
+  sums[1].sum = {7, 8, 9};
+  framebuffer.add(1, 2, sums, std::vector<SampleRange>{{0, 0}, {3, 5}});
+  for (std::size_t pixel = 0; pixel < 12; ++pixel) {
+    CHECK(framebuffer.samples()[pixel] == (pixel == 7 ? 2U : 0U));
+    CHECK(framebuffer.pixels()[pixel].sum[0] == (pixel == 7 ? 7U : 0U));
   }
-  CHECK(hashes[0] == hashes[1]);
-}
-
-TEST_CASE("a block's rows land where the row order says, and count their samples") {
-  const auto settings = sized(2, 5, 8);
-  const auto row_at = make_row_order(RowOrder::interleaved, 5);
-  Framebuffer framebuffer(settings);
-  RowBlock block{{3, 4, 2, 5}, 2, {6, 9, 0}, std::vector<PixelSums>(2)};
-  block.pixels[1].sum = {7, 8, 9};
-  framebuffer.merge(block);
-  for (std::uint32_t row = 0; row < 5; ++row) {
-    const PixelSums* pixels = framebuffer.pixels().data() + std::size_t{row} * 2;
-    CHECK(framebuffer.samples()[std::size_t{row} * 2] == (row == row_at[3] ? 3U : 0U));
-    CHECK(pixels[0].sum[0] == 0);
-    CHECK(pixels[1].sum[0] == (row == row_at[3] ? 7U : 0U));
-  }
-  CHECK(framebuffer.counts() == TraceCounts{6, 9, 0, 0});
-}
-
-TEST_CASE("a block that does not fit the image is refused and changes nothing") {
-  const auto settings = sized(2, 5, 8);
-  Framebuffer framebuffer(settings);
-  const auto block = [](WorkRect rect, std::uint32_t width, std::size_t pixels) {
-    return RowBlock{rect, width, {}, std::vector<PixelSums>(pixels)};
-  };
-  CHECK_THROWS_AS(framebuffer.merge(block({0, 1, 0, 8}, 3, 3)), std::logic_error);
-  CHECK_THROWS_AS(framebuffer.merge(block({4, 6, 0, 8}, 2, 4)), std::logic_error);
-  CHECK_THROWS_AS(framebuffer.merge(block({0, 2, 0, 8}, 2, 3)), std::logic_error);
-  CHECK_THROWS_AS(framebuffer.merge(block({3, 2, 0, 8}, 2, 0)), std::logic_error);
-  CHECK_THROWS_AS(framebuffer.merge(block({0, 0xFFFFFFFF, 0, 8}, 2, 10)), std::logic_error);
-  CHECK(framebuffer.pixels() == std::vector<PixelSums>(10));
   CHECK(framebuffer.counts() == TraceCounts{});
-  CHECK_NOTHROW(framebuffer.merge(block({4, 5, 0, 8}, 2, 2)));
+}
+
+TEST_CASE("what does not fit the image is refused and changes nothing") {
+  Framebuffer framebuffer(2, 5);
+  const auto add_run = [&](std::uint32_t y, std::uint32_t x, std::size_t sums, std::size_t ranges) {
+    framebuffer.add(y, x, std::vector<PixelSums>(sums), std::vector<SampleRange>(ranges, {0, 1}));
+  };
+  CHECK_THROWS_AS(add_run(0, 0, 3, 3), std::logic_error);
+  CHECK_THROWS_AS(add_run(0, 1, 2, 2), std::logic_error);
+  CHECK_THROWS_AS(add_run(0, 3, 0, 0), std::logic_error);
+  CHECK_THROWS_AS(add_run(5, 0, 1, 1), std::logic_error);
+  CHECK_THROWS_AS(add_run(0, 0, 2, 1), std::logic_error);
+  CHECK_THROWS_AS(framebuffer.exclude({5, 0, 0, 1}), std::logic_error);
+  CHECK_THROWS_AS(framebuffer.exclude({0, 2, 0, 1}), std::logic_error);
+  CHECK(framebuffer.samples() == std::vector<std::uint32_t>(10));
+  CHECK(framebuffer.excluded().empty());
+  CHECK_NOTHROW(add_run(4, 0, 2, 2));
+}
+
+TEST_CASE("an image is whole once every pixel has a sample, and not when one is set back") {
+  Framebuffer framebuffer(3, 2);
+  add(framebuffer, {0, 0, {{0, 2}, {0, 2}, {0, 2}}});
+  add(framebuffer, {1, 0, {{0, 2}, {0, 0}, {0, 2}}});
+  CHECK_FALSE(framebuffer.whole());
+  add(framebuffer, {1, 1, {{0, 1}}});
+  add(framebuffer, {1, 1, {{1, 4}}});
+  CHECK(framebuffer.whole());
+  framebuffer.clear(1, 1, 2, {});
+  CHECK_FALSE(framebuffer.whole());
+  framebuffer.clear(1, 1, 2, {});
+  add(framebuffer, {1, 1, {{0, 1}}});
+  CHECK(framebuffer.whole());
+}
+
+TEST_CASE("pixels that are set back are as if nothing had come, and others as they were") {
+  Dice dice(5);
+  for (int round = 0; round < 50; ++round) {
+    Framebuffer changed(6, 4);
+    Framebuffer expected(6, 4);
+    const std::uint32_t begin = dice.below32(6);
+    const std::uint32_t end = begin + 1 + dice.below32(6 - begin);
+    TraceCounts gone;
+    for (std::uint32_t y = 0; y < 4; ++y) {
+      for (std::uint32_t x = 0; x < 6; ++x) {
+        const Run pixel{y, x, {{0, dice.below32(5)}}};
+        const TraceCounts before = changed.counts();
+        add(changed, pixel);
+        changed.exclude({y, x, 3, 1});
+        if (y == 2 && x >= begin && x < end) {
+          TraceCounts its = changed.counts();
+          its -= before;
+          gone += its;
+        } else {
+          add(expected, pixel);
+          expected.exclude({y, x, 3, 1});
+        }
+      }
+    }
+    changed.clear(2, begin, end, gone);
+    REQUIRE(changed.pixels() == expected.pixels());
+    REQUIRE(changed.samples() == expected.samples());
+    REQUIRE(changed.counts() == expected.counts());
+    REQUIRE(changed.excluded().size() == expected.excluded().size());
+    REQUIRE_FALSE(changed.excluded().contains({2, begin}));
+  }
+}
+
+TEST_CASE("excluded samples of one pixel add up, from the first of them on") {
+  Framebuffer framebuffer(2, 1);
+  framebuffer.exclude({0, 1, 40, 2});
+  framebuffer.exclude({0, 1, 7, 1});
+  REQUIRE(framebuffer.excluded().size() == 1);
+  CHECK(framebuffer.excluded().at({0, 1}).first == 7);
+  CHECK(framebuffer.excluded().at({0, 1}).count == 3);
 }
 
 TEST_CASE("fixed point adds exactly where a float stops counting") {
@@ -221,24 +262,6 @@ TEST_CASE("fixed point keeps order and errs by half a unit at most") {
   }
 }
 
-TEST_CASE("a pass gives each pixel samples of its own, and a block counts what pixels have of it") {
-  const auto settings = sized(2, 2, 8, RowOrder::sequential);
-  Framebuffer framebuffer(settings);
-  framebuffer.begin_pass({4, 4, 4, 4});
-  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 0, 4});
-  CHECK(framebuffer.samples_of({0, 2, 0, 4}).empty());  // all alike
-  framebuffer.merge({{0, 2, 0, 4}, 2, {16, 16, 0, 0}, std::vector<PixelSums>(4)});
-  framebuffer.begin_pass({4, 10, 6, 20});
-  CHECK(framebuffer.pass_rect() == WorkRect{0, 2, 4, 20});
-  CHECK(framebuffer.samples_of({0, 2, 5, 12}) ==
-        std::vector<SampleRange>{{5, 5}, {5, 10}, {5, 6}, {5, 12}});
-  CHECK(framebuffer.sample_count({0, 2, 5, 12}) == 13);
-  framebuffer.merge({{0, 2, 5, 12}, 2, {13, 13, 0, 0}, std::vector<PixelSums>(4)});
-  CHECK(framebuffer.samples() == std::vector<std::uint32_t>{4, 9, 5, 11});
-  CHECK_THROWS_AS(framebuffer.begin_pass({4, 9, 5, 10}), std::logic_error);
-  CHECK_THROWS_AS(framebuffer.begin_pass({99, 99}), std::logic_error);
-}
-
 TEST_CASE("sums of squares give the variance of a sample") {
   for (const double largest : {1.0, 3.0, 0.01}) {
     const RadianceScale scale(largest);
@@ -273,28 +296,28 @@ TEST_CASE("a white furnace is exactly 1.0f for every number of samples") {
   for (std::uint32_t count = 1; count <= 3000; ++count) {
     CHECK_UNARY(scale.mean(count * scale.to_fixed(1), count) == 1.0);
   }
-  const auto settings = sized(3, 2, 7);
-  Framebuffer framebuffer(settings);
-  RowBlock block{whole(settings), 3, {42, 42, 0, 0}, std::vector<PixelSums>(6)};
-  for (PixelSums& pixel : block.pixels) {
+  Framebuffer framebuffer(3, 2);
+  std::vector<PixelSums> row(3);
+  for (PixelSums& pixel : row) {
     for (std::uint32_t s = 0; s < 7; ++s) {
       pixel.add({scale.to_fixed(1), scale.to_fixed(1), scale.to_fixed(1)}, s);
     }
   }
-  framebuffer.merge(block);
+  for (const std::uint32_t y : {0U, 1U}) {
+    framebuffer.add(y, 0, row, std::vector<SampleRange>(3, {0, 7}));
+  }
   const Image image = resolve_image(framebuffer, 1);
   CHECK(image.rgb == std::vector<float>(18, 1.0F));
 }
 
-TEST_CASE("rows without samples are black, rows with some are their mean") {
-  const auto settings = sized(1, 2, 4, RowOrder::sequential);
-  Framebuffer framebuffer(settings);
+TEST_CASE("pixels without samples are black, others their mean") {
+  Framebuffer framebuffer(1, 2);
   CHECK(resolve_image(framebuffer, 1).rgb == std::vector<float>(6, 0.0F));
-  RowBlock block{{1, 2, 1, 3}, 1, {2, 2, 0, 0}, std::vector<PixelSums>(1)};
   const RadianceScale scale(2);
-  block.pixels[0].add({scale.to_fixed(2), scale.to_fixed(1), 0}, 1);
-  block.pixels[0].add({scale.to_fixed(1), scale.to_fixed(0.25), 0}, 2);
-  framebuffer.merge(block);
+  PixelSums sums;
+  sums.add({scale.to_fixed(2), scale.to_fixed(1), 0}, 1);
+  sums.add({scale.to_fixed(1), scale.to_fixed(0.25), 0}, 2);
+  framebuffer.add(1, 0, {&sums, 1}, std::vector<SampleRange>{{1, 3}});
   const Image image = resolve_image(framebuffer, 2);
   CHECK(image.width == 1);
   CHECK(image.height == 2);

@@ -7,16 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/scene_file.h"
-#include "common/trace/kernel.h"
-#include "common/trace/linear.h"
-#include "common/trace/path.h"
+#include "common/input/scene_file.h"
+#include "common/trace/integrator/path.h"
+#include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_accelerator.h"
+#include "tests/support/reference_tracer.h"
 
 /// Scenes whose every sample is known exactly.
 namespace parray {
 namespace {
+
+using test::TracedPicture;
 
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // radiance 1 in fixed point, sky 1
 
@@ -41,12 +43,12 @@ struct Picture {
 };
 
 Picture trace(const Scene& scene, const RenderSettings& settings) {
-  const auto kernel = make_kernel(scene, settings);
+  const auto tracer = make_path_tracer(scene, settings);
   Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height),
                   {},
                   settings.samples_per_pixel};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel->trace(
+    tracer->trace(
         {y, 0, settings.width}, {0, settings.samples_per_pixel},
         std::span(picture.pixels).subspan(std::size_t{y} * settings.width, settings.width),
         picture.counts);
@@ -111,17 +113,17 @@ Scene nested_glass() {
 
 /// Follows one path by the kernel's own steps. False: a crossing did not alternate with the one
 /// before it of the same sphere, or the path reached the sky from inside of something.
-template <typename Real, Accelerator<Real> A>
-bool alternates(const TraceScene<Real>& scene, const A& accelerator, Ray<Real> ray,
+template <typename Real, SphereSearch<Real> S>
+bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray,
                 const SampleRandom& random, std::uint64_t& crossings) {
-  Sides<Real> sides;
-  start_sides(scene, ray.origin, sides);
+  InsideStack<Real> sides;
+  start_sides(scene, scene, ray.origin, sides);
   std::vector<bool> inside(scene.spheres.size(), false);
   for (const std::uint32_t index : sides.inside()) {
     inside[index] = true;
   }
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
-    const Hit<Real> hit = first_crossing(scene, accelerator, ray, sides);
+    const Hit<Real> hit = first_crossing(scene, search, ray, sides);
     if (hit.sphere == no_sphere) {
       return sides.inside().empty();
     }
@@ -151,15 +153,12 @@ bool alternates(const TraceScene<Real>& scene, const A& accelerator, Ray<Real> r
 }
 
 template <typename Real>
-TraceScene<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
-  TraceScene<Real> result{
-      {}, {}, {}, SkyGradient<Real>(scene.sky), View<Real>(scene.camera, width, height), {}, depth};
+TracedPicture<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
+  TracedPicture<Real> result{{{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+                             {CameraRays<Real>(scene.camera, width, height), {}, depth}};
   for (const Sphere& sphere : scene.spheres) {
     result.spheres.push_back({vec_cast<Real>(sphere.center), static_cast<Real>(sphere.radius)});
     result.material_of.push_back(sphere.material);
-  }
-  for (const Material& material : scene.materials) {
-    result.surfaces.emplace_back(material);
   }
   return result;
 }
@@ -222,7 +221,7 @@ TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes al
     Scene one_ball = under_white_sky();
     one_ball.materials = {glass(1.5)};
     one_ball.spheres = {{dice.ten_to(0, 4) * dice.direction(), dice.ten_to(-2, 3), 0}};
-    const TraceScene<Real> scene = trace_scene<Real>(one_ball, 2);
+    const TracedPicture<Real> scene = trace_scene<Real>(one_ball, 2);
     const Linear<Real> linear(scene.spheres);
     const SphereShape<Real>& sphere = scene.spheres[0];
     const Vec3d n = dice.direction();
@@ -231,7 +230,7 @@ TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes al
     const Vec3<Real> origin = sphere.center + sphere.radius * normal;
     const Ray<Real> away(origin, vec_cast<Real>(outward));
     const Ray<Real> into(origin, vec_cast<Real>(-outward));
-    Sides<Real> sides;
+    InsideStack<Real> sides;
     sides.start({});
     again_without_sides += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
     sides.stand_on(0, normal);
@@ -298,8 +297,8 @@ TEST_CASE_TEMPLATE("no material turns a normal that is not a number into plain b
        {diffuse(0.5), glass(1.5), Material{MaterialType::metal, {1, 1, 1}, 0, 1},
         Material{MaterialType::metal, {1, 1, 1}, 0.5, 1}}) {
     for (const bool leaving : {false, true}) {
-      const auto scattering = scatter<Real>(Surface<Real>(material), {0, 1, 0}, {nan, nan, nan},
-                                            leaving, SampleRandom(1, 2, 3), 0);
+      const auto scattering = scatter<Real>(MaterialParameters<Real>(material), {0, 1, 0},
+                                            {nan, nan, nan}, leaving, SampleRandom(1, 2, 3), 0);
       CHECK(scattering.event != Event::absorbed);
       CHECK(std::isnan(scattering.direction.y));
     }
@@ -333,7 +332,7 @@ TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absor
 TEST_CASE_TEMPLATE("a path goes into and out of every sphere in turn", Real, float, double) {
   std::uint64_t crossings = 0;
   std::uint64_t broken = 0;
-  const TraceScene<Real> scene = trace_scene<Real>(nested_glass(), 1000);
+  const TracedPicture<Real> scene = trace_scene<Real>(nested_glass(), 1000);
   const Linear<Real> linear(scene.spheres);
   const test::LaneTree<Real> tree(scene.spheres);
   for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
@@ -352,7 +351,7 @@ TEST_CASE_TEMPLATE("sides alternate for rays that graze a glass ball", Real, flo
   Scene glass_ball = under_white_sky();
   glass_ball.materials = {glass(1.5)};
   glass_ball.spheres = {{{0, 0, 0}, 1, 0}};
-  const TraceScene<Real> scene = trace_scene<Real>(glass_ball, 10'000);
+  const TracedPicture<Real> scene = trace_scene<Real>(glass_ball, 10'000);
   const Linear<Real> linear(scene.spheres);
   test::Dice dice(6);
   std::uint64_t crossings = 0;

@@ -68,7 +68,7 @@ TEST_CASE("a kernel takes the instruction set that is asked for, or the best the
   for (const Isa isa : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
     settings.isa = isa;
     const bool asked = isa != Isa::automatic && runs_on_this_machine(isa);
-    CHECK(make_kernel(scene, settings)->isa() == name_of(asked ? isa : best_isa()));
+    CHECK(make_path_tracer(scene, settings)->isa() == name_of(asked ? isa : best_isa()));
   }
 }
 

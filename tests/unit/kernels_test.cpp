@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene/scene_file.h"
+#include "common/input/scene_file.h"
+#include "common/trace/integrator/wavefront_tracer.h"
+#include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/reference_tracer.h"
@@ -101,20 +103,20 @@ RenderSettings settings_of(Precision precision) {
   return settings;
 }
 
-ReferenceSums sums_of(const Kernel& kernel, const RenderSettings& settings) {
+ReferenceSums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
   ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    kernel.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
                  std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
                  result.counts);
   }
   return result;
 }
 
-/// `check` for a scene's kernels of every instruction set and accelerator, made for the scene and
+/// `check` for a scene's tracers of every instruction set and accelerator, for what it holds and
 /// with everything that a scene could contain.
 void for_all_kernels(const Scene& scene, RenderSettings settings,
-                     const std::function<void(const Kernel&)>& check) {
+                     const std::function<void(const PathTracer&)>& check) {
   for (const Isa isa : instruction_sets()) {
     for (const AcceleratorKind accelerator :
          {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
@@ -128,11 +130,12 @@ void for_all_kernels(const Scene& scene, RenderSettings settings,
         }
         settings.isa = isa;
         settings.accelerator = accelerator;
-        KernelOptions options;
-        options.general = general;
-        const auto kernel = make_kernel(scene, settings, options);
-        CHECK(kernel->isa() == name_of(isa));
-        check(*kernel);
+        const auto built =
+            make_accelerator(scene, settings.precision, accelerator, isa, {.threads = 1});
+        const auto tracer = general ? make_general_path_tracer(built, scene.camera, settings)
+                                    : make_path_tracer(built, scene.camera, settings);
+        CHECK(tracer->isa() == name_of(isa));
+        check(*tracer);
       }
     }
   }
@@ -142,16 +145,16 @@ void for_all_kernels(const Scene& scene, RenderSettings settings,
 /// sample.
 template <typename Real, typename Store>
 std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings& settings) {
-  const TraceScene<Real> traced = reference_scene<Real, Store>(scene, settings);
+  const TracedPicture<Real> traced = reference_scene<Real, Store>(scene, settings);
   const Linear<Real> linear(traced.spheres);
   std::vector<FirstHit> hits;
-  Sides<Real> sides;
+  InsideStack<Real> sides;
   for (std::uint32_t pixel = 0; pixel < settings.width * settings.height; ++pixel) {
     for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
       const SampleRandom random(settings.seed, pixel, s, settings.sampler);
       const Ray<Real> ray =
           traced.view.template ray<Real>(pixel % settings.width, pixel / settings.width, random);
-      start_sides(traced, ray.origin, sides);
+      start_sides(traced, traced, ray.origin, sides);
       const Hit<Real> hit = first_crossing(traced, linear, ray, sides);
       FirstHit& first = hits.emplace_back();
       if (hit.sphere == no_sphere) continue;
@@ -175,21 +178,21 @@ std::vector<FirstHit> reference_hits(const Scene& scene, const RenderSettings& s
 }
 
 /// Cuts pixels and samples in two at random, again and again, and traces the pieces.
-void trace_in_pieces(const Kernel& kernel, const PixelRun& run, const SampleRange& samples,
+void trace_in_pieces(const PathTracer& tracer, const PixelRun& run, const SampleRange& samples,
                      std::span<PixelSums> sums, TraceCounts& counts, Dice& dice) {
   const std::uint32_t columns = run.x_end - run.x_begin;
   if (dice.one_in(4) || (columns < 2 && samples.count() < 2)) {
-    kernel.trace(run, samples, sums, counts);
+    tracer.trace(run, samples, sums, counts);
   } else if (samples.count() < 2 || (columns > 1 && dice.one_in(2))) {
     const std::uint32_t cut = 1 + dice.below32(columns - 1);
-    trace_in_pieces(kernel, {run.y, run.x_begin + cut, run.x_end}, samples, sums.subspan(cut),
+    trace_in_pieces(tracer, {run.y, run.x_begin + cut, run.x_end}, samples, sums.subspan(cut),
                     counts, dice);
-    trace_in_pieces(kernel, {run.y, run.x_begin, run.x_begin + cut}, samples, sums.first(cut),
+    trace_in_pieces(tracer, {run.y, run.x_begin, run.x_begin + cut}, samples, sums.first(cut),
                     counts, dice);
   } else {
     const std::uint32_t cut = samples.begin + 1 + dice.below32(samples.count() - 1);
-    trace_in_pieces(kernel, run, {cut, samples.end}, sums, counts, dice);
-    trace_in_pieces(kernel, run, {samples.begin, cut}, sums, counts, dice);
+    trace_in_pieces(tracer, run, {cut, samples.end}, sums, counts, dice);
+    trace_in_pieces(tracer, run, {samples.begin, cut}, sums, counts, dice);
   }
 }
 
@@ -205,8 +208,8 @@ TEST_CASE("every kernel's sums and counts are those of the scalar reference") {
         RenderSettings settings = settings_of(precision);
         settings.sampler = sampler;
         const ReferenceSums expected = reference_sums(named.scene, settings);
-        for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
-          const ReferenceSums found = sums_of(kernel, settings);
+        for_all_kernels(named.scene, settings, [&](const PathTracer& tracer) {
+          const ReferenceSums found = sums_of(tracer, settings);
           CHECK(found.counts.samples == expected.counts.samples);
           CHECK(found.counts.rays == expected.counts.rays);
           CHECK(found.counts.nonfinite == expected.counts.nonfinite);
@@ -224,11 +227,11 @@ TEST_CASE("every kernel's camera rays meet what the scalar reference's meet") {
       CAPTURE(name_of(precision));
       const RenderSettings settings = settings_of(precision);
       const auto expected = reference_hits(named.scene, settings);
-      for_all_kernels(named.scene, settings, [&](const Kernel& kernel) {
+      for_all_kernels(named.scene, settings, [&](const PathTracer& tracer) {
         const std::size_t in_row = std::size_t{settings.width} * settings.samples_per_pixel;
         std::vector<FirstHit> found(expected.size());
         for (std::uint32_t y = 0; y < settings.height; ++y) {
-          kernel.first_hits({y, 0, settings.width}, {0, settings.samples_per_pixel},
+          tracer.first_hits({y, 0, settings.width}, {0, settings.samples_per_pixel},
                             std::span(found).subspan(y * in_row, in_row));
         }
         CHECK_UNARY(found == expected);
@@ -241,9 +244,9 @@ TEST_CASE("what camera rays meet depends on pixel and sample, not on the run tha
   const Scene scene = lens_in_glass();
   const RenderSettings settings = settings_of(Precision::f32);
   const auto expected = reference_hits(scene, settings);
-  for_all_kernels(scene, settings, [&](const Kernel& kernel) {
+  for_all_kernels(scene, settings, [&](const PathTracer& tracer) {
     std::vector<FirstHit> found(3 * 2);
-    kernel.first_hits({7, 30, 33}, {2, 4}, found);
+    tracer.first_hits({7, 30, 33}, {2, 4}, found);
     for (std::size_t i = 0; i < found.size(); ++i) {
       const std::size_t pixel = 7 * settings.width + 30 + i / 2;
       CHECK(found[i] == expected[pixel * settings.samples_per_pixel + 2 + i % 2]);
@@ -269,8 +272,8 @@ TEST_CASE("paths as long as a picture allows are cut off where the reference cut
     RenderSettings settings = settings_of(Precision::f32);
     settings.max_depth = depth;
     const ReferenceSums expected = reference_sums(crowded_glass(), settings);
-    for_all_kernels(crowded_glass(), settings, [&](const Kernel& kernel) {
-      CHECK_UNARY(sums_of(kernel, settings) == expected);
+    for_all_kernels(crowded_glass(), settings, [&](const PathTracer& tracer) {
+      CHECK_UNARY(sums_of(tracer, settings) == expected);
     });
   }
 }
@@ -284,12 +287,12 @@ TEST_CASE("any split of pixels and samples gives the same sums") {
     settings.height = 3;
     settings.samples_per_pixel = 40;
     const ReferenceSums expected = reference_sums(scene, settings);
-    for_all_kernels(scene, settings, [&](const Kernel& kernel) {
+    for_all_kernels(scene, settings, [&](const PathTracer& tracer) {
       ReferenceSums found{std::vector<PixelSums>(expected.pixels.size()), {}};
       for (std::uint32_t y = 0; y < settings.height; ++y) {
         const auto row =
             std::span(found.pixels).subspan(std::size_t{y} * settings.width, settings.width);
-        trace_in_pieces(kernel, {y, 0, settings.width}, {0, settings.samples_per_pixel}, row,
+        trace_in_pieces(tracer, {y, 0, settings.width}, {0, settings.samples_per_pixel}, row,
                         found.counts, dice);
       }
       CHECK_UNARY(found == expected);
@@ -310,8 +313,8 @@ TEST_CASE("runs of one sample a pixel and of one pixel fill batches alike") {
       settings.width = size.first;
       settings.samples_per_pixel = size.second;
       const ReferenceSums expected = reference_sums(scene, settings);
-      for_all_kernels(scene, settings, [&](const Kernel& kernel) {
-        CHECK_UNARY(sums_of(kernel, settings) == expected);
+      for_all_kernels(scene, settings, [&](const PathTracer& tracer) {
+        CHECK_UNARY(sums_of(tracer, settings) == expected);
       });
     }
   }

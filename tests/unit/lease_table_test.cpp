@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -12,369 +11,330 @@
 namespace parray {
 namespace {
 
-using enum msg::Verdict;
+using enum LeaseTable::Arrival;
 using Workers = std::vector<WorkerId>;
+using Ranges = std::vector<CellRange>;
 
 constexpr WorkerId ann = 1;
 constexpr WorkerId bob = 2;
 constexpr WorkerId cid = 3;
-constexpr ResultDigest digest = 77;
-constexpr ResultDigest other_digest = 78;
 
-RenderSettings job(std::uint32_t height, std::uint32_t spp,
-                   SchedulePolicy policy = SchedulePolicy::guided) {
+/// Leases are half of what is left, as for two workers.
+ChunkSizer halves() {
   RenderSettings settings;
   settings.width = 10;
-  settings.height = height;
-  settings.samples_per_pixel = spp;
-  settings.schedule = policy;
-  return settings;
+  settings.height = 100;  // a cell is a row
+  settings.samples_per_pixel = 4;
+  settings.schedule = SchedulePolicy::guided;
+  settings.row_order = RowOrder::sequential;
+  return {settings.schedule, WorkPlan(settings, {{{0, 4}}, {}}), {}};
 }
 
-Asker asker(WorkerId worker, std::uint32_t workers = 2) {
-  Asker result;
-  result.worker = worker;
-  result.workers = workers;
-  return result;
+LeaseTable table_of(Ranges pending, Epoch first_epoch = 1, std::uint64_t most = UINT64_MAX) {
+  return {halves(), std::move(pending), first_epoch, most};
 }
 
-/// A job of two rows in one lease, granted to Ann until 10 s.
+std::optional<Lease> grant(LeaseTable& table, WorkerId worker, Time deadline = seconds(10)) {
+  return table.grant(deadline, worker, {1, 0}, {0, 0, 2, 2});
+}
+
+/// Two cells in one lease, granted to Ann until 10 s.
 struct OneLease {
-  OneLease() : table(job(2, 4)), lease(*table.grant(seconds(10), asker(ann), false)) {}
-  LeaseTable table;
-  Lease lease;
+  LeaseTable table = table_of({{0, 2}});
+  Epoch epoch = grant(table, ann)->epoch;
 };
+
+std::vector<Epoch> epochs_of(const std::vector<Lease>& leases) {
+  std::vector<Epoch> epochs;
+  for (const Lease& lease : leases) {
+    epochs.push_back(lease.epoch);
+  }
+  return epochs;
+}
 
 }  // namespace
 
-TEST_CASE("a new job is all pending") {
-  const LeaseTable table(job(6, 4));
-  CHECK(table.has_pending());
-  CHECK(table.pending_units() == 24);
-  CHECK(table.total_units() == 24);
-  CHECK(table.done_units() == 0);
-  CHECK(table.progress() == 0);
-  CHECK(table.leased() == 0);
+TEST_CASE("pending cells become leased by a grant, from the front, over gaps, until none is left") {
+  LeaseTable table = table_of({{0, 6}, {8, 9}}, 100);
+  CHECK(table.pending_cells() == 7);
   CHECK(table.next_deadline() == never);
-  CHECK_FALSE(table.done());
-}
-
-TEST_CASE("a job in passes has the work that is added to it") {
-  RenderSettings settings = job(6, 4);
-  settings.adaptive = true;
-  LeaseTable table(settings);
+  Ranges granted;
+  for (Epoch epoch = 100; const auto lease = grant(table, ann, seconds(epoch)); ++epoch) {
+    CHECK(lease->epoch == epoch);
+    granted.push_back(lease->range);
+  }
+  CHECK(granted == Ranges{{0, 4}, {4, 6}, {8, 9}});
+  CHECK(table.leased() == 3);
+  CHECK(table.held_by(ann) == 3);
+  CHECK(table.held_by(bob) == 0);
+  CHECK(table.next_deadline() == seconds(100));
+  CHECK(table.range_of(101) == CellRange{4, 6});
+  CHECK_FALSE(table.range_of(99));
   CHECK_FALSE(table.has_pending());
-  CHECK(table.done());
-  table.add({0, 6, 0, 2}, 0.5);
-  table.add({0, 6, 2, 4}, 0.25);
-  CHECK(table.pending_units() == 24);
-  CHECK(table.pending() == std::vector<WorkRect>{{0, 6, 0, 2}, {0, 6, 2, 4}});
-  CHECK(table.density() == 0.5);
-  // Guided: half of what is left of the first part, not of all.
-  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{0, 3, 0, 2});
-  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{3, 5, 0, 2});
-  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{5, 6, 0, 2});
-  CHECK(table.grant(seconds(1), asker(ann), false)->rect == WorkRect{0, 3, 2, 4});
-  CHECK(table.density() == 0.25);
-  CHECK(table.leased_rect(1) == WorkRect{0, 3, 0, 2});
-  CHECK_FALSE(table.leased_rect(99));
+  CHECK_FALSE(table.idle());
 }
 
-TEST_CASE("a progressive job begins with one sample of every pixel, whatever the policy") {
-  for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::guided,
-                            SchedulePolicy::factoring, SchedulePolicy::weighted}) {
-    RenderSettings settings = job(8, 100, policy);
-    settings.progressive = true;
-    LeaseTable table(settings);
-    std::vector<std::uint32_t> begins;
-    std::uint64_t units = 0;
-    while (const auto lease = table.grant(seconds(1), asker(ann), false)) {
-      units += lease->rect.units();
-      begins.push_back(lease->rect.sample_begin);
-    }
-    CHECK(units == 800);
-    CHECK(std::is_sorted(begins.begin(), begins.end()));
-    CHECK(std::set<std::uint32_t>(begins.begin(), begins.end()).contains(1));
-    CHECK(std::set<std::uint32_t>(begins.begin(), begins.end()).contains(16));
-  }
+TEST_CASE("a lease has no more cells than a result may have") {
+  LeaseTable table = table_of({{0, 100}}, 1, 3);
+  CHECK(grant(table, ann)->range == CellRange{0, 3});
+  LeaseTable least = table_of({{0, 100}}, 1, 0);
+  CHECK(grant(least, ann)->range.count() == 1);
 }
 
-TEST_CASE("restoring takes from every part of the work") {
-  RenderSettings settings = job(6, 20);
-  settings.progressive = true;
-  LeaseTable table(settings);
-  table.restore({0, 6, 16, 20});
-  table.restore({2, 3, 0, 1});
-  CHECK(table.pending_units() == 6 * 16 - 1);
-  CHECK(table.done_units() == 25);
-  CHECK_THROWS_AS(table.restore({0, 1, 16, 20}), std::logic_error);
-  table.restore({0, 6, 1, 16});
-  table.restore({0, 2, 0, 1});
-  table.restore({3, 6, 0, 1});
-  CHECK(table.done());
-}
-
-TEST_CASE("pending work becomes leased by a grant") {
-  LeaseTable table(job(6, 4), 100);
-  const auto first = table.grant(seconds(10), asker(ann), false);
-  REQUIRE(first);
-  CHECK(first->epoch == 100);
-  CHECK(first->rect == WorkRect{0, 3, 0, 4});
-  CHECK_FALSE(first->copy);
-  const auto second = table.grant(seconds(5), asker(bob), false);
-  REQUIRE(second);
-  CHECK(second->epoch == 101);
-  CHECK(second->rect == WorkRect{3, 5, 0, 4});
-  CHECK(table.leased() == 2);
-  CHECK(table.held_by(ann) == 1);
-  CHECK(table.held_by(cid) == 0);
-  CHECK(table.pending_units() == 4);
-  CHECK(table.next_deadline() == seconds(5));
-}
-
-TEST_CASE("a leased rectangle is done with its first result") {
+TEST_CASE("a lease ends with its holder's result") {
   OneLease f;
-  const auto completion = f.table.complete(ann, f.lease.epoch, f.lease.rect, digest);
-  CHECK(completion.verdict == accepted);
-  CHECK(completion.others.empty());
-  CHECK(f.table.done());
-  CHECK(f.table.progress() == 1);
-  CHECK(f.table.leased() == 0);
+  const auto arrived = f.table.arrive(ann, f.epoch);
+  CHECK(arrived.kind == first);
+  CHECK(arrived.range == CellRange{0, 2});
+  CHECK(f.table.held_by(ann) == 0);
   CHECK(f.table.next_deadline() == never);
+  CHECK_FALSE(f.table.idle());  // it is being merged
+  CHECK(f.table.finish(f.epoch).empty());
+  CHECK(f.table.idle());
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);  // again
 }
 
-TEST_CASE("a result that comes again is a duplicate, whoever sends it") {
+TEST_CASE("a result of somebody who does not hold the lease is stale, and changes nothing") {
   OneLease f;
-  f.table.complete(ann, f.lease.epoch, f.lease.rect, digest);
-  for (const WorkerId worker : {ann, bob}) {
-    CHECK(f.table.complete(worker, f.lease.epoch, f.lease.rect, digest).verdict == duplicate);
-  }
-  CHECK(f.table.done_units() == 8);
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
+  CHECK(f.table.arrive(ann, f.epoch + 1).kind == stale);
+  CHECK(f.table.arrive(ann, 0).kind == stale);
+  CHECK(f.table.held_by(ann) == 1);
+  CHECK(f.table.arrive(ann, f.epoch).kind == first);
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
 }
 
-TEST_CASE("a result with other bytes for done samples is a mismatch, and changes nothing") {
+TEST_CASE("what was no good is pending again, under an epoch never used before") {
   OneLease f;
-  f.table.complete(ann, f.lease.epoch, f.lease.rect, digest);
-  CHECK(f.table.complete(bob, f.lease.epoch, f.lease.rect, other_digest).verdict == mismatch);
-  CHECK(f.table.complete(bob, f.lease.epoch, {0, 1, 0, 4}, digest).verdict == mismatch);
-  CHECK(f.table.complete(bob, f.lease.epoch, f.lease.rect, digest).verdict == duplicate);
-  CHECK(f.table.done_units() == 8);
+  SUBCASE("because the result was") { f.table.arrive(ann, f.epoch); }
+  SUBCASE("because the worker says so") {}
+  CHECK(f.table.give_back(ann, f.epoch));
+  CHECK_FALSE(f.table.give_back(ann, f.epoch));
+  CHECK(f.table.pending_cells() == 2);
+  CHECK(f.table.held_by(ann) == 0);
+  const auto again = grant(f.table, bob);
+  CHECK(again->epoch == f.epoch + 1);
+  CHECK(again->range == CellRange{0, 2});
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
 }
 
-TEST_CASE("a result for an epoch never granted, or for another rectangle, is stale") {
+TEST_CASE("nobody gives back what he does not hold") {
   OneLease f;
-  CHECK(f.table.complete(ann, f.lease.epoch + 1, f.lease.rect, digest).verdict == stale);
-  CHECK(f.table.complete(ann, 0, f.lease.rect, digest).verdict == stale);
-  CHECK(f.table.complete(ann, f.lease.epoch, {0, 1, 0, 4}, digest).verdict == stale);
-  CHECK(f.table.complete(ann, f.lease.epoch, f.lease.rect, digest).verdict == accepted);
+  CHECK_FALSE(f.table.give_back(bob, f.epoch));
+  CHECK_FALSE(f.table.give_back(ann, f.epoch + 1));
+  CHECK(f.table.held_by(ann) == 1);
 }
 
-TEST_CASE("a lease whose deadline passes is retired: its work is pending, its result stale") {
+TEST_CASE("a lease whose deadline passes goes back, and its result is stale") {
   OneLease f;
   CHECK(f.table.expire(seconds(10) - Time(1)).empty());
   const auto expired = f.table.expire(seconds(10));
   REQUIRE(expired.size() == 1);
-  CHECK(expired[0].epoch == f.lease.epoch);
+  CHECK(expired[0].lease.epoch == f.epoch);
   CHECK(expired[0].worker == ann);
-  CHECK(f.table.pending_units() == 8);
+  CHECK(f.table.pending_cells() == 2);
   CHECK(f.table.leased() == 0);
-  CHECK(f.table.complete(ann, f.lease.epoch, f.lease.rect, digest).verdict == stale);
-  CHECK(f.table.done_units() == 0);
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
   CHECK(f.table.expire(seconds(99)).empty());
 }
 
-TEST_CASE("a lost worker's leases are retired") {
-  LeaseTable table(job(8, 4));
-  const auto first = table.grant(seconds(10), asker(ann), false);
-  const auto kept = table.grant(seconds(10), asker(bob), false);
-  const auto second = table.grant(seconds(10), asker(ann), false);
-  CHECK(table.drop_worker(ann) == std::vector<Epoch>{first->epoch, second->epoch});
-  CHECK(table.leased() == 1);
+TEST_CASE("a lost worker's leases go back, join their neighbours and are granted first") {
+  LeaseTable table = table_of({{0, 8}});
+  const auto first_lease = grant(table, ann);  // 0 .. 3
+  const auto kept = grant(table, bob);         // 4, 5
+  const auto second = grant(table, ann);       // 6, 7
+  CHECK(epochs_of(table.drop_worker(ann)) == std::vector<Epoch>{first_lease->epoch, second->epoch});
   CHECK(table.held_by(bob) == 1);
   CHECK(table.drop_worker(ann).empty());
-  CHECK(table.complete(ann, first->epoch, first->rect, digest).verdict == stale);
-  CHECK(table.complete(bob, kept->epoch, kept->rect, digest).verdict == accepted);
-}
-
-TEST_CASE("retired work is granted again first, under an epoch never used before") {
-  LeaseTable table(job(8, 4));
-  const auto lost = table.grant(seconds(10), asker(ann), false);
-  table.grant(seconds(10), asker(bob), false);
-  table.drop_worker(ann);
-  const auto again = table.grant(seconds(10), asker(bob), false);
-  CHECK(again->epoch == 3);
-  CHECK(again->rect.row_begin == lost->rect.row_begin);
-  // The old result comes late, the new one after it.
-  CHECK(table.complete(ann, lost->epoch, lost->rect, digest).verdict == stale);
-  CHECK(table.complete(bob, again->epoch, again->rect, digest).verdict == accepted);
-  CHECK(table.complete(ann, lost->epoch, lost->rect, digest).verdict == stale);
+  CHECK(table.arrive(ann, second->epoch).kind == stale);
+  CHECK(table.arrive(bob, kept->epoch).kind == first);
+  CHECK(table.give_back(bob, kept->epoch));
+  CHECK(grant(table, cid)->range == CellRange{0, 4});  // half of one run of eight
 }
 
 TEST_CASE("a heartbeat moves the deadline on, never back") {
   OneLease f;
-  CHECK(f.table.extend(ann, f.lease.epoch, seconds(20)));
-  CHECK(f.table.next_deadline() == seconds(20));
-  CHECK(f.table.extend(ann, f.lease.epoch, seconds(15)));
+  CHECK(f.table.extend(ann, f.epoch, seconds(20)));
+  CHECK(f.table.extend(ann, f.epoch, seconds(15)));
   CHECK(f.table.next_deadline() == seconds(20));
   CHECK(f.table.expire(seconds(19)).empty());
   CHECK(f.table.expire(seconds(20)).size() == 1);
 }
 
-TEST_CASE("only a holder's heartbeat counts, and none once the lease has ended") {
+TEST_CASE("only a holder's heartbeat counts, and none once its result is there") {
   OneLease f;
-  CHECK_FALSE(f.table.extend(bob, f.lease.epoch, seconds(20)));
-  CHECK_FALSE(f.table.extend(ann, f.lease.epoch + 1, seconds(20)));
+  CHECK_FALSE(f.table.extend(bob, f.epoch, seconds(20)));
+  CHECK_FALSE(f.table.extend(ann, f.epoch + 1, seconds(20)));
   CHECK(f.table.next_deadline() == seconds(10));
-  f.table.complete(ann, f.lease.epoch, f.lease.rect, digest);
-  CHECK_FALSE(f.table.extend(ann, f.lease.epoch, seconds(20)));
+  f.table.arrive(ann, f.epoch);
+  CHECK_FALSE(f.table.extend(ann, f.epoch, seconds(20)));
 }
 
-TEST_CASE("a copy has the epoch and rectangle of the lease, and waits until nothing is pending") {
-  LeaseTable table(job(4, 4));
-  const auto first = table.grant(seconds(10), asker(ann), true);
-  CHECK_FALSE(first->copy);
-  const auto second = table.grant(seconds(10), asker(bob), true);
-  CHECK_FALSE(second->copy);
-  CHECK_FALSE(table.grant(seconds(10), asker(cid), false));
-  const auto copy = table.grant(seconds(12), asker(cid), true);
+TEST_CASE("a copy is of the oldest lease that nobody else has a copy of, and not of one's own") {
+  LeaseTable table = table_of({{0, 4}});
+  const auto oldest = grant(table, ann);
+  const auto second = grant(table, bob);
+  const auto copy = table.grant_copy(seconds(12), bob);
   REQUIRE(copy);
-  CHECK(copy->copy);
-  CHECK(copy->epoch == first->epoch);  // the oldest
-  CHECK(copy->rect == first->rect);
+  CHECK(copy->epoch == oldest->epoch);
+  CHECK(copy->range == oldest->range);
   CHECK(table.leased() == 2);
-  CHECK(table.held_by(cid) == 1);
-}
-
-TEST_CASE("nobody gets a copy of his own lease, and no lease a third holder") {
-  OneLease f;
-  CHECK_FALSE(f.table.grant(seconds(10), asker(ann), true));
-  CHECK(f.table.grant(seconds(10), asker(bob), true));
-  CHECK_FALSE(f.table.grant(seconds(10), asker(bob), true));
-  CHECK_FALSE(f.table.grant(seconds(10), asker(cid), true));
+  CHECK(table.held_by(bob) == 2);
+  CHECK_FALSE(table.grant_copy(seconds(12), bob));
+  CHECK(table.grant_copy(seconds(12), cid)->epoch == second->epoch);
+  CHECK_FALSE(table.grant_copy(seconds(12), cid));
   static_assert(LeaseTable::most_holders == 2);
 }
 
-TEST_CASE("of two copies the first result wins, and the other holder is named") {
-  for (const ResultDigest second : {digest, other_digest}) {
-    OneLease f;
-    f.table.grant(seconds(10), asker(bob), true);
-    const auto completion = f.table.complete(bob, f.lease.epoch, f.lease.rect, digest);
-    CHECK(completion.verdict == accepted);
-    CHECK(completion.others == Workers{ann});
-    CHECK(f.table.complete(ann, f.lease.epoch, f.lease.rect, second).verdict ==
-          (second == digest ? duplicate : mismatch));
-    CHECK(f.table.done_units() == 8);
+TEST_CASE("of two holders the first result wins; the other's may come once, to be compared") {
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);
+  CHECK(f.table.arrive(bob, f.epoch).kind == first);
+  SUBCASE("while the first is being merged") {
+    CHECK(f.table.arrive(ann, f.epoch).kind == again);
+    CHECK(f.table.finish(f.epoch).empty());
   }
+  SUBCASE("after that") {
+    CHECK(f.table.finish(f.epoch) == Workers{ann});
+    CHECK(f.table.held_by(ann) == 0);
+    CHECK_FALSE(f.table.extend(ann, f.epoch, seconds(20)));
+    const auto late = f.table.arrive(ann, f.epoch);
+    CHECK(late.kind == again);
+    CHECK(late.range == CellRange{0, 2});
+  }
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+  CHECK(f.table.arrive(cid, f.epoch).kind == stale);
+  CHECK(f.table.idle());
 }
 
-TEST_CASE("a lease with a copy ends with its last holder only") {
+TEST_CASE("a worker that is lost sends no late copies") {
   OneLease f;
-  f.table.grant(seconds(30), asker(bob), true);
+  f.table.grant_copy(seconds(10), bob);
+  f.table.arrive(bob, f.epoch);
+  f.table.finish(f.epoch);
+  f.table.drop_worker(ann);
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+}
+
+TEST_CASE("while a result is being merged, its lease has no deadline and no copies") {
+  OneLease f;
+  f.table.arrive(ann, f.epoch);
+  CHECK_FALSE(f.table.grant_copy(seconds(10), bob));
+  CHECK(f.table.expire(seconds(99)).empty());
+  CHECK(f.table.drop_worker(ann).empty());
+  CHECK_FALSE(f.table.has_pending());
+}
+
+TEST_CASE("a copy's holder goes on when the first result is no good") {
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);
+  f.table.arrive(ann, f.epoch);
+  CHECK(f.table.give_back(ann, f.epoch));
+  CHECK_FALSE(f.table.has_pending());
+  CHECK(f.table.arrive(bob, f.epoch).kind == first);
+}
+
+TEST_CASE("a lease with a copy goes back with its last holder only") {
+  OneLease f;
+  f.table.grant_copy(seconds(30), bob);
   CHECK(f.table.expire(seconds(10)).size() == 1);  // Ann's
   CHECK(f.table.leased() == 1);
-  CHECK(f.table.pending_units() == 0);
-  SUBCASE("the copy's result counts") {
-    const auto completion = f.table.complete(bob, f.lease.epoch, f.lease.rect, digest);
-    CHECK(completion.verdict == accepted);
-    CHECK(completion.others.empty());
+  CHECK_FALSE(f.table.has_pending());
+  SUBCASE("the copy's result counts, the first holder's does not") {
+    CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+    CHECK(f.table.arrive(bob, f.epoch).kind == first);
   }
-  SUBCASE("so does the late one of the first holder: the epoch is still current") {
-    const auto completion = f.table.complete(ann, f.lease.epoch, f.lease.rect, digest);
-    CHECK(completion.verdict == accepted);
-    CHECK(completion.others == Workers{bob});
-  }
-  SUBCASE("without the copy the work is pending") {
+  SUBCASE("without the copy it is pending") {
     f.table.drop_worker(bob);
-    CHECK(f.table.pending_units() == 8);
-    CHECK(f.table.complete(ann, f.lease.epoch, f.lease.rect, digest).verdict == stale);
+    CHECK(f.table.pending_cells() == 2);
   }
 }
 
-TEST_CASE("both holders may expire at once") {
+TEST_CASE("holders may expire at once, at the same or at different times") {
+  for (const Time second : {seconds(8), seconds(10)}) {
+    OneLease f;
+    f.table.grant_copy(second, bob);
+    CHECK(f.table.next_deadline() == second);
+    CHECK(f.table.expire(seconds(10)).size() == 2);
+    CHECK(f.table.pending_cells() == 2);
+    CHECK(f.table.next_deadline() == never);
+  }
   OneLease f;
-  f.table.grant(seconds(8), asker(bob), true);
-  CHECK(f.table.next_deadline() == seconds(8));
-  CHECK(f.table.expire(seconds(10)).size() == 2);
-  CHECK(f.table.pending_units() == 8);
+  f.table.grant_copy(seconds(10), bob);  // one deadline for both
+  f.table.arrive(bob, f.epoch);
+  f.table.give_back(bob, f.epoch);
+  CHECK(f.table.next_deadline() == seconds(10));
 }
 
-TEST_CASE("restored rectangles are done and never granted") {
-  LeaseTable table(job(6, 4), 50);
-  table.restore({1, 3, 0, 4});
-  table.restore({4, 5, 1, 3});
-  CHECK(table.done_units() == 10);
-  CHECK(table.pending_units() == 14);
-  std::set<std::pair<std::uint32_t, std::uint32_t>> granted;
-  while (const auto lease = table.grant(seconds(1), asker(ann, 1), false)) {
-    CHECK(lease->epoch >= 50);
-    for (std::uint32_t row = lease->rect.row_begin; row < lease->rect.row_end; ++row) {
-      for (std::uint32_t s = lease->rect.sample_begin; s < lease->rect.sample_end; ++s) {
-        CHECK(granted.emplace(row, s).second);
-        const bool restored = (row >= 1 && row < 3) || (row == 4 && s >= 1 && s < 3);
-        CHECK_FALSE(restored);
-      }
-    }
-    CHECK(table.complete(ann, lease->epoch, lease->rect, digest).verdict == accepted);
+TEST_CASE("a check goes before pending work, to somebody who has not had his say") {
+  LeaseTable table = table_of({{0, 4}});
+  const Lease done = *grant(table, ann);
+  table.arrive(ann, done.epoch);
+  table.finish(done.epoch);
+  table.want_check(done.range, {ann});
+  CHECK_FALSE(table.idle());
+  CHECK_FALSE(table.has_check_for(ann));
+  CHECK(table.has_check_for(bob));
+  CHECK(grant(table, ann)->range == CellRange{2, 4});
+  const auto check_lease = grant(table, bob);
+  CHECK(check_lease->range == done.range);
+  CHECK_FALSE(grant(table, cid));                                       // there is one check
+  CHECK(table.grant_copy(seconds(10), cid)->range == CellRange{2, 4});  // never of a check
+  CHECK_FALSE(table.grant_copy(seconds(10), ann));
+  CHECK(table.arrive(bob, check_lease->epoch).kind == check);
+  CHECK(table.finish(check_lease->epoch).empty());
+  CHECK(table.pending_cells() == 0);
+}
+
+TEST_CASE("a check that is lost is wanted again, of the same people") {
+  LeaseTable table = table_of({});
+  table.want_check({0, 2}, {ann});
+  const auto lost = grant(table, bob);
+  SUBCASE("with its holder") { table.drop_worker(bob); }
+  SUBCASE("by its deadline") { CHECK(table.expire(seconds(10)).size() == 1); }
+  SUBCASE("because its result was no good") {
+    table.arrive(bob, lost->epoch);
+    table.give_back(bob, lost->epoch);
   }
-  CHECK(granted.size() == 14);
-  CHECK(table.done());
+  CHECK(table.pending_cells() == 0);
+  CHECK_FALSE(grant(table, ann));
+  CHECK(grant(table, cid)->range == CellRange{0, 2});
 }
 
-TEST_CASE("a job restored as a whole is done") {
-  LeaseTable table(job(6, 4));
-  table.restore({0, 6, 0, 4});
-  CHECK(table.done());
-  CHECK_FALSE(table.has_pending());
-  CHECK_FALSE(table.grant(seconds(1), asker(ann), true));
+TEST_CASE("checks wait for whoever can make them, and are given up where nobody can") {
+  LeaseTable table = table_of({});
+  table.want_check({0, 2}, {ann});
+  table.want_check({4, 5}, {ann, bob});
+  CHECK(table.checks_remain({ann, bob}));
+  CHECK(grant(table, bob)->range == CellRange{0, 2});
+  CHECK_FALSE(table.has_check_for(cid));  // that of both was given up
 }
 
-TEST_CASE("restoring samples twice, or from outside of the picture, is an error") {
-  LeaseTable table(job(6, 4));
-  table.restore({1, 3, 0, 4});
-  for (const WorkRect& bad : {WorkRect{1, 3, 0, 4}, WorkRect{2, 4, 1, 2}, WorkRect{0, 6, 0, 4},
-                              WorkRect{5, 7, 0, 4}, WorkRect{5, 6, 3, 5}}) {
-    CHECK_THROWS_AS(table.restore(bad), std::logic_error);
-    CHECK(table.done_units() == 8);
-    CHECK(table.pending_units() == 16);
+TEST_CASE("checks that nobody has begun can be dropped; those begun are waited for") {
+  LeaseTable table = table_of({});
+  table.want_check({0, 2}, {});
+  table.want_check({4, 5}, {});
+  const auto begun = grant(table, ann);
+  CHECK(table.checks_remain({}));
+  CHECK_FALSE(grant(table, bob));
+  table.arrive(ann, begun->epoch);
+  CHECK(table.checks_remain({}));
+  table.finish(begun->epoch);
+  CHECK_FALSE(table.checks_remain({}));
+  CHECK(table.idle());
+}
+
+TEST_CASE("cells that were done can be put back, once") {
+  OneLease f;
+  f.table.arrive(ann, f.epoch);
+  f.table.finish(f.epoch);
+  f.table.put_back({{1, 2}, {5, 9}});
+  CHECK(f.table.pending_cells() == 5);
+  for (const CellRange& twice : {CellRange{1, 2}, CellRange{0, 2}, CellRange{8, 12}}) {
+    CHECK_THROWS_AS(table_of({{1, 2}, {5, 9}}).put_back({twice}), std::logic_error);
   }
-  table.restore({3, 6, 0, 4});
-  table.restore({0, 1, 0, 4});
-  CHECK(table.done());
-}
-
-TEST_CASE("a lease may cover part of a row's samples, and the rest follows") {
-  LeaseTable table(job(2, 1000, SchedulePolicy::weighted));
-  Asker slow = asker(ann);
-  slow.share = 0.1;
-  const auto first = table.grant(seconds(1), slow, false);
-  CHECK(first->rect == WorkRect{0, 1, 0, 100});
-  const auto second = table.grant(seconds(1), slow, false);
-  CHECK(second->rect == WorkRect{0, 1, 100, 195});
-  slow.least_units = 2000;
-  const auto third = table.grant(seconds(1), slow, false);
-  CHECK(third->rect == WorkRect{0, 1, 195, 1000});  // one rectangle: the row's rest
-  const auto last = table.grant(seconds(1), slow, false);
-  CHECK(last->rect == WorkRect{1, 2, 0, 1000});
-  CHECK_FALSE(table.has_pending());
-}
-
-TEST_CASE("a lease's result fits a message: 64 MiB of sums at most") {
-  RenderSettings settings = job(4096, 16, SchedulePolicy::static_split);
-  settings.width = 16384;
-  LeaseTable table(settings);
-  while (const auto lease = table.grant(seconds(1), asker(ann, 1), false)) {
-    REQUIRE(std::uint64_t{lease->rect.rows()} * settings.width * sizeof(PixelSums) <=
-            std::uint64_t{64} << 20);
-  }
-  settings.width = 65536;
-  settings.height = 1;
-  LeaseTable wide(settings);
-  CHECK(wide.grant(seconds(1), asker(ann, 1), false)->rect.rows() == 1);
-}
-
-TEST_CASE("an asker from a farm of no workers counts as one") {
-  LeaseTable table(job(6, 4));
-  CHECK(table.grant(seconds(1), asker(ann, 0), false)->rect.rows() == 6);
+  CHECK(grant(f.table, bob)->range == CellRange{1, 2});
+  CHECK(grant(f.table, bob)->range == CellRange{5, 7});
 }
 
 }  // namespace parray

@@ -1,4 +1,4 @@
-#include "common/trace/material.h"
+#include "common/trace/integrator/material.h"
 
 #include <doctest/doctest.h>
 
@@ -53,7 +53,7 @@ Real out_of_plane(const Vec3<Real>& a, const Vec3<Real>& b, const Vec3<Real>& c)
 TEST_CASE_TEMPLATE("a mirror reflects at the angle of incidence, in the plane of incidence", Real,
                    float, double) {
   Dice dice(1);
-  const Surface<Real> surface(metal(0));
+  const MaterialParameters<Real> surface(metal(0));
   for (int i = 0; i < 20'000; ++i) {
     const Vec3<Real> m = random_normal<Real>(dice);
     const Vec3<Real> in = incoming_at(m, dice.between(0, 1), dice);
@@ -72,7 +72,7 @@ TEST_CASE("fuzz absorbs 1 - f^2 / 10 of a wide beam on a white ball less than a 
   // The reflected direction plus a point of a ball of radius f ends below the surface: over the
   // disc that a distant sphere shows, for a share of f^2 / 10.
   for (const double fuzz : {0.3, 0.7, 1.0}) {
-    const Surface<float> surface(metal(fuzz));
+    const MaterialParameters<float> surface(metal(fuzz));
     Dice dice(2);
     constexpr int count = 300'000;
     double absorbed = 0;
@@ -96,7 +96,7 @@ TEST_CASE("fuzz absorbs 1 - f^2 / 10 of a wide beam on a white ball less than a 
 TEST_CASE("a diffuse surface scatters as Lambert says: the squared cosine is uniform") {
   constexpr std::size_t side = 24;
   std::vector<double> cells(side * side);
-  const Surface<float> surface(Material{});
+  const MaterialParameters<float> surface(Material{});
   for (std::uint32_t i = 0; i < 400'000; ++i) {
     const auto out =
         scatter<float>(surface, {0.6F, -0.8F, 0}, {0, 1, 0}, false, SampleRandom(4, i, 0), 0);
@@ -128,7 +128,7 @@ TEST_CASE_TEMPLATE("glass refracts as Snell says, in the plane of incidence", Re
   int refracted = 0;
   for (int i = 0; i < 40'000; ++i) {
     const double ior = dice.one_in(2) ? dice.between(1, 2.5) : dice.between(0.4, 1);
-    const Surface<Real> surface(glass(ior));
+    const MaterialParameters<Real> surface(glass(ior));
     const bool leaving = dice.one_in(2);
     const double eta = leaving ? ior : 1 / ior;  // of the side it comes from over the other
     const Vec3<Real> m = random_normal<Real>(dice);
@@ -154,7 +154,7 @@ TEST_CASE_TEMPLATE("glass refracts as Snell says, in the plane of incidence", Re
 
 TEST_CASE_TEMPLATE("beyond the critical angle all is reflected, within it never for sure", Real,
                    float, double) {
-  const Surface<Real> surface(glass(1.5));
+  const MaterialParameters<Real> surface(glass(1.5));
   const double critical = std::sqrt(1 - 1 / (1.5 * 1.5));  // cosine, seen from inside
   Dice dice(9);
   for (int k = 1; k <= 60; ++k) {
@@ -180,7 +180,7 @@ TEST_CASE_TEMPLATE("beyond the critical angle all is reflected, within it never 
 
 TEST_CASE("glass reflects with Schlick's probability, at every angle and from both sides") {
   for (const double ior : {1.0, 1.5, 2.4, 1 / 1.5}) {
-    const Surface<double> surface(glass(ior));
+    const MaterialParameters<double> surface(glass(ior));
     const double r0 = std::pow((1 - ior) / (1 + ior), 2);
     for (const double cosine : {1.0, 0.9, 0.5, 0.1}) {
       for (const bool leaving : {false, true}) {
@@ -206,7 +206,7 @@ TEST_CASE("glass reflects with Schlick's probability, at every angle and from bo
 
 TEST_CASE_TEMPLATE("glass of index 1 lets rays pass straight on", Real, float, double) {
   Dice dice(12);
-  const Surface<Real> surface(glass(1));
+  const MaterialParameters<Real> surface(glass(1));
   for (std::uint32_t i = 0; i < 2000; ++i) {
     const Vec3<Real> m = random_normal<Real>(dice);
     const Vec3<Real> in = incoming_at(m, dice.between(0.2, 1), dice);
@@ -218,7 +218,7 @@ TEST_CASE_TEMPLATE("glass of index 1 lets rays pass straight on", Real, float, d
 }
 
 TEST_CASE("a scattering event is a function of seed, pixel, sample and bounce") {
-  const Surface<double> surface(metal(0.5));
+  const MaterialParameters<double> surface(metal(0.5));
   const Vec3d in{0.6, -0.8, 0};
   const Vec3d m{0, 1, 0};
   const auto direction = [&](std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample,

@@ -1,11 +1,11 @@
-#include "common/image/metrics.h"
+#include "cli/compare/metrics.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "common/image/verification_picture.h"
+#include "cli/compare/difference_image.h"
 
 namespace parray {
 namespace {
@@ -133,7 +133,7 @@ TEST_CASE("pictures are the same by size and by bits") {
 
 TEST_CASE("a verification picture is white less the sum of all differences, channel by channel") {
   const Image reference = row_of({0.5F, 0.5F, 0.5F, 3, 0, 0});
-  VerificationPicture verification(reference);
+  DifferenceImage verification(reference);
   CHECK(verification.largest() == 0);
   CHECK(verification.drawn().rgb == std::vector<float>(6, 1));
   verification.add(row_of({0.25F, 0.5F, 0.625F, 1, 0, 0}));
@@ -144,7 +144,7 @@ TEST_CASE("a verification picture is white less the sum of all differences, chan
 
 TEST_CASE("in a verification picture what is not finite differs from all but itself") {
   const Image reference = row_of({nan_value, infinity, 0, nan_value, infinity, 0});
-  VerificationPicture verification(reference);
+  DifferenceImage verification(reference);
   verification.add(row_of({nan_value, infinity, 0, 0, -infinity, nan_value}));
   CHECK(verification.drawn().rgb == std::vector<float>{1, 1, 1, 0, 0, 0});
 }

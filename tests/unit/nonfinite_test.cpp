@@ -1,29 +1,32 @@
-#include "common/trace/nonfinite.h"
+#include "common/trace/integrator/nonfinite.h"
 
 #include <doctest/doctest.h>
 
 #include <array>
 #include <atomic>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "common/base/bytes.h"
 #include "common/image/framebuffer.h"
 #include "common/image/image.h"
-#include "common/schedule/row_order.h"
-#include "coordinator/job.h"
-#include "proto/messages.h"
-#include "tests/support/sample_scenes.h"
-#include "worker/team.h"
+#include "common/trace/tracer.h"
+#include "coordinator/report.h"
+#include "tests/support/window_rig.h"
+#include "worker/cell_tracer.h"
 
 /// Samples that are not finite: left out, counted and found. No scene is known that has them, so a
-/// kernel with known holes stands in.
+/// tracer with known holes stands in.
 namespace parray {
 namespace {
 
 /// Radiance 0.25 in red, 0.5 in green and 1 in blue, but for the samples that `hole` names.
-class HoleyKernel final : public Kernel {
+class HoleyTracer final : public PathTracer {
  public:
+  HoleyTracer()
+      : PathTracer(make_accelerator({}, Precision::f32, AcceleratorKind::linear, Isa::automatic)) {}
+
   static bool hole(std::uint32_t x, std::uint32_t y, std::uint32_t sample) {
     return (x == 3 && y == 1 && sample >= 5) || (x == 7 && y == 2 && sample % 4 == 2) ||
            (x == 0 && y == 4);
@@ -43,8 +46,6 @@ class HoleyKernel final : public Kernel {
   }
   void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
                   std::span<FirstHit> /*hits*/) const override {}
-  [[nodiscard]] std::size_t accelerator_bytes() const override { return 0; }
-  [[nodiscard]] std::string_view isa() const override { return "none"; }
 };
 
 constexpr std::uint32_t width = 9;
@@ -60,10 +61,22 @@ RenderSettings settings_of(RowOrder order) {
   return settings;
 }
 
-RowBlock traced(const RenderSettings& settings, const WorkRect& rect, int threads) {
+TracedCells traced(const CellBatch& batch, int threads) {
   std::atomic<std::uint64_t> traced = 0;
-  const std::atomic<bool> stop = false;
-  return trace_rect(HoleyKernel(), settings, rect, threads, traced, stop);
+  return trace_cells(HoleyTracer(), batch, threads, traced, false);
+}
+
+/// A picture whose samples are handed out in one stage, or in two.
+JobPicture traced_picture(RowOrder order, bool progressive, int threads) {
+  RenderSettings settings = settings_of(order);
+  settings.progressive = progressive;
+  JobPicture picture(settings, SceneFacts(test::small_scene()));
+  picture.begin_pass();
+  const auto plan = picture.plan();
+  const std::uint64_t middle = plan->cells() / 3;
+  picture.take(1, traced(plan->batch({middle, plan->cells()}), threads));
+  picture.take(1, traced(plan->batch({0, middle}), threads));
+  return picture;
 }
 
 std::uint64_t holes() {
@@ -71,7 +84,7 @@ std::uint64_t holes() {
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
       for (std::uint32_t s = 0; s < spp; ++s) {
-        count += HoleyKernel::hole(x, y, s) ? 1U : 0U;
+        count += HoleyTracer::hole(x, y, s) ? 1U : 0U;
       }
     }
   }
@@ -80,24 +93,17 @@ std::uint64_t holes() {
 
 TEST_CASE("every sample that is not finite is found, with its pixel and its number") {
   const auto found =
-      locate_nonfinite(HoleyKernel(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}), 77);
+      locate_nonfinite(HoleyTracer(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}));
   REQUIRE(found.size() == 1);
-  CHECK(found[0] == ExcludedSamples{77, 7, 6, 2});  // samples 6 and 10
-  CHECK(
-      locate_nonfinite(HoleyKernel(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp}), 0).empty());
+  CHECK(found[0] == ExcludedSamples{2, 7, 6, 2});  // samples 6 and 10
+  CHECK(locate_nonfinite(HoleyTracer(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp})).empty());
 }
 
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
   for (const RowOrder order : {RowOrder::sequential, RowOrder::interleaved}) {
-    const RenderSettings settings = settings_of(order);
-    for (const std::uint32_t cut : {0U, 1U, 6U, 11U}) {
-      Framebuffer framebuffer(settings);
-      for (const WorkRect& rect :
-           {WorkRect{0, 2, 0, spp}, WorkRect{2, height, 0, cut}, WorkRect{2, height, cut, spp}}) {
-        if (rect.units() > 0) {
-          framebuffer.merge(traced(settings, rect, 3));
-        }
-      }
+    for (const bool progressive : {false, true}) {
+      const JobPicture picture = traced_picture(order, progressive, 3);
+      const Framebuffer& framebuffer = picture.framebuffer();
       CHECK(framebuffer.counts().nonfinite == holes());
       CHECK(framebuffer.excluded().size() == 3);
       const auto& nan_pixel = framebuffer.excluded().at({1, 3});
@@ -116,42 +122,46 @@ TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") 
 }
 
 TEST_CASE("equal leases have equal bytes, holes included, for any number of threads") {
-  const RenderSettings settings = settings_of(RowOrder::interleaved);
-  const WorkRect rect{0, height, 0, spp};
-  const std::string expected = row_block_to_bytes(traced(settings, rect, 1));
+  const auto plan = test::whole_plan(settings_of(RowOrder::interleaved));
+  const CellBatch batch = plan->batch({0, plan->cells()});
+  const std::string expected = pack_cells(traced(batch, 1), *plan->grid());
   for (int threads = 2; threads <= 4; ++threads) {
-    CHECK(row_block_to_bytes(traced(settings, rect, threads)) == expected);
+    CHECK(pack_cells(traced(batch, threads), *plan->grid()) == expected);
   }
 }
 
-TEST_CASE(
-    "a row block carries what it leaves out, and is refused when it leaves out anything else") {
-  const RowBlock block = traced(settings_of(RowOrder::sequential), {1, 3, 2, 9}, 1);
-  REQUIRE(block.excluded.size() == 2);
-  CHECK(row_block_from_bytes(row_block_to_bytes(block)) == block);
-  const auto refused = [&block](auto change) {
-    RowBlock changed = block;
+TEST_CASE("a result carries what it leaves out, and is refused when it leaves out anything else") {
+  const RenderSettings settings = settings_of(RowOrder::sequential);
+  const WorkPlan plan(settings, {{{2, 9}}, {}});
+  const CellBatch batch = plan.batch({1, 3});
+  const TracedCells cells = traced(batch, 1);
+  REQUIRE(cells.excluded.size() == 2);
+  const TracedCells unpacked =
+      unpack_cells(pack_cells(cells, *plan.grid()), batch, settings.max_depth);
+  CHECK(unpacked.excluded == cells.excluded);
+  const auto refused = [&](auto change) {
+    TracedCells changed = cells;
     change(changed);
-    CHECK_THROWS_AS(row_block_from_bytes(row_block_to_bytes(changed)), DecodeError);
+    CHECK_FALSE(fault_of(changed, batch, settings.max_depth).empty());
+    CHECK_THROWS_AS(unpack_cells(pack_cells(changed, *plan.grid()), batch, settings.max_depth),
+                    DecodeError);
   };
-  refused([](RowBlock& b) { b.excluded.pop_back(); });
-  refused([](RowBlock& b) { b.counts.nonfinite += 1; });
-  refused([](RowBlock& b) { b.excluded[0].count += 1; });
-  refused([](RowBlock& b) { b.excluded[0].position = 0; });
-  refused([](RowBlock& b) { b.excluded[0].position = 3; });
-  refused([](RowBlock& b) { b.excluded[0].x = width; });
-  refused([](RowBlock& b) { b.excluded[0].first = 1; });
-  refused([](RowBlock& b) { b.excluded[0].first = 9; });
+  refused([](TracedCells& c) { c.excluded.pop_back(); });
+  refused([](TracedCells& c) { c.excluded[0].count += 1; });
+  refused([](TracedCells& c) { c.excluded[0].y = 0; });
+  refused([](TracedCells& c) { c.excluded[0].y = 3; });
+  refused([](TracedCells& c) { c.excluded[0].x = width; });
+  refused([](TracedCells& c) { c.excluded[0].first = 1; });
+  refused([](TracedCells& c) { c.excluded[0].first = 9; });
 }
 
 TEST_CASE("the report says which pixels lack samples") {
-  Job job;
-  job.record.settings = settings_of(RowOrder::sequential);
-  const Scene scene = test::small_scene();
-  job.start_work(std::make_shared<const std::string>(scene_to_bytes(scene)));
-  job.work->framebuffer.merge(traced(job.record.settings, {0, height, 0, spp}, 1));
-  job.work->started = Time(0);
-  const auto report = finish_picture(job, seconds(1)).report;
+  const JobPicture picture = traced_picture(RowOrder::sequential, false, 1);
+  JobRecord record;
+  record.settings = picture.settings();
+  RenderFacts facts;
+  facts.render_seconds = 1;
+  const auto report = nlohmann::json::parse(finish_picture(picture, record, facts).report);
   CHECK(report.at("nonfinite_samples") == holes());
   CHECK(report.at("nonfinite_pixels") == 3);
   REQUIRE(report.at("nonfinite").size() == 3);

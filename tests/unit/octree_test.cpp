@@ -1,4 +1,4 @@
-#include "common/trace/octree.h"
+#include "common/trace/reference/octree.h"
 
 #include <doctest/doctest.h>
 

@@ -43,12 +43,12 @@ TEST_CASE("where a scene lies does not change its picture by more than noise") {
   const RenderSettings settings = small_settings(here);
   CHECK(resolve_settings(requirements_of(there), {}).settings.precision == settings.precision);
   const auto mean = [&settings](const Scene& scene) {
-    const auto kernel = make_kernel(scene, settings);
+    const auto tracer = make_path_tracer(scene, settings);
     std::uint64_t sum = 0;
     for (std::uint32_t y = 0; y < settings.height; ++y) {
       std::vector<PixelSums> row(settings.width);
       TraceCounts counts;
-      kernel->trace({y, 0, settings.width}, {0, 64}, row, counts);
+      tracer->trace({y, 0, settings.width}, {0, 64}, row, counts);
       for (const PixelSums& pixel : row) {
         sum += pixel.sum[0] + pixel.sum[1] + pixel.sum[2];
       }

@@ -5,10 +5,10 @@
 
 #include "common/base/error.h"
 #include "common/image/partial_file.h"
-#include "common/particles/elements.h"
-#include "common/particles/expand.h"
-#include "common/particles/particle_spheres.h"
-#include "common/particles/portrait_scene.h"
+#include "common/input/particles/elements.h"
+#include "common/input/particles/expand.h"
+#include "common/input/particles/particle_spheres.h"
+#include "common/input/particles/portrait_scene.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 

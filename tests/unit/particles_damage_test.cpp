@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "common/particles/elements.h"
+#include "common/input/particles/elements.h"
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "common/particles/elements.h"
+#include "common/input/particles/elements.h"
 
 namespace parray {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/particles/elements.h"
+#include "common/input/particles/elements.h"
 #include "tests/support/particle_files.h"
 
 namespace parray {

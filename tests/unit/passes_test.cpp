@@ -1,4 +1,4 @@
-#include "common/image/passes.h"
+#include "common/adaptive/passes.h"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "common/image/error_estimate.h"
+#include "common/adaptive/error_estimate.h"
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
@@ -59,7 +59,7 @@ TEST_CASE("passes: without targets the picture is done in one, with all samples"
   GrowingPicture picture(settings, 1);
   const PassSize first = next_pass_size(picture.state(), settings, 0);
   CHECK(first.samples == 7 * 5 * 13);
-  const auto counts = counts_after_pass(picture.state(), settings, 0, first.samples);
+  const auto counts = counts_after_pass(picture.state(), settings, first.samples);
   CHECK(counts == std::vector<std::uint32_t>(35, 13));
   picture.counts = counts;
   const PassSize second = next_pass_size(picture.state(), settings, 1);
@@ -212,7 +212,7 @@ TEST_CASE("passes: with a time limit never more than there is time for, and near
         CHECK(size.stop == StopReason::time);
         break;
       }
-      const auto until = counts_after_pass(picture.state(), settings, pass, size.samples);
+      const auto until = counts_after_pass(picture.state(), settings, size.samples);
       CHECK(sum(until) - picture.samples() <= left);
       picture.make_up(until, halves);
     }
@@ -234,7 +234,7 @@ TEST_CASE("passes: what a full pixel leaves goes to others") {
   Dice dice(4);
   picture.make_up({32, 32}, [&](std::size_t i, auto) { return grey(i == 0 ? 0.5 : dice.unit()); });
   const std::uint64_t whole = 2ULL * limits::max_samples_per_pixel;
-  CHECK(counts_after_pass(picture.state(), settings, 1, whole - 64) ==
+  CHECK(counts_after_pass(picture.state(), settings, whole - 64) ==
         std::vector<std::uint32_t>(2, limits::max_samples_per_pixel));
 }
 
@@ -271,7 +271,7 @@ TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
       const double other = dice.unit() < 0.003 ? 1 : 0;
       return grey(i == pixel ? (sample % 2 == 0 && sample / 2 < own ? 1 : 0) : other);
     });
-    return counts_after_pass(picture.state(), settings, 1, 64 * 48 * 400)[pixel];
+    return counts_after_pass(picture.state(), settings, 64 * 48 * 400)[pixel];
   };
   const double without = count_with(0);
   CHECK(without > 100);

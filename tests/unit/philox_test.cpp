@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/trace/random.h"
+#include "common/trace/integrator/random.h"
 #include "tests/support/statistics.h"
 
 namespace parray {

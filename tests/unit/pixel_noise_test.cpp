@@ -1,4 +1,4 @@
-#include "common/image/pixel_noise.h"
+#include "common/adaptive/pixel_noise.h"
 
 #include <doctest/doctest.h>
 
@@ -51,7 +51,7 @@ double mean_around(const GrowingPicture& picture, std::size_t x, std::size_t y, 
   return sum / pixels;
 }
 
-std::vector<NoiseNearby> all_of(const GrowingPicture& picture, Horizon horizon,
+std::vector<NoiseNearby> all_of(const GrowingPicture& picture, NeighbourhoodSize horizon,
                                 std::size_t stride) {
   std::vector<NoiseNearby> all;
   visit_noise(picture.state(), stride, horizon,
@@ -62,8 +62,8 @@ std::vector<NoiseNearby> all_of(const GrowingPicture& picture, Horizon horizon,
 TEST_CASE("noise: the mean around a pixel lies between those of the 8, of 80 and of 1088 others") {
   for (const auto& [width, height] : {std::pair{50U, 41U}, std::pair{7U, 60U}, std::pair{3U, 2U}}) {
     const GrowingPicture picture = speckled(width, height, width);
-    const auto near = all_of(picture, Horizon::neighbours, 1);
-    const auto far = all_of(picture, Horizon::windows, 1);
+    const auto near = all_of(picture, NeighbourhoodSize::neighbours, 1);
+    const auto far = all_of(picture, NeighbourhoodSize::windows, 1);
     for (std::size_t i = 0; i < near.size(); ++i) {
       const std::size_t x = i % width;
       const std::size_t y = i / width;
@@ -82,12 +82,12 @@ TEST_CASE("noise: the mean around a pixel lies between those of the 8, of 80 and
 
 TEST_CASE("noise: in a window there is nothing of the pixel's own, to the last bit") {
   GrowingPicture picture = speckled(40, 40, 1);
-  const auto before = all_of(picture, Horizon::windows, 1);
+  const auto before = all_of(picture, NeighbourhoodSize::windows, 1);
   const std::size_t own = 17 * 40 + 23;
   picture.pixels[own] = {};
   TraceCounts ignored;
   add_sample({0.3, 0.7, 0.1}, RadianceScale(1), 1, picture.pixels[own], ignored);
-  const auto after = all_of(picture, Horizon::windows, 1);
+  const auto after = all_of(picture, NeighbourhoodSize::windows, 1);
   for (std::size_t channel = 0; channel < 3; ++channel) {
     CHECK(after[own].around[channel].mean == before[own].around[channel].mean);
     CHECK(after[own].around[channel].seen == before[own].around[channel].seen);
@@ -97,7 +97,8 @@ TEST_CASE("noise: in a window there is nothing of the pixel's own, to the last b
 
 TEST_CASE("noise: rows that are skipped change nothing of the others") {
   const GrowingPicture picture = speckled(30, 90, 2);
-  for (const Horizon horizon : {Horizon::neighbours, Horizon::windows}) {
+  for (const NeighbourhoodSize horizon :
+       {NeighbourhoodSize::neighbours, NeighbourhoodSize::windows}) {
     const auto all = all_of(picture, horizon, 1);
     for (const std::size_t stride : {2U, 7U, 40U}) {
       const auto some = all_of(picture, horizon, stride);

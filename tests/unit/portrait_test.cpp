@@ -1,4 +1,4 @@
-#include "common/particles/portrait.h"
+#include "common/input/particles/portrait.h"
 
 #include <doctest/doctest.h>
 
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/base/error.h"
-#include "common/particles/principal_axes.h"
-#include "common/scene/scene_writer.h"
+#include "common/input/particles/principal_axes.h"
+#include "common/input/scene_writer.h"
 #include "tests/support/message_of.h"
 
 /// What a portrait promises, whatever it is of.

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/scene_file.h"
+#include "common/input/scene_file.h"
 
 namespace parray {
 namespace {

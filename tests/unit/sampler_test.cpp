@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/trace/kernel.h"
-#include "common/trace/random.h"
+#include "common/scene/largest_radiance.h"
+#include "common/trace/integrator/random.h"
+#include "common/trace/tracer.h"
 #include "tests/support/owen_tree.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/statistics.h"
@@ -324,12 +325,12 @@ TEST_CASE("both samplers have the same mean picture") {
     settings.sampler = sampler;
     for (std::uint32_t seed = 0; seed < seeds; ++seed) {
       settings.seed = 2 * seed + (sampler == Sampler::sobol ? 1 : 0);
-      const auto kernel = make_kernel(scene, settings);
+      const auto tracer = make_path_tracer(scene, settings);
       std::array<double, blocks> of_block{};
       for (std::uint32_t y = 0; y < settings.height; ++y) {
         std::vector<PixelSums> row(settings.width);
         TraceCounts counts;
-        kernel->trace({y, 0, settings.width}, {0, 50}, row, counts);
+        tracer->trace({y, 0, settings.width}, {0, 50}, row, counts);
         for (std::uint32_t x = 0; x < settings.width; ++x) {
           for (const std::uint64_t sum : row[x].sum) {
             of_block[y / 4 * 6 + x / 4] += scale.mean(sum, 50) / 48;

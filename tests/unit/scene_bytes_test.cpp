@@ -14,7 +14,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/limits.h"
-#include "common/trace/kernel.h"
+#include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
 #include "tests/support/sample_scenes.h"
@@ -68,10 +68,10 @@ bool can_be_traced(const Scene& scene) {
   for (const Precision precision : {Precision::f32, Precision::f64}) {
     settings.precision = precision;
     settings.accelerator = AcceleratorKind::bvh;
-    const auto kernel = make_kernel(scene, settings);
+    const auto tracer = make_path_tracer(scene, settings);
     std::vector<PixelSums> sums(2);
     TraceCounts counts;
-    kernel->trace({1, 0, 2}, {0, 2}, sums, counts);
+    tracer->trace({1, 0, 2}, {0, 2}, sums, counts);
     if (counts.samples != 4 || counts.nonfinite != 0) {
       return false;
     }

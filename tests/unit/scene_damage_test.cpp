@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/input/scene_file.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_file.h"
 
 namespace parray {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/base/error.h"
-#include "common/scene/scene_file.h"
+#include "common/input/scene_file.h"
 
 namespace parray {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/scene/scene_writer.h"
+#include "common/input/scene_writer.h"
 
 #include <doctest/doctest.h>
 
@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "common/base/error.h"
+#include "common/input/scene_sections.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_sections.h"
 #include "tests/support/message_of.h"
 #include "tests/support/sample_scenes.h"
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/trace/random.h"
+#include "common/trace/integrator/random.h"
 #include "tests/support/dice.h"
 #include "tests/support/statistics.h"
 

@@ -1,5 +1,3 @@
-#include "common/trace/sphere_tables.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/trace/bvh/wide_bvh.h"
 #include "tests/support/thorny_spheres.h"
 
 namespace parray::test {
@@ -21,7 +20,7 @@ template <typename S, int Width>
 struct Form {
   using Store = S;
   static constexpr int width = Width;
-  using Tables = SphereTables<S, Width>;
+  using Tables = WideBvh<S, Width>;
 };
 
 template <typename Store>

@@ -5,96 +5,89 @@
 #include <atomic>
 #include <cfenv>
 #include <chrono>
-#include <condition_variable>
+#include <cstring>
 #include <memory>
-#include <mutex>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "common/base/error.h"
 #include "common/math/float_mode.h"
-#include "common/schedule/row_order.h"
 #include "common/trace/isa.h"
 #include "tests/support/dice.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/window_rig.h"
+#include "worker/cell_tracer.h"
 
 namespace parray {
 namespace {
 
 using test::Dice;
 using test::small_scene;
-using test::small_settings;
 
 std::shared_ptr<const Scene> shared_scene() {
   static const auto scene = std::make_shared<const Scene>(small_scene());
   return scene;
 }
 
-RenderSettings settings_of(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
-  RenderSettings settings = small_settings(*shared_scene());
+RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
+  RenderSettings settings = test::small_settings(*shared_scene());
   settings.width = width;
   settings.height = height;
   settings.samples_per_pixel = spp;
   return settings;
 }
 
-WorkRect whole(const RenderSettings& settings) {
-  return {0, settings.height, 0, settings.samples_per_pixel};
+/// Hours of work, in cells of a fifth of a millisecond.
+RenderSettings endless() { return sized(64, 64, 1U << 17); }
+
+CellBatch whole(const RenderSettings& settings, std::uint32_t tile = 0) {
+  const auto plan = test::whole_plan(settings, tile);
+  return plan->batch({0, plan->cells()});
 }
 
-/// trace_rect() with nobody watching.
-RowBlock traced_block(const RenderSettings& settings, const WorkRect& rect, int threads) {
-  const auto kernel = make_kernel(*shared_scene(), settings);
-  std::atomic<std::uint64_t> traced = 0;
-  const std::atomic<bool> stop = false;
-  RowBlock block = trace_rect(*kernel, settings, rect, threads, traced, stop);
-  CHECK(traced == rect.units() * settings.width);
-  return block;
+/// Traces with nobody watching; without times.
+TracedCells traced(const PathTracer& tracer, const CellBatch& batch, int threads) {
+  std::atomic<std::uint64_t> count = 0;
+  TracedCells cells = trace_cells(tracer, batch, threads, count, false);
+  CHECK(count == batch.sample_count());
+  return cells;
 }
 
-/// The same, pixel by pixel and sample by sample, in one thread.
-RowBlock plain_block(const RenderSettings& settings, const WorkRect& rect) {
-  const auto kernel = make_kernel(*shared_scene(), settings);
-  const auto row_at = make_row_order(settings.row_order, settings.height);
-  RowBlock block{rect, settings.width, {}, {}};
-  for (std::uint32_t row = rect.row_begin; row < rect.row_end; ++row) {
-    for (std::uint32_t x = 0; x < settings.width; ++x) {
-      PixelSums pixel;
-      for (std::uint32_t s = rect.sample_begin; s < rect.sample_end; ++s) {
-        kernel->trace({row_at[row], x, x + 1}, {s, s + 1}, {&pixel, 1}, block.counts);
+std::vector<std::byte> without_times(const TracedCells& cells) {
+  std::vector<std::byte> records = cells.records;
+  const std::size_t size = records.size() / cells.range.count();
+  for (std::size_t at = 0; at < records.size(); at += size) {
+    std::memset(records.data() + at + offsetof(CellHeader, nanoseconds), 0, sizeof(std::uint64_t));
+  }
+  return records;
+}
+
+/// The records that a tracer makes without a team, sample by sample.
+std::vector<std::byte> plain_records(const RenderSettings& settings, const CellBatch& batch) {
+  const FloatMode ieee;
+  const auto tracer = make_path_tracer(*shared_scene(), settings);
+  std::vector<std::byte> records;
+  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
+    const Cell cell = batch.grid->cell(index);
+    const auto ranges = batch.ranges_of(index);
+    std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
+    TraceCounts counts;
+    for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+      for (std::uint32_t s = ranges[i].begin; s < ranges[i].end; ++s) {
+        const std::uint32_t x = cell.x_begin + i;
+        tracer->trace({cell.y, x, x + 1}, {s, s + 1}, {&sums[i], 1}, counts);
       }
-      block.pixels.push_back(pixel);
     }
+    const CellHeader header{counts.rays, counts.nonfinite, counts.lost, 0};
+    const auto* const head = reinterpret_cast<const std::byte*>(&header);
+    const auto pixels = std::as_bytes(std::span(sums));
+    records.insert(records.end(), head, head + sizeof header);
+    records.insert(records.end(), pixels.begin(), pixels.end());
   }
-  return block;
+  return records;
 }
-
-/// Counts calls from the team's thread and lets the test wait for them.
-class Bell {
- public:
-  void ring() {
-    {
-      const std::scoped_lock lock(mutex_);
-      ++rung_;
-    }
-    changed_.notify_all();
-  }
-  /// False after a minute: only a broken team takes that long.
-  bool wait_for(int count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::minutes(1), [&] { return rung_ >= count; });
-  }
-  int rung() {
-    const std::scoped_lock lock(mutex_);
-    return rung_;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  int rung_ = 0;
-};
 
 /// Waits until `condition` holds; false after a minute.
 template <typename Condition>
@@ -108,6 +101,43 @@ bool eventually(Condition condition) {
   return false;
 }
 
+Assignment assignment(std::uint64_t epoch, const RenderSettings& settings) {
+  return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
+}
+
+/// What the team makes of a lease.
+Finished finished_by(ThreadTeam& team, Assignment lease) {
+  team.start(std::move(lease));
+  std::optional<Finished> finished;
+  REQUIRE(eventually([&] {
+    finished = team.take();
+    return finished.has_value();
+  }));
+  return std::move(*finished);
+}
+
+/// A tracer that throws at one pixel, in whichever thread comes to it.
+class ThrowingTracer final : public PathTracer {
+ public:
+  explicit ThrowingTracer(std::function<void()> fail)
+      : PathTracer(make_path_tracer(*shared_scene(), sized(6, 5, 4))->accelerator()),
+        fail_(std::move(fail)) {}
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    if (run.y == 5 && run.x_begin <= 3 && 3 < run.x_end) {
+      fail_();
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      counts.samples += samples[i].count();
+    }
+  }
+  void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
+                  std::span<FirstHit> /*hits*/) const override {}
+
+ private:
+  std::function<void()> fail_;
+};
+
 /// Puts the thread into a mode that a careless library might leave behind.
 class OtherMode {
  public:
@@ -118,249 +148,276 @@ class OtherMode {
   [[nodiscard]] static bool in_force() { return std::fegetround() == FE_UPWARD; }
 };
 
-Assignment assignment(std::uint64_t epoch, const RenderSettings& settings) {
-  return {7, epoch, whole(settings), settings, {}, "the small scene", shared_scene()};
-}
-
-/// Hours of work, in pieces of a millisecond.
-RenderSettings endless() { return settings_of(64, 64, 1U << 20); }
-
 }  // namespace
 
-TEST_CASE("a block has the same bits for any number of threads") {
-  for (const RenderSettings& settings :
-       {settings_of(20, 13, 6), settings_of(3, 1, 5000), settings_of(300, 2, 16)}) {
-    const RowBlock expected = plain_block(settings, whole(settings));
-    for (const int threads : {1, 2, 3, 8}) {
-      CAPTURE(threads);
-      CHECK(traced_block(settings, whole(settings), threads) == expected);
-    }
-  }
-}
-
-TEST_CASE("a single row and a single pixel with many samples keep their bits over threads") {
-  const RenderSettings row = settings_of(1000, 9, 8);
-  const RenderSettings pixel = settings_of(1, 1, 20'000);
-  for (const int threads : {1, 3}) {
-    CHECK(traced_block(row, {4, 5, 0, 8}, threads) == plain_block(row, {4, 5, 0, 8}));
-    CHECK(traced_block(pixel, whole(pixel), threads) == plain_block(pixel, whole(pixel)));
-  }
-}
-
-TEST_CASE("pieces of any size cover every sample once: counts are exact") {
-  for (const std::uint32_t width : {1U, 7U, 64U, 2047U, 2048U, 2049U}) {
-    for (const std::uint32_t spp : {1U, 2U, 3U, 2047U, 2048U, 2049U, 4097U}) {
-      if (std::uint64_t{width} * spp > 20'000) {
-        continue;
-      }
-      const RenderSettings settings = settings_of(width, 2, spp);
-      const RowBlock block = traced_block(settings, whole(settings), 2);
-      CHECK(block.counts.samples == std::uint64_t{2} * width * spp);
-      CHECK(block.counts.rays >= block.counts.samples);
-      CHECK(block.counts.nonfinite == 0);
-    }
-  }
-}
-
-TEST_CASE("the parts of a rectangle, cut by rows or samples, add up to the whole") {
+TEST_CASE("cells have the bits of single samples, whatever the threads, tiles and ranges") {
   Dice dice(1);
-  const RenderSettings settings = settings_of(11, 12, 30);
-  const RowBlock all = traced_block(settings, whole(settings), 2);
-  for (int round = 0; round < 10; ++round) {
-    const std::uint32_t row = 1 + dice.below32(11);
-    const std::uint32_t sample = 1 + dice.below32(29);
-    RowBlock sum{whole(settings), 11, {}, std::vector<PixelSums>(all.pixels.size())};
-    for (const WorkRect& part : {WorkRect{0, row, 0, sample}, WorkRect{0, row, sample, 30},
-                                 WorkRect{row, 12, 0, sample}, WorkRect{row, 12, sample, 30}}) {
-      const RowBlock block = traced_block(settings, part, 1 + static_cast<int>(dice.below(3)));
-      CHECK(block.rect == part);
-      CHECK(block.pixels.size() == std::size_t{part.rows()} * 11);
-      for (std::size_t i = 0; i < block.pixels.size(); ++i) {
-        sum.pixels[std::size_t{part.row_begin} * 11 + i] += block.pixels[i];
+  for (const auto& settings :
+       {sized(20, 13, 6), sized(3, 2, 5000), sized(500, 4, 9), sized(1, 1, 20'000)}) {
+    const auto tracer = make_path_tracer(*shared_scene(), settings);
+    for (const std::uint32_t tile : {0U, 4U}) {
+      const auto plan = test::whole_plan(settings, tile);
+      const std::uint64_t begin = dice.below(plan->cells());
+      const CellRange part{begin, begin + 1 + dice.below(plan->cells() - begin)};
+      for (const CellRange& range : {CellRange{0, plan->cells()}, part}) {
+        const CellBatch batch = plan->batch(range);
+        const auto expected = plain_records(settings, batch);
+        for (const int threads : {1, 2, 3, 8}) {
+          CAPTURE(threads);
+          CAPTURE(tile);
+          const TracedCells cells = traced(*tracer, batch, threads);
+          CHECK(cells.range == range);
+          CHECK(without_times(cells) == expected);
+          CHECK(cells.samples == batch.sample_count());
+          CHECK(fault_of(cells, batch, settings.max_depth).empty());
+        }
       }
-      sum.counts += block.counts;
     }
-    CHECK(sum == all);
   }
 }
 
-TEST_CASE("a rectangle's rows are positions of the row order") {
-  RenderSettings settings = settings_of(5, 8, 4);
-  settings.row_order = RowOrder::interleaved;
-  const RowBlock interleaved = traced_block(settings, whole(settings), 2);
-  settings.row_order = RowOrder::sequential;
-  const RowBlock sequential = traced_block(settings, whole(settings), 2);
-  const auto row_at = make_row_order(RowOrder::interleaved, 8);
-  for (std::uint32_t position = 0; position < 8; ++position) {
-    for (std::uint32_t x = 0; x < 5; ++x) {
-      CHECK(interleaved.pixels[position * 5 + x] == sequential.pixels[row_at[position] * 5 + x]);
+TEST_CASE("pixels with samples of their own get these and no others") {
+  Dice dice(2);
+  for (const auto& settings : {sized(33, 21, 50), sized(200, 3, 5), sized(2, 2, 4000)}) {
+    const auto tracer = make_path_tracer(*shared_scene(), settings);
+    const std::vector<std::uint32_t> before(std::size_t{settings.width} * settings.height, 6);
+    const auto ranges = test::ragged_ranges(dice, before, settings.samples_per_pixel);
+    const WorkPlan plan(settings, {{{6, 6 + settings.samples_per_pixel}}, ranges});
+    const CellBatch batch = plan.batch({0, plan.cells()});
+    for (const int threads : {1, 2}) {
+      CHECK(without_times(traced(*tracer, batch, threads)) == plain_records(settings, batch));
     }
   }
-  CHECK_FALSE(interleaved.pixels == sequential.pixels);
+}
+
+TEST_CASE("records carry the time that their cells took") {
+  const RenderSettings settings = sized(20, 20, 100);
+  const CellBatch batch = whole(settings);
+  const TracedCells cells = traced(*make_path_tracer(*shared_scene(), settings), batch, 1);
+  double nanoseconds = 0;
+  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+  for (std::size_t at = 0; at < cells.records.size(); at += size) {
+    const CellHeader header = header_of(std::span(cells.records).subspan(at));
+    CHECK(header.nanoseconds > 0);
+    nanoseconds += static_cast<double>(header.nanoseconds);
+  }
+  CHECK(nanoseconds <= 1e9 * cells.seconds);
 }
 
 TEST_CASE("the floating-point mode of the calling thread does not reach a sample's bits") {
-  const RenderSettings settings = settings_of(20, 13, 6);
-  const RowBlock expected = plain_block(settings, whole(settings));
+  const RenderSettings settings = sized(20, 13, 6);
+  const auto expected = plain_records(settings, whole(settings));
+  const auto tracer = make_path_tracer(*shared_scene(), settings);
   const OtherMode mode;  // from here on, every division rounds up
-  SUBCASE("of whoever calls trace_rect") {
-    std::atomic<std::uint64_t> traced = 0;
-    const std::atomic<bool> stop = false;
-    std::unique_ptr<Kernel> kernel;
-    {
-      const FloatMode ieee;
-      kernel = make_kernel(*shared_scene(), settings);
-    }
+  SUBCASE("of whoever calls trace_cells") {
     for (const int threads : {1, 2}) {
-      CHECK(trace_rect(*kernel, settings, whole(settings), threads, traced, stop) == expected);
+      CHECK(without_times(traced(*tracer, whole(settings), threads)) == expected);
     }
     CHECK(OtherMode::in_force());  // it is given back as it was
   }
-  SUBCASE("of whoever makes a team, which builds the kernel too") {
-    Bell bell;
-    ThreadTeam team(2, [&] { bell.ring(); });
-    team.start(assignment(1, settings));
-    REQUIRE(bell.wait_for(1));
-    CHECK(team.take()->block == expected);
+  SUBCASE("of whoever makes a team, which builds too") {
+    ThreadTeam team(2);
+    CHECK(without_times(*finished_by(team, assignment(1, settings)).cells) == expected);
   }
 }
 
 TEST_CASE("tracing that is told to stop ends early") {
-  const RenderSettings settings = endless();
-  const auto kernel = make_kernel(*shared_scene(), settings);
-  std::atomic<std::uint64_t> traced = 0;
+  const auto tracer = make_path_tracer(*shared_scene(), endless());
+  const auto plan = test::whole_plan(endless());
+  const CellBatch batch = plan->batch({0, 10'000});
+  std::atomic<std::uint64_t> count = 0;
   std::atomic<bool> stop = true;
-  SUBCASE("before it begins") {
-    const RowBlock block = trace_rect(*kernel, settings, {0, 1, 0, 4096}, 2, traced, stop);
-    CHECK(block.counts.samples == 0);
-    CHECK(traced == 0);
-  }
-  SUBCASE("in the midst") {
-    stop = false;
-    std::thread stopper([&] {
-      eventually([&] { return traced > 0; });
-      stop = true;
-    });
-    const RowBlock block = trace_rect(*kernel, settings, {0, 1, 0, 1U << 20}, 2, traced, stop);
-    stopper.join();
-    CHECK(block.counts.samples == traced);
-    CHECK(traced > 0);
-    CHECK(traced < std::uint64_t{64} << 20);
+  CHECK(trace_cells(*tracer, batch, 2, count, stop).samples == 0);
+  CHECK(count == 0);
+  stop = false;
+  std::thread stopper([&] {
+    eventually([&] { return count > 0; });
+    stop = true;
+  });
+  const TracedCells cells = trace_cells(*tracer, batch, 2, count, stop);
+  stopper.join();
+  CHECK(cells.samples == count);
+  CHECK(count > 0);
+  CHECK(count < batch.sample_count());
+}
+
+TEST_CASE("what a thread throws stops the others and reaches whoever asked, whole") {
+  const CellBatch batch = whole(endless());
+  const ThrowingTracer tracer([] { throw std::runtime_error("a broken sphere"); });
+  for (const int threads : {1, 2, 4}) {
+    std::atomic<std::uint64_t> count = 0;
+    CHECK_THROWS_WITH_AS(trace_cells(tracer, batch, threads, count, false), "a broken sphere",
+                         std::runtime_error);
+    CHECK(count < batch.sample_count());
   }
 }
 
-TEST_CASE("a team traces an assignment, rings, and hands the result out once") {
-  Bell bell;
-  ThreadTeam team(2, [&] { bell.ring(); });
+TEST_CASE("a team traces a lease, rings, and hands the result out once") {
+  std::atomic<int> rung = 0;
+  ThreadTeam team(2, [&] { ++rung; });
   CHECK(team.idle());
   CHECK_FALSE(team.take());
-  const RenderSettings settings = settings_of(20, 13, 6);
+  const RenderSettings settings = sized(20, 13, 6);
   team.start(assignment(42, settings));
   CHECK_FALSE(team.idle());
-  REQUIRE(bell.wait_for(1));
+  REQUIRE(eventually([&] { return rung == 1; }));
   CHECK_FALSE(team.idle());  // until the result is taken
   const auto finished = team.take();
   REQUIRE(finished);
-  CHECK(finished->job == 7);
-  CHECK(finished->epoch == 42);
-  CHECK(finished->block == plain_block(settings, whole(settings)));
+  CHECK(finished->key() == LeaseKey{7, 42});
+  CHECK(finished->pass == 3);
+  CHECK(finished->failure.empty());
+  REQUIRE(finished->cells);
+  CHECK(without_times(*finished->cells) == plain_records(settings, whole(settings)));
+  CHECK(finished->grid->shape() == whole(settings).grid->shape());
   CHECK(finished->isa == name_of(best_isa()));
   CHECK(finished->accelerator_bytes > 0);
-  CHECK(finished->seconds >= 0);
+  CHECK(finished->build_seconds > 0);
   CHECK(team.traced() == 20 * 13 * 6);
   CHECK(team.idle());
+  CHECK_FALSE(team.preparing());
   CHECK_FALSE(team.take());
 }
 
-TEST_CASE("a team goes from scene to scene and from settings to settings") {
-  Bell bell;
-  ThreadTeam team(1, [&] { bell.ring(); });
+TEST_CASE(
+    "a team goes from scene to scene and from settings to settings, and builds when it must") {
+  int built = 0;
+  ThreadTeam team(
+      1, [] {}, std::make_shared<AcceleratorCache>(),
+      [&](const Assignment& lease, int threads) {
+        ++built;
+        return make_path_tracer(*lease.scene, lease.settings, {threads});
+      });
   Scene dark = *shared_scene();
   dark.sky = {{0, 0, 0}, {0, 0, 0}};
   const auto dark_scene = std::make_shared<const Scene>(dark);
-  int rounds = 0;
-  for (const RenderSettings& settings : {settings_of(8, 4, 2), settings_of(4, 8, 2)}) {
-    for (const bool is_dark : {false, true, false}) {
+  for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
+    for (const bool is_dark : {false, true, false, false}) {
       Assignment next = assignment(1, settings);
+      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";
       }
-      team.start(next);
-      REQUIRE(bell.wait_for(++rounds));
-      const auto finished = team.take();
-      REQUIRE(finished);
-      CHECK((finished->block == plain_block(settings, whole(settings))) == !is_dark);
-      CHECK((finished->block.pixels == std::vector<PixelSums>(32)) == is_dark);
+      const Finished finished = finished_by(team, next);
+      REQUIRE(finished.cells);
+      CHECK((without_times(*finished.cells) == plain_records(settings, next.cells)) == !is_dark);
     }
   }
+  CHECK(built == 6);
+}
+
+TEST_CASE("a scene may go once the team has its tracer") {
+  ThreadTeam team(1);
+  Assignment lease = assignment(1, sized(6, 5, 4));
+  REQUIRE(finished_by(team, lease).cells);
+  lease.scene.reset();
+  CHECK(finished_by(team, lease).cells);
+  lease.scene_id = "another";
+  const Finished failed = finished_by(team, lease);
+  CHECK_FALSE(failed.cells);
+  CHECK(failed.failure == "a lease without its scene");
+}
+
+TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on") {
+  std::function<void()> fail;
+  int built = 0;
+  ThreadTeam team(
+      2, [] {}, std::make_shared<AcceleratorCache>(),
+      [&](const Assignment& lease, int threads) -> std::shared_ptr<const PathTracer> {
+        ++built;
+        if (lease.scene_id == "poison") {
+          fail();
+        }
+        if (lease.scene_id == "slow poison") {
+          return std::make_shared<const ThrowingTracer>(fail);
+        }
+        return make_path_tracer(*lease.scene, lease.settings, {threads});
+      });
+  const RenderSettings settings = sized(20, 13, 6);
+  const auto expected = plain_records(settings, whole(settings));
+  std::string reason;
+  SUBCASE("an exception") {
+    fail = [] { throw std::runtime_error("a broken\nsphere"); };
+    reason = "a broken\\x0asphere";  // one line, fit for a terminal
+  }
+  SUBCASE("too little memory") {
+    fail = [] { throw std::bad_alloc(); };
+    reason = "not enough memory";
+  }
+  for (const char* scene : {"poison", "slow poison"}) {  // in building, in one thread of tracing
+    CHECK(finished_by(team, assignment(1, settings)).cells);
+    Assignment bad = assignment(2, settings);
+    bad.scene_id = scene;
+    for (int i = 0; i < 2; ++i) {
+      const Finished failed = finished_by(team, bad);
+      CHECK(failed.key() == LeaseKey{7, 2});
+      CHECK_FALSE(failed.cells);
+      CHECK(failed.failure == reason);
+      CHECK(team.idle());
+      CHECK_FALSE(team.preparing());
+    }
+    const Finished good = finished_by(team, assignment(3, settings));
+    REQUIRE(good.cells);
+    CHECK(without_times(*good.cells) == expected);
+  }
+  CHECK(built == 7);  // after a failure nothing of the tracer is used again
+}
+
+TEST_CASE("a lease larger than any memory fails by itself") {
+  ThreadTeam team(1);
+  Assignment large = assignment(1, sized(20, 13, 6));
+  large.cells.range.end = std::uint64_t{1} << 50;
+  const Finished failed = finished_by(team, large);
+  CHECK_FALSE(failed.cells);
+  CHECK_FALSE(failed.failure.empty());
+  CHECK(finished_by(team, assignment(2, sized(20, 13, 6))).cells);
 }
 
 TEST_CASE("an abandoned lease leaves no result, and the team takes the next") {
-  Bell bell;
-  ThreadTeam team(2, [&] { bell.ring(); });
+  ThreadTeam team(2);
+  team.abandon();  // an idle team: no harm
+  CHECK(team.idle());
   team.start(assignment(1, endless()));
   SUBCASE("at once") {}
   SUBCASE("while it traces") {
     REQUIRE(eventually([&] { return team.traced() > 0; }));
   }
   team.abandon();
-  REQUIRE(bell.wait_for(1));
   REQUIRE(eventually([&] { return team.idle(); }));
   CHECK_FALSE(team.take());
   const std::uint64_t before = team.traced();
-  const RenderSettings settings = settings_of(6, 5, 4);
-  team.start(assignment(2, settings));
-  REQUIRE(bell.wait_for(2));
-  const auto finished = team.take();
-  REQUIRE(finished);
-  CHECK(finished->epoch == 2);
-  CHECK(finished->block == plain_block(settings, whole(settings)));
+  const RenderSettings settings = sized(6, 5, 4);
+  const Finished finished = finished_by(team, assignment(2, settings));
+  CHECK(finished.epoch == 2);
+  CHECK(without_times(*finished.cells) == plain_records(settings, whole(settings)));
   CHECK(team.traced() == before + 120);
-}
-
-TEST_CASE("abandoning an idle team, or a finished lease, does no harm") {
-  Bell bell;
-  ThreadTeam team(1, [&] { bell.ring(); });
-  team.abandon();
-  CHECK(team.idle());
-  const RenderSettings settings = settings_of(6, 5, 4);
-  team.start(assignment(1, settings));
-  REQUIRE(bell.wait_for(1));
+  team.start(assignment(3, settings));
+  team.wait(seconds(60));
   team.abandon();  // the result is dropped
   CHECK(team.idle());
   CHECK_FALSE(team.take());
-  team.start(assignment(2, settings));
-  REQUIRE(bell.wait_for(2));
-  REQUIRE(eventually([&] { return !team.idle(); }));
-  CHECK(team.take()->epoch == 2);
 }
 
 TEST_CASE("many leases started, abandoned and taken in any order neither hang nor mix up") {
-  Bell bell;
-  ThreadTeam team(2, [&] { bell.ring(); });
-  const RenderSettings settings = settings_of(20, 13, 6);
-  const RowBlock expected = plain_block(settings, whole(settings));
+  ThreadTeam team(2);
+  const RenderSettings settings = sized(20, 13, 6);
+  const auto expected = plain_records(settings, whole(settings));
   Dice dice(2);
   int taken = 0;
   for (std::uint64_t epoch = 1; epoch <= 300; ++epoch) {
     REQUIRE(eventually([&] { return team.idle(); }));
-    team.start(assignment(epoch, settings));
     if (dice.one_in(2)) {
+      team.start(assignment(epoch, settings));
       for (std::uint64_t spin = dice.below(3); spin > 0; --spin) {
         std::this_thread::yield();
       }
       team.abandon();
       continue;
     }
-    // A bell of an abandoned lease may still be on its way, so the result tells.
-    std::optional<Finished> finished;
-    REQUIRE(eventually([&] {
-      finished = team.take();
-      return finished.has_value();
-    }));
-    REQUIRE(finished->epoch == epoch);
-    REQUIRE(finished->block == expected);
+    const Finished finished = finished_by(team, assignment(epoch, settings));
+    REQUIRE(finished.epoch == epoch);
+    REQUIRE(without_times(*finished.cells) == expected);
     ++taken;
   }
   CHECK(taken > 100);
@@ -368,25 +425,52 @@ TEST_CASE("many leases started, abandoned and taken in any order neither hang no
 }
 
 TEST_CASE("a team that is destroyed while it traces ends") {
-  Bell bell;
+  std::atomic<int> rung = 0;
   {
-    ThreadTeam team(2, [&] { bell.ring(); });
+    ThreadTeam team(2, [&] { ++rung; });
     team.start(assignment(1, endless()));
     REQUIRE(eventually([&] { return team.traced() > 0; }));
   }
-  CHECK(bell.rung() <= 1);
+  CHECK(rung <= 1);
 }
 
-TEST_CASE("a failure to trace is thrown to whoever asks for the result") {
-  Bell bell;
-  ThreadTeam team(1, [&] { bell.ring(); });
-  Assignment broken = assignment(1, settings_of(6, 5, 4));
-  // Its sums would take more memory than a vector may have.
-  broken.rect = {0, 0xFFFFFFFF, 0, 1};
-  broken.settings.width = 0xFFFFFFFF;
-  team.start(broken);
-  REQUIRE(bell.wait_for(1));
-  CHECK_THROWS_AS(team.take(), RunError);
+TEST_CASE("teams over a window make the picture of one thread, whatever the policy and the tiles") {
+  RenderSettings settings = sized(33, 21, 100);
+  for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
+    for (const std::uint32_t tile : {0U, 6U}) {
+      settings.schedule = policy;
+      test::WindowRig rig(settings, 2, tile);
+      for (std::uint32_t rank = 0; rank < 2; ++rank) {
+        WindowSource source = rig.source({policy, rank, 1, 2, {}});
+        rig.job.scene = shared_scene();
+        ThreadTeam team(1);
+        for (int lease = 0;; ++lease) {
+          auto taken = source.take(Time(0), lease == 0 ? 0 : 1e6, false);
+          if (taken.answer != LeaseSource::Answer::lease || (rank == 0 && lease > 2)) {
+            break;
+          }
+          source.complete(Time(0), finished_by(team, std::move(taken.lease)));
+          CHECK_FALSE(rig.job.scene);
+        }
+      }
+      // What was taken and dropped comes back as copies.
+      for (Time now{}; !rig.collector.done() && now < seconds(60); now += milliseconds(60)) {
+        rig.collect(now);
+        rig.window.fetch_add(WindowLayout::tickets, 1);
+        const std::uint64_t before = rig.window.load(WindowLayout::copies);
+        rig.collector.issue_copies(now);
+        const auto tracer = make_path_tracer(*shared_scene(), settings);
+        for (std::uint64_t i = before; i < rig.window.load(WindowLayout::copies); ++i) {
+          const CellRange copy = range_from_word(rig.window.load(rig.layout.copy_word(i)));
+          rig.source().put(copy, traced(*tracer, rig.plan().batch(copy), 1).records);
+        }
+      }
+      REQUIRE(rig.collector.done());
+      CHECK(
+          image_sha256(resolve_image(rig.picture.framebuffer(), largest_radiance(small_scene()))) ==
+          test::reference_sha256(small_scene(), settings));
+    }
+  }
 }
 
 }  // namespace parray

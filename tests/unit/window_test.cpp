@@ -18,10 +18,6 @@ namespace {
 using test::Dice;
 using test::WindowMemory;
 
-WorkPlan small_plan(std::uint32_t width = 30, std::uint32_t height = 7, std::uint32_t spp = 150) {
-  return {test::made_settings(width, height, spp), {{0, height, 0, spp}}};
-}
-
 /// [begin, end) of bytes.
 using Region = std::pair<std::size_t, std::size_t>;
 
@@ -29,7 +25,7 @@ Region words(std::size_t first, std::size_t count) {
   return {first * sizeof(std::uint64_t), (first + count) * sizeof(std::uint64_t)};
 }
 
-std::vector<Region> regions_of(const WorkPlan& plan, const WindowLayout& layout) {
+std::vector<Region> regions_of(const WindowLayout& layout) {
   std::vector<Region> regions = {words(0, WindowLayout::shared_words)};
   for (std::uint32_t rank = 0; rank < layout.ranks(); ++rank) {
     for (std::size_t word = 0; word < WindowLayout::rank_words; ++word) {
@@ -43,24 +39,11 @@ std::vector<Region> regions_of(const WorkPlan& plan, const WindowLayout& layout)
   for (std::uint64_t entry = 0; entry < layout.most_log_entries(); ++entry) {
     regions.push_back(words(layout.log_word(entry), 2));
   }
-  for (std::uint64_t cell = 0; cell < plan.cells(); ++cell) {
+  for (std::uint64_t cell = 0; cell < layout.cells(); ++cell) {
     const std::size_t offset = layout.record_offset(cell);
     regions.emplace_back(offset, offset + layout.record_bytes());
   }
   return regions;
-}
-
-std::vector<std::byte> random_records(Dice& dice, std::size_t bytes) {
-  std::vector<std::byte> records(bytes);
-  for (std::byte& byte : records) {
-    byte = static_cast<std::byte>(dice.below(256));
-  }
-  return records;
-}
-
-bool in_time(std::size_t byte_of_record) {
-  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
-  return byte_of_record >= time && byte_of_record < time + sizeof(std::uint64_t);
 }
 
 }  // namespace
@@ -110,10 +93,10 @@ TEST_CASE("additions of many threads to a local window lose nothing and hand out
 TEST_CASE("the regions of a window lie apart, in place, and fill it") {
   Dice dice(1);
   for (int i = 0; i < 5; ++i) {
-    const WorkPlan plan =
-        small_plan(1 + dice.below32(3000), 1 + dice.below32(9), 1 + dice.below32(5000));
-    const WindowLayout layout(plan, 1 + dice.below32(70));
-    auto regions = regions_of(plan, layout);
+    const auto plan = test::whole_plan(
+        test::made_settings(1 + dice.below32(3000), 1 + dice.below32(9), 1 + dice.below32(5000)));
+    const WindowLayout layout(*plan->grid(), 1 + dice.below32(70));
+    auto regions = regions_of(layout);
     std::sort(regions.begin(), regions.end());
     std::size_t end = 0;
     bool good = true;
@@ -124,8 +107,9 @@ TEST_CASE("the regions of a window lie apart, in place, and fill it") {
     CHECK(good);
     CHECK(end == layout.bytes());
     CHECK(layout.zeroed_bytes() == layout.record_offset(0));
-    CHECK(layout.record_bytes() == sizeof(CellHeader) + plan.cell_pixels() * sizeof(PixelSums));
-    CHECK(layout.most_log_entries() >= plan.cells() + layout.most_copies());
+    CHECK(layout.record_bytes() == record_bytes(plan->grid()->shape().cell_pixels));
+    CHECK(layout.cells() == plan->cells());
+    CHECK(layout.most_log_entries() >= plan->cells() + layout.most_copies());
   }
 }
 
@@ -141,37 +125,6 @@ TEST_CASE("a range of cells goes through a word and back, and none is the word f
   const CellRange last{(std::uint64_t{1} << 40) - 1, (std::uint64_t{1} << 40) + (1U << 24) - 2};
   CHECK(range_from_word(to_word(last)) == last);
   CHECK(range_from_word(0).count() == 0);
-}
-
-TEST_CASE("one changed bit anywhere but in the time changes the digest of that cell alone") {
-  Dice dice(3);
-  constexpr std::size_t record_bytes = sizeof(CellHeader) + 5 * sizeof(PixelSums);
-  auto records = random_records(dice, 3 * record_bytes);
-  const auto before = cell_digests(records, record_bytes);
-  REQUIRE(before.size() == 3);
-  for (std::size_t byte = 0; byte < records.size(); ++byte) {
-    for (unsigned bit = 0; bit < 8; ++bit) {
-      records[byte] ^= static_cast<std::byte>(1U << bit);
-      const auto after = cell_digests(records, record_bytes);
-      records[byte] ^= static_cast<std::byte>(1U << bit);
-      for (std::size_t cell = 0; cell < 3; ++cell) {
-        const bool touched = byte / record_bytes == cell && !in_time(byte % record_bytes);
-        CHECK_UNARY((after[cell] != before[cell]) == touched);
-      }
-      CHECK_UNARY((range_digest(after) != range_digest(before)) == !in_time(byte % record_bytes));
-    }
-  }
-}
-
-TEST_CASE("no record has digest 0, and the digest of a range knows their order and number") {
-  const std::vector<std::byte> zeros(4 * 72);
-  for (const std::uint64_t digest : cell_digests(zeros, 72)) {
-    CHECK(digest != 0);
-  }
-  const std::vector<std::uint64_t> some = {1, 2, 3};
-  CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 3, 2}));
-  CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 2}));
-  CHECK(cell_digests({}, 72).empty());
 }
 
 TEST_CASE("ranks that publish rising and falling speeds keep the sum of the latest in one word") {

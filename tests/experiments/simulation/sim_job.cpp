@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/schedule/row_order.h"
-
 namespace parray::simulation {
 namespace {
 
@@ -23,25 +21,23 @@ double ready_seconds(const JobOptions& o) {
 }
 
 /// Tells the team when nothing is left to be leased.
-class WatchedLeases final : public LeaseSource {
+class WatchedSource final : public LeaseSource {
  public:
-  WatchedLeases(LeaseSource& leases, SimCellTeam& team) : leases_(leases), team_(team) {}
-  Taken take(double samples_per_second, bool idle) override {
-    const Taken taken = leases_.take(samples_per_second, idle);
+  WatchedSource(LeaseSource& source, SimCellTeam& team) : source_(source), team_(team) {}
+  Taken take(Time now, double samples_per_second, bool idle) override {
+    Taken taken = source_.take(now, samples_per_second, idle);
     if (taken.answer == Answer::wait) {
       team_.note_waiting();
     }
     return taken;
   }
-  void complete(const CellRange& range, std::span<const std::byte> records) override {
-    leases_.complete(range, records);
+  void complete(Time now, Finished finished) override {
+    source_.complete(now, std::move(finished));
   }
-  void tell(WindowLayout::RankWord word, std::uint64_t value) override {
-    leases_.tell(word, value);
-  }
+  Time tick(Time now, const TeamState& team) override { return source_.tick(now, team); }
 
  private:
-  LeaseSource& leases_;
+  LeaseSource& source_;
   SimCellTeam& team_;
 };
 
@@ -52,8 +48,8 @@ std::vector<Stop> stops_of(std::uint32_t rank, const std::vector<Stop>& stops) {
   return own;
 }
 
-WindowLeaseOptions lease_options(const JobOptions& o, std::uint32_t rank) {
-  WindowLeaseOptions options;
+WindowOptions window_options(const JobOptions& o, std::uint32_t rank) {
+  WindowOptions options;
   options.policy = o.settings.schedule;
   options.rank = rank;
   options.threads = o.threads;
@@ -69,41 +65,44 @@ SimCellTeam::Options team_options(const JobOptions& o, std::uint32_t rank) {
           .hand_over = o.host.hand_over};
 }
 
+RankPass begin_pass(JobPicture& picture) {
+  picture.begin_pass();
+  return {0, picture.plan(), CellList(picture.collector().missing())};
+}
+
 }  // namespace
 
 struct SimJob::Rank {
   Rank(SimJob& job, std::uint32_t which)
       : number(which),
         window(job.memory_, which, clock, job.options_.host),
-        team(job.plan_, job.costs_, job.map_, clock, stops_of(which, job.options_.stops),
+        team(job.plan(), job.costs_, job.map_, clock, stops_of(which, job.options_.stops),
              team_options(job.options_, which)),
-        leases(job.plan_, job.layout_, window, lease_options(job.options_, which)),
-        watched(leases, team),
-        worker(job.plan_, watched, team, clock) {}
+        source(job.job_, job.pass_, job.layout_, window, window_options(job.options_, which)),
+        watched(source, team),
+        runner(watched, team, clock) {}
 
   const std::uint32_t number;
   RankClock clock;
   SimWindow window;
   SimCellTeam team;
-  WindowLeases leases;
-  WatchedLeases watched;
-  RankWorker worker;
+  WindowSource source;
+  WatchedSource watched;
+  LeaseRunner runner;
 };
 
 SimJob::SimJob(const JobOptions& options)
     : options_(options),
-      plan_(options.settings,
-            {WorkRect{0, options.settings.height, 0, options.settings.samples_per_pixel}}),
-      layout_(plan_, options.ranks),
+      picture_(options.settings, SceneFacts(Scene())),
+      pass_(begin_pass(picture_)),
+      layout_(*plan().grid(), options.ranks),
       words_((layout_.bytes() + 7) / 8),
       memory_(std::as_writable_bytes(std::span(words_)), options_.link, options_.stops),
       coordinator_window_(memory_, 0, coordinator_clock_, options_.host),
-      framebuffer_(options.settings),
-      ledger_(plan_, layout_, coordinator_window_, std::as_writable_bytes(std::span(words_)),
-              framebuffer_, Time(0)),
-      costs_(cell_costs(plan_, make_row_order(options.settings.row_order, options.settings.height),
-                        options.row_seconds, options.cell_noise, options.seed)),
-      map_{std::vector<bool>(plan_.cells()), Time(0)},
+      collector_(picture_, layout_, coordinator_window_, std::as_bytes(std::span(words_)), Time(0),
+                 totals_, {}),
+      costs_(cell_costs(plan(), options.row_seconds, options.cell_noise, options.seed)),
+      map_{std::vector<bool>(plan().cells()), Time(0)},
       work_(std::accumulate(costs_.begin(), costs_.end(), 0.0)),
       ready_(ready_seconds(options)) {
   for (std::uint32_t rank = 0; rank < options.ranks; ++rank) {
@@ -132,7 +131,7 @@ void SimJob::schedule(std::uint32_t rank, Time at) {
 }
 
 bool SimJob::run() {
-  while (!ledger_.done() && !events_.empty() && events_.top().at < options_.give_up) {
+  while (!collector_.done() && !events_.empty() && events_.top().at < options_.give_up) {
     const Event event = events_.top();
     events_.pop();
     const Time again = running_again(event.rank, event.at);
@@ -147,7 +146,7 @@ bool SimJob::run() {
   for (const auto& rank : ranks_) {
     spent_.push_back(rank->team.finish(end_));
   }
-  return ledger_.done();
+  return collector_.done();
 }
 
 /// What parray-mpi's loops do between two waits.
@@ -155,15 +154,15 @@ void SimJob::turn(Rank& rank, Time now) {
   rank.clock.set(now);
   if (rank.number == 0) {
     coordinate(rank);
-    if (ledger_.done()) {
+    if (collector_.done()) {
       end_ = rank.clock.now();
       return;
     }
   }
   const Time begin = rank.clock.now();
-  const Time due = rank.worker.tick(begin);
+  const Time due = rank.runner.tick(begin);
   rank.team.share_core(begin, rank.clock.now(), SimCellTeam::Other::leases);
-  if (rank.worker.over()) {
+  if (rank.runner.over()) {
     return;
   }
   Time next = std::min(due, rank.team.due());
@@ -177,20 +176,19 @@ void SimJob::turn(Rank& rank, Time now) {
 /// Rank 0 takes in what has come.
 void SimJob::coordinate(Rank& rank) {
   const Time now = rank.clock.now();
-  const WindowLedger::Tally before = ledger_.tally();
-  const std::uint64_t cells_before = ledger_.done_cells();
+  const WindowCollector::Totals before = totals_;
+  const std::uint64_t cells_before = picture_.collector().done_cells();
   coordinator_clock_.set(now);
-  ledger_.collect(now, most_cells_a_turn);
-  const WindowLedger::Tally& after = ledger_.tally();
-  const auto entries = static_cast<double>(after.entries - before.entries);
-  const auto cells = static_cast<double>(ledger_.done_cells() - cells_before + after.duplicates -
-                                         before.duplicates);
+  collector_.collect(now, most_cells_a_turn);
+  const auto entries = static_cast<double>(totals_.entries - before.entries);
+  const auto cells = static_cast<double>(picture_.collector().done_cells() - cells_before +
+                                         totals_.duplicates - before.duplicates);
   coordinator_clock_.advance(entries * options_.host.collect_entry +
                              cells * options_.host.collect_cell);
-  ledger_.issue_copies(now);
+  collector_.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
-    ledger_.listen(now);
+    collector_.listen(now);
   }
   rank.clock.set(coordinator_clock_.now());
   rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator);
@@ -216,8 +214,6 @@ double SimJob::normalized_seconds(std::uint32_t rank) const {
   return tally(rank).busy / (seconds() - start_seconds());
 }
 
-const RankWorker::Tally& SimJob::tally(std::uint32_t rank) const {
-  return ranks_[rank]->worker.tally();
-}
+const WorkTally& SimJob::tally(std::uint32_t rank) const { return ranks_[rank]->runner.tally(); }
 
 }  // namespace parray::simulation

@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "common/image/framebuffer.h"
-#include "coordinator/window_ledger.h"
+#include "coordinator/window_collector.h"
 #include "tests/experiments/simulation/costs.h"
 #include "tests/experiments/simulation/sim_team.h"
 #include "tests/experiments/simulation/sim_window.h"
-#include "worker/rank_worker.h"
-#include "worker/window_leases.h"
+#include "worker/lease_runner.h"
+#include "worker/window_source.h"
 
 namespace parray::simulation {
 
@@ -33,8 +32,8 @@ struct JobOptions {
   Time give_up = std::chrono::hours(10000);
 };
 
-/// A job of `parray-mpi` in virtual time: the very plan, leases, workers and ledger, on a simulated
-/// window with simulated teams. In one thread; the same options give the same result.
+/// A job of `parray-mpi` in virtual time: the very plan, sources, runners and collector, on a
+/// simulated window with simulated teams. In one thread; the same options give the same result.
 class SimJob {
  public:
   explicit SimJob(const JobOptions& options);
@@ -64,11 +63,11 @@ class SimJob {
   [[nodiscard]] Spent spent_together() const;
   /// The report's figure 8: a rank's time of tracing over the job's, start-up left out.
   [[nodiscard]] double normalized_seconds(std::uint32_t rank) const;
-  [[nodiscard]] const RankWorker::Tally& tally(std::uint32_t rank) const;
+  [[nodiscard]] const WorkTally& tally(std::uint32_t rank) const;
 
-  [[nodiscard]] const WorkPlan& plan() const { return plan_; }
-  [[nodiscard]] const Framebuffer& framebuffer() const { return framebuffer_; }
-  [[nodiscard]] const WindowLedger& ledger() const { return ledger_; }
+  [[nodiscard]] const WorkPlan& plan() const { return *pass_.plan; }
+  [[nodiscard]] const Framebuffer& framebuffer() const { return picture_.framebuffer(); }
+  [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
 
  private:
   struct Rank;
@@ -86,14 +85,16 @@ class SimJob {
   [[nodiscard]] Time running_again(std::uint32_t rank, Time at) const;
 
   const JobOptions options_;
-  WorkPlan plan_;
+  JobPicture picture_;
+  RankPass pass_;
+  RankJob job_{options_.settings, "", nullptr};
   WindowLayout layout_;
   std::vector<std::uint64_t> words_;
   SimMemory memory_;
   RankClock coordinator_clock_;
   SimWindow coordinator_window_;
-  Framebuffer framebuffer_;
-  WindowLedger ledger_;
+  WindowCollector::Totals totals_;
+  WindowCollector collector_;
   std::vector<double> costs_;
   TracedMap map_;
   double work_ = 0;

@@ -4,26 +4,27 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <numeric>
 #include <queue>
 #include <random>
 
 namespace parray::simulation {
 
-std::vector<double> cell_costs(const WorkPlan& plan, const std::vector<std::uint32_t>& row_at,
-                               const std::vector<double>& row_seconds, double noise,
-                               std::uint64_t seed) {
+std::vector<double> cell_costs(const WorkPlan& plan, const std::vector<double>& row_seconds,
+                               double noise, std::uint64_t seed) {
   std::vector<double> costs(plan.cells());
   std::vector<double> weights(row_seconds.size());
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;
   for (std::uint64_t i = 0; i < plan.cells(); ++i) {
     const Cell cell = plan.cell(i);
-    costs[i] = static_cast<double>(cell.samples()) * std::exp(noise * normal(engine));
-    weights[row_at[cell.position]] += costs[i];
+    const double samples = static_cast<double>(cell.pixels()) * cell.samples.count();
+    costs[i] = samples * std::exp(noise * normal(engine));
+    weights[cell.y] += costs[i];
   }
   for (std::uint64_t i = 0; i < plan.cells(); ++i) {
-    const std::uint32_t row = row_at[plan.cell(i).position];
+    const std::uint32_t row = plan.cell(i).y;
     costs[i] *= row_seconds[row] / weights[row];
   }
   return costs;
@@ -43,7 +44,7 @@ SimCellTeam::SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs,
 
 /// The next piece goes to the thread that is free first.
 SimCellTeam::Dealt SimCellTeam::deal(const CellRange& range) const {
-  const std::uint64_t piece = plan_.piece_cells();
+  const std::uint64_t piece = plan_.grid()->shape().piece_cells;
   std::priority_queue<double, std::vector<double>, std::greater<>> free_at;
   for (std::uint32_t thread = 0; thread < options_.threads; ++thread) {
     free_at.push(0);
@@ -85,11 +86,11 @@ void SimCellTeam::set_due() {
   }
 }
 
-void SimCellTeam::start(const CellRange& range) {
+void SimCellTeam::start(Assignment assignment) {
   begun_ = clock_.now();
   gaps_.push_back({idle_since_, begun_, waiting_});
-  range_ = range;
-  dealt_ = deal(range);
+  dealt_ = deal(assignment.cells.range);
+  lease_ = std::move(assignment);
   build_ = built_ ? 0 : options_.build;
   built_ = true;
   built_at_ = begun_ + to_time(options_.hand_over + build_);
@@ -99,7 +100,7 @@ void SimCellTeam::start(const CellRange& range) {
 
 void SimCellTeam::share_core(Time begin, Time end, Other what) {
   begin = std::max(begin, begun_);
-  if (!range_ || due_ == never || begin >= std::min(end, due_)) {
+  if (!lease_ || due_ == never || begin >= std::min(end, due_)) {
     return;
   }
   // With one thread the two take turns; else the threads have the other cores.
@@ -110,17 +111,21 @@ void SimCellTeam::share_core(Time begin, Time end, Other what) {
   set_due();
 }
 
-std::optional<TracedCells> SimCellTeam::take() {
-  if (!range_ || clock_.now() < due_) {
+std::optional<Finished> SimCellTeam::take() {
+  if (!lease_ || clock_.now() < due_) {
     return {};
   }
-  const std::size_t record_bytes = record_bytes_of(plan_);
-  TracedCells traced{*range_, std::vector<std::byte>(range_->count() * record_bytes), 0};
+  const Assignment lease = *std::exchange(lease_, std::nullopt);
+  const CellRange& range = lease.cells.range;
+  const std::size_t size = record_bytes(plan_.grid()->shape().cell_pixels);
+  TracedCells traced;
+  traced.range = range;
+  traced.records.resize(range.count() * size);
+  traced.samples = lease.cells.sample_count();
   const CellHeader header{1, 0, 0};  // one ray a cell: the picture shows how often it came
   double again = 0;
-  for (std::uint64_t i = range_->begin; i < range_->end; ++i) {
-    std::memcpy(traced.records.data() + (i - range_->begin) * record_bytes, &header, sizeof header);
-    traced.samples += plan_.cell(i).samples();
+  for (std::uint64_t i = range.begin; i < range.end; ++i) {
+    std::memcpy(traced.records.data() + (i - range.begin) * size, &header, sizeof header);
     again += map_.cells[i] ? costs_[i] / options_.speed : 0;
     if (!map_.cells[i]) {
       map_.cells[i] = true;
@@ -136,27 +141,31 @@ std::optional<TracedCells> SimCellTeam::take() {
   spent_.tail += again;
   spent_.inner += threads * dealt_.length - dealt_.work;
   spent_.faults += threads * stopped_seconds(begun_, due_);
-  samples_ +=
-      static_cast<std::uint64_t>(static_cast<double>(range_->count()) * plan_.cell_samples());
+  samples_ += traced.samples;
   idle_since_ = due_;
-  range_.reset();
-  return traced;
+  Finished finished;
+  finished.job = lease.job;
+  finished.pass = lease.pass;
+  finished.epoch = lease.epoch;
+  finished.cells = std::make_shared<const TracedCells>(std::move(traced));
+  finished.grid = plan_.grid();
+  return finished;
 }
 
 std::uint64_t SimCellTeam::traced() const {
   const Time now = std::min(clock_.now(), due_);
-  if (!range_ || now <= built_at_) {
+  if (!lease_ || now <= built_at_) {
     return samples_;
   }
   const double cells = to_seconds(now - built_at_) / std::max(dealt_.length, 1e-9) *
-                       static_cast<double>(range_->count());
+                       static_cast<double>(lease_->cells.range.count());
   return samples_ + static_cast<std::uint64_t>(cells * plan_.cell_samples());
 }
 
 Spent SimCellTeam::finish(Time end) {
-  if (range_ && begun_ < end) {
-    give_up_range(end);
-  } else if (!range_) {
+  if (lease_ && begun_ < end) {
+    give_up_lease(end);
+  } else if (!lease_) {
     gaps_.push_back({idle_since_, end, true});
   }
   for (Gap gap : gaps_) {
@@ -166,8 +175,8 @@ Spent SimCellTeam::finish(Time end) {
   return spent_;
 }
 
-/// The range at hand was traced in vain: somebody else was faster, or this rank is dead.
-void SimCellTeam::give_up_range(Time end) {
+/// The lease at hand was traced in vain: somebody else was faster, or this rank is dead.
+void SimCellTeam::give_up_lease(Time end) {
   const double threads = options_.threads;
   const double length = to_seconds(end - begun_);
   if (due_ == never) {

@@ -1,0 +1,217 @@
+#include "cli/farm/client.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <random>
+#include <utility>
+#include <variant>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+/// Longest time between two calls of the poll function.
+constexpr Time nap = milliseconds(50);
+
+/// Names a job before it has a number; nobody else may ever choose the same.
+std::string random_token() {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::random_device device;
+  std::string token;
+  for (int i = 0; i < 32; ++i) {
+    token += digits[device() % digits.size()];
+  }
+  return token;
+}
+
+/// Time that a slow line, 10 MB/s, takes for so much.
+Time transfer_time(std::uint64_t bytes) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 40;  // whatever the other side claims
+  return Time(std::min(bytes, most) * 100);
+}
+
+[[noreturn]] void throw_answered(const msg::Error& error) {
+  const std::string message = printable(error.message, 2000);
+  if (error.status == 2) throw InputError(message);
+  throw RunError(message);
+}
+
+}  // namespace
+
+bool JobStatus::ended() const {
+  return state == name_of(JobState::done) || state == name_of(JobState::failed) ||
+         state == name_of(JobState::cancelled);
+}
+
+JobStatus job_status(const nlohmann::json& map) {
+  JobStatus job;
+  try {
+    map.at("id").get_to(job.id);
+    map.at("name").get_to(job.name);
+    map.at("state").get_to(job.state);
+    map.at("priority").get_to(job.priority);
+    map.at("progress").get_to(job.progress);
+    map.at("samples_per_second").get_to(job.samples_per_second);
+    map.at("seconds_left").get_to(job.seconds_left);
+    map.at("reason").get_to(job.reason);
+    map.at("width").get_to(job.width);
+    map.at("height").get_to(job.height);
+    map.at("samples_per_pixel").get_to(job.samples_per_pixel);
+    job.whole = map.value("whole", false);
+    job.waits_for = map.value("waits_for", std::string());
+    job.flag = map.value("flag", std::string());
+    map.at("sampler").get_to(job.sampler);
+  } catch (const nlohmann::json::exception& error) {
+    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+  }
+  return job;
+}
+
+Client::Client(Link& link, const Clock& clock, Options options)
+    : link_(link), clock_(clock), options_(std::move(options)) {}
+
+JobId Client::submit(Submission submission) {
+  // Finds out that nobody is there before a large scene is queued for sending.
+  ask<msg::Workers>(msg::ListWorkers{});
+  msg::Submit request;
+  request.token = random_token();
+  request.name = std::move(submission.name);
+  request.priority = submission.priority;
+  request.settings = submission.settings;
+  request.precision_reason = std::move(submission.precision_reason);
+  request.duplicates_removed = submission.duplicates_removed;
+  request.load_seconds = submission.load_seconds;
+  request.scene = SceneParcel(std::move(submission.scene));
+  const std::uint64_t bulk = request.scene.size();
+  return ask<msg::Submitted>(std::move(request), bulk).job;
+}
+
+nlohmann::json Client::show(JobId job) { return ask<msg::Job>(msg::ShowJob{0, job}).job; }
+
+nlohmann::json Client::cancel(JobId job) { return ask<msg::Job>(msg::Cancel{0, job}).job; }
+
+nlohmann::json Client::pause(JobId job) { return ask<msg::Job>(msg::Pause{0, job}).job; }
+
+nlohmann::json Client::resume(JobId job) { return ask<msg::Job>(msg::Resume{0, job}).job; }
+
+nlohmann::json Client::jobs() { return ask<msg::Jobs>(msg::ListJobs{}).jobs; }
+
+nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).workers; }
+
+static Picture picture_of(msg::ImageData answer) {
+  try {
+    const auto parts = answer.picture.picture(answer.width, answer.height);
+    return {parts->image, parts->statistics, std::move(answer.report)};
+  } catch (const DecodeError& error) {
+    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
+  }
+}
+
+Image Client::fetch_partial(JobId job) {
+  const JobStatus status = job_status(show(job));
+  return picture_of(ask<msg::ImageData>(msg::Fetch{0, job, true, false},
+                                        picture_size(status.width, status.height, false)))
+      .image;
+}
+
+Picture Client::fetch(JobId job, bool statistics) {
+  const JobStatus status = job_status(show(job));
+  Picture picture =
+      picture_of(ask<msg::ImageData>(msg::Fetch{0, job, false, statistics},
+                                     picture_size(status.width, status.height, statistics)));
+  const auto stated = picture.report.find("image_sha256");
+  if (stated == picture.report.end() || *stated != image_sha256(picture.image)) {
+    throw RunError("the picture of job " + std::to_string(job) +
+                   " is not the one that its report states: its SHA-256 differs");
+  }
+  return picture;
+}
+
+void Client::rest(Time duration) {
+  const Time end = clock_.now() + duration;
+  for (Time now = clock_.now(); now < end; now = clock_.now()) {
+    wait_a_little(end - now);
+    while (link_.receive()) {  // late answers: left there, they would end every wait at once
+    }
+  }
+}
+
+void Client::wait_a_little(Time most) {
+  options_.poll();
+  link_.wait(std::clamp(most, Time(0), nap));
+  options_.poll();
+}
+
+/// Sends the request, again and again, until its answer comes.
+template <typename Answer, typename Request>
+Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
+  request.request = ++request_;
+  const Envelope message = link_.seal(Message(std::move(request)));
+  const Time bulk_time = transfer_time(bulk_bytes);
+  const Time repeat = options_.repeat + bulk_time;
+  const Time timeout = options_.timeout + 10 * bulk_time;
+  unreadable_.clear();
+  Time waited{};
+  Time send_at{};
+  Answer answer;
+  bool told = false;
+  for (Time last = clock_.now();;) {
+    if (waited >= send_at) {
+      link_.send({}, message);
+      send_at = waited + repeat;
+    }
+    wait_a_little((told ? send_at : std::min(send_at, timeout)) - waited);
+    if (take_answer(answer)) {
+      answered_ = true;
+      return answer;
+    }
+    // A step that took much longer than the nap was spent stopped (Ctrl-Z, a sleeping laptop).
+    const Time now = clock_.now();
+    waited += std::min(now - last, 20 * nap);
+    last = now;
+    if (waited >= timeout && !std::exchange(told, true)) {
+      if (!answered_) {
+        throw RunError(silence_text());
+      }
+      options_.on_silence(silence_text());
+    }
+  }
+}
+
+/// Takes what has arrived. True once `answer` is there; other messages are late answers to earlier
+/// requests, or damaged.
+template <typename Answer>
+bool Client::take_answer(Answer& answer) {
+  while (auto delivery = link_.receive()) {
+    try {
+      Message message = delivery->content.open();
+      if (const auto* error = std::get_if<msg::Error>(&message);
+          error != nullptr && error->request == request_) {
+        throw_answered(*error);
+      }
+      if (auto* found = std::get_if<Answer>(&message);
+          found != nullptr && found->request == request_) {
+        answer = std::move(*found);
+        return true;
+      }
+    } catch (const ProtocolError& error) {
+      unreadable_ = error.what();
+    }
+  }
+  return false;
+}
+
+std::string Client::silence_text() const {
+  if (!unreadable_.empty()) {
+    return "cannot read the answers of the coordinator at " + options_.address + " (" +
+           unreadable_ + "): is it of the same release?";
+  }
+  return "no answer from the coordinator at " + options_.address +
+         ": is parray-coordinator running there?";
+}
+
+}  // namespace parray

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/image/channels.h"
+#include "common/image/image.h"
+#include "common/image/picture_bytes.h"
+#include "coordinator/store/job_record.h"
+#include "proto/link.h"
+#include "proto/messages.h"
+
+namespace parray {
+
+/// What a client sends to have a scene rendered.
+struct Submission {
+  std::string name;  ///< for people: the scene file's name
+  std::uint32_t priority = 50;
+  RenderSettings settings;  ///< resolved: nothing automatic
+  std::string precision_reason;
+  double load_seconds = 0;
+  std::shared_ptr<const Scene> scene;
+  std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
+};
+
+/// A finished picture and the coordinator's report of it.
+struct Picture {
+  Image image;
+  PictureStatistics statistics;  ///< if they were asked for, or came all the same
+  nlohmann::json report;
+  Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
+};
+
+/// The job map of PROTOCOL.md, read.
+struct JobStatus {
+  JobId id = 0;
+  std::string name;
+  std::string state;
+  std::uint64_t priority = 0;
+  double progress = 0;  ///< 0 .. 1
+  double samples_per_second = 0;
+  double seconds_left = -1;  ///< -1: unknown
+  std::string reason;        ///< of a job that failed, was cancelled or is paused
+  std::string waits_for;     ///< what it lacks; empty: nothing
+  std::string flag;          ///< what was found wrong with its results, and mended
+  std::uint64_t width = 0;
+  std::uint64_t height = 0;
+  std::uint64_t samples_per_pixel = 0;
+  bool whole = false;  ///< every pixel has a sample
+  std::string sampler;
+
+  /// Done, failed or cancelled: nothing more will happen.
+  [[nodiscard]] bool ended() const;
+};
+
+/// Throws RunError when the map is not that of a job.
+JobStatus job_status(const nlohmann::json& map);
+
+/// A client's side of PROTOCOL.md, over any link: one request after the other, each repeated until
+/// it is answered.
+///
+/// Every request throws InputError or RunError with the coordinator's words when it answers
+/// `error`, and RunError when it does not answer. One thread.
+class Client {
+ public:
+  struct Options {
+    /// Of the coordinator, for messages.
+    std::string address;
+    /// How often a request is repeated. What carries bulk waits longer, by 1 s for every 10 MB.
+    Time repeat = milliseconds(500);
+    /// Without an answer for this long a coordinator that has never answered is given up. Time
+    /// during which this process was stopped does not count. Bulk: longer by 10 s for every 10 MB.
+    Time timeout = seconds(10);
+    /// Called at least every 50 ms while waiting; what it throws ends the request.
+    std::function<void()> poll = [] {};
+    /// A coordinator that has answered once is waited for, however long it takes: is told once that
+    /// there is no answer, with a line for people.
+    std::function<void(const std::string&)> on_silence = [](const std::string&) {};
+  };
+
+  /// `link` and `clock` must outlive the client.
+  Client(Link& link, const Clock& clock, Options options);
+
+  /// Returns the new job's number. Safe to lose and repeat on the way: it makes one job.
+  JobId submit(Submission submission);
+  /// The job map of PROTOCOL.md.
+  nlohmann::json show(JobId job);
+  nlohmann::json cancel(JobId job);
+  nlohmann::json pause(JobId job);
+  nlohmann::json resume(JobId job);
+  /// Lists of the maps of PROTOCOL.md.
+  nlohmann::json jobs();
+  nlohmann::json workers();
+  /// The picture of a job that is done; its SHA-256 is checked.
+  Picture fetch(JobId job, bool statistics = false);
+  /// What there is of the picture of a job that may not be done.
+  Image fetch_partial(JobId job);
+
+  /// Sleeps, with options.poll called.
+  void rest(Time duration);
+
+ private:
+  template <typename Answer, typename Request>
+  Answer ask(Request request, std::uint64_t bulk_bytes = 0);
+  template <typename Answer>
+  bool take_answer(Answer& answer);
+  void wait_a_little(Time most);
+  [[nodiscard]] std::string silence_text() const;
+
+  Link& link_;
+  const Clock& clock_;
+  const Options options_;
+  std::uint64_t request_ = 0;  ///< number of the latest request
+  bool answered_ = false;      ///< the coordinator has, to some request
+  std::string unreadable_;     ///< why the latest message could not be decoded
+};
+
+}  // namespace parray

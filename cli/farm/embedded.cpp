@@ -1,0 +1,173 @@
+#include "cli/farm/embedded.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <future>
+#include <limits>
+#include <mutex>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "common/base/error.h"
+#include "common/trace/selfcheck/fingerprint.h"
+#include "coordinator/coordinator.h"
+#include "proto/inproc_link.h"
+#include "worker/team.h"
+#include "worker/worker.h"
+
+namespace parray {
+namespace {
+
+/// A logger that nobody else sees: the default one belongs to whoever uses this as a library.
+std::shared_ptr<spdlog::logger> make_logger() {
+  auto log = std::make_shared<spdlog::logger>("embedded",
+                                              std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  log->set_level(spdlog::level::warn);
+  log->set_pattern("parray: %l: %v");
+  return log;
+}
+
+/// Inside one process nobody is lost without notice, so patience costs nothing, and a process that
+/// was stopped for a while finds its leases where they were.
+CoordinatorOptions patient_options(const std::string& fingerprint) {
+  CoordinatorOptions options;
+  options.silence = seconds(600);  // the protocol's longest
+  options.lease_timeout = std::chrono::hours(24);
+  options.fingerprint = fingerprint;
+  options.memory = std::numeric_limits<std::uint64_t>::max() / 2;  // the user has asked for it
+  options.max_failures = 1;                                        // there is nobody else to try
+  return options;
+}
+
+/// A thread whose end can be waited for with a time limit.
+class WatchedThread {
+ public:
+  template <typename Work>
+  explicit WatchedThread(Work work) {
+    std::packaged_task<void()> task(std::move(work));
+    ended_ = task.get_future();
+    try {
+      thread_ = std::thread(std::move(task));
+    } catch (const std::system_error& error) {
+      throw RunError(std::string("starting a thread: ") + error.what());
+    }
+  }
+  ~WatchedThread() { thread_.join(); }
+  WatchedThread(const WatchedThread&) = delete;
+  WatchedThread& operator=(const WatchedThread&) = delete;
+
+  [[nodiscard]] bool ended_within(Time patience) const {
+    return ended_.wait_for(patience) == std::future_status::ready;
+  }
+
+ private:
+  std::future<void> ended_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+class EmbeddedFarm::Impl {
+ public:
+  explicit Impl(std::uint32_t threads) : fingerprint_(trace_fingerprint()), threads_(threads) {
+    start(coordinator_thread_, &Impl::run_coordinator);
+    try {
+      start(worker_thread_, &Impl::run_worker);
+    } catch (...) {
+      request_stop();  // or the coordinator's thread would be waited for, for ever
+      throw;
+    }
+  }
+  ~Impl() { request_stop(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  std::unique_ptr<Link> connect() { return hub_.connect(); }
+  [[nodiscard]] std::shared_ptr<AcceleratorCache> accelerators() const { return accelerators_; }
+
+  void check() const {
+    const std::scoped_lock lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  bool stop(Time patience) {
+    request_stop();
+    const SteadyClock clock;
+    const Time end = clock.now() + patience;
+    return worker_thread_->ended_within(patience) &&
+           coordinator_thread_->ended_within(std::max(end - clock.now(), Time(0)));
+  }
+
+ private:
+  void request_stop() {
+    stop_ = true;
+    hub_.coordinator().wake();
+    worker_link_->wake();
+  }
+
+  void start(std::unique_ptr<WatchedThread>& thread, void (Impl::*work)()) {
+    thread = std::make_unique<WatchedThread>([this, work] {
+      try {
+        (this->*work)();
+      } catch (...) {
+        const std::scoped_lock lock(mutex_);
+        failure_ = std::current_exception();
+      }
+    });
+  }
+
+  void run_coordinator() {
+    CoordinatorOptions options = patient_options(fingerprint_);
+    options.backroom.wake = [this] { hub_.coordinator().wake(); };
+    Coordinator coordinator(std::move(options), nullptr, make_logger());
+    run_actor(coordinator, hub_.coordinator(), SteadyClock(),
+              [this](Time) { return stop_.load(); });
+  }
+
+  void run_worker() {
+    ThreadTeam team(
+        static_cast<int>(threads_), [this] { worker_link_->wake(); }, accelerators_);
+    WorkerOptions options;
+    options.name = "embedded";
+    options.instance = "1";
+    options.threads = threads_;
+    options.fingerprint = fingerprint_;
+    options.in_process = true;
+    Worker worker(options, team);
+    run_actor(worker, *worker_link_, SteadyClock(), [&](Time) {
+      if (!worker.refused().empty()) throw RunError("starting to render: " + worker.refused());
+      return stop_.load();
+    });
+    team.abandon();
+  }
+
+  const std::string fingerprint_;
+  const std::uint32_t threads_;
+  const std::shared_ptr<AcceleratorCache> accelerators_ = std::make_shared<AcceleratorCache>();
+  InprocHub hub_;
+  std::unique_ptr<Link> worker_link_ = hub_.connect();
+  std::atomic<bool> stop_ = false;
+  mutable std::mutex mutex_;  // guards failure_
+  std::exception_ptr failure_;
+  // Last, so that the threads end before what they use.
+  std::unique_ptr<WatchedThread> coordinator_thread_;
+  std::unique_ptr<WatchedThread> worker_thread_;
+};
+
+EmbeddedFarm::EmbeddedFarm(std::uint32_t threads) : impl_(std::make_unique<Impl>(threads)) {}
+EmbeddedFarm::~EmbeddedFarm() = default;
+std::unique_ptr<Link> EmbeddedFarm::connect() { return impl_->connect(); }
+std::shared_ptr<AcceleratorCache> EmbeddedFarm::accelerators() const {
+  return impl_->accelerators();
+}
+void EmbeddedFarm::check() const { impl_->check(); }
+bool EmbeddedFarm::stop(Time patience) { return impl_->stop(patience); }
+
+}  // namespace parray

@@ -1,0 +1,70 @@
+#include "cli/mpi/transport.h"
+
+#include <algorithm>
+
+#include "common/base/error.h"
+
+namespace parray {
+
+void Transport::begin_pass(const WindowLayout& layout) {
+  if (layout.bytes() <= bytes_) {
+    clear(layout.zeroed_bytes());
+    return;
+  }
+  // Records of later passes are a little longer, pass by pass.
+  bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
+  if (!alone_ && !by_messages_) {
+    open_window(layout);
+  }
+  if (world_.first() && !mpi_window_) {
+    local_memory_ = {};  // before there is more: two may not fit
+    local_memory_.resize((bytes_ + 7) / 8);
+    local_window_ = std::make_unique<LocalWindow>(memory());
+  }
+}
+
+void Transport::open_window(const WindowLayout& layout) {
+  close();
+  try {
+    mpi_window_ = std::make_unique<MpiWindow>(world_.comm(), bytes_, layout.zeroed_bytes());
+  } catch (const RunError& error) {
+    fallback_reason_ = error.what();
+  }
+  const bool everywhere = world_.all_of(mpi_window_ != nullptr);
+  if (!everywhere || !mpi_window_->works()) {
+    if (fallback_reason_.empty()) {
+      fallback_reason_ = "its trial failed";
+    }
+    static_cast<void>(mpi_window_.release());  // closing a window that does not work may hang
+    by_messages_ = true;
+  }
+}
+
+void Transport::clear(std::size_t zeroed) {
+  if (mpi_window_) {
+    mpi_window_->clear(zeroed);
+    world_.barrier(std::chrono::hours(24 * 365));  // nobody writes before it is zero
+  } else if (world_.first()) {
+    std::fill_n(memory().begin(), zeroed, std::byte{0});
+  }
+}
+
+const char* Transport::name() const {
+  return mpi_window_ ? "window" : by_messages_ ? "messages" : "memory";
+}
+
+Window* Transport::window() {
+  return mpi_window_ ? static_cast<Window*>(mpi_window_.get()) : local_window_.get();
+}
+
+std::span<std::byte> Transport::memory() {
+  return mpi_window_ ? mpi_window_->memory() : std::as_writable_bytes(std::span(local_memory_));
+}
+
+void Transport::progress() {
+  if (mpi_window_) {
+    mpi_window_->progress();
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/mpi/mpi_world.h"
+#include "proto/mpi_window.h"
+
+namespace parray {
+
+/// The memory that leases and results go through, and how this rank reaches it.
+class Transport {
+ public:
+  /// `world` outlives the object. `alone`: only rank 0 takes part.
+  Transport(const MpiWorld& world, bool alone, bool by_messages)
+      : world_(world), alone_(alone || world.ranks() == 1), by_messages_(!alone_ && by_messages) {}
+  ~Transport() { static_cast<void>(mpi_window_.release()); }
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
+
+  /// Memory for a pass, as WindowLayout wants it; that of the pass before if it is large enough.
+  /// Nobody uses it any more. Collective, unless rank 0 is alone. Falls back from a window to
+  /// messages, for good, when the window cannot be had, or fails its trial.
+  void begin_pass(const WindowLayout& layout);
+
+  /// "window", "messages" or "memory" (rank 0 alone).
+  [[nodiscard]] const char* name() const;
+  /// Why there is no window although one was asked for; empty otherwise.
+  [[nodiscard]] const std::string& fallback_reason() const { return fallback_reason_; }
+  [[nodiscard]] bool by_messages() const { return by_messages_; }
+  /// The window as this rank reaches it; null in a rank that sends messages.
+  [[nodiscard]] Window* window();
+  /// Rank 0's memory.
+  [[nodiscard]] std::span<std::byte> memory();
+  /// Rank 0: lets operations of others come in.
+  void progress();
+  /// Closes the window. Collective; not called when something has gone wrong and somebody may not
+  /// answer: what is not closed stays open until the process ends.
+  void close() { mpi_window_.reset(); }
+
+ private:
+  void open_window(const WindowLayout& layout);
+  void clear(std::size_t zeroed);
+
+  const MpiWorld& world_;
+  const bool alone_;
+  bool by_messages_;
+  std::size_t bytes_ = 0;  ///< of the memory, in rank 0
+  std::string fallback_reason_;
+  std::unique_ptr<MpiWindow> mpi_window_;
+  std::vector<std::uint64_t> local_memory_;  // words, for their alignment
+  std::unique_ptr<LocalWindow> local_window_;
+};
+
+}  // namespace parray

@@ -1,0 +1,109 @@
+#include "cli/output/delivery.h"
+
+#include <array>
+#include <iostream>
+#include <string>
+#include <string_view>
+
+#include "cli/output/text.h"
+#include "common/base/error.h"
+#include "common/image/image_file.h"
+#include "common/image/partial_file.h"
+#include "common/process/stop_signal.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// What the image file says about itself: fields of the report.
+constexpr std::array<std::string_view, 12> kept_in_image = {
+    "version", "scene_sha256", "image_sha256", "width",     "height",      "samples_per_pixel",
+    "samples", "max_depth",    "seed",         "precision", "accelerator", "sampler"};
+
+std::string text_of(const json& value) {
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+ImageMetadata metadata_of(const json& report) {
+  ImageMetadata metadata = {{"Software", "ParRay " + report.value("version", "")}};
+  for (const std::string_view key : kept_in_image) {
+    const auto found = report.find(key);
+    if (found != report.end()) {
+      metadata.emplace_back("parray:" + std::string(key), text_of(*found));
+    }
+  }
+  return metadata;
+}
+
+void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
+  const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
+  std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
+            << report.at("height") << " pixels, "
+            << counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") << " each, "
+            << duration_text(seconds) << ", "
+            << with_unit(report.at("samples_per_second").get<double>(), "samples/s")
+            << ", image_sha256 " << report.at("image_sha256").get<std::string>().substr(0, 16)
+            << "\n";
+}
+
+}  // namespace
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return !a.empty() && !b.empty() &&
+         (fs::equivalent(a, b, ignored) ||
+          fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
+}
+
+void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
+  if (!outputs.image.empty()) check_image_path(outputs.image);
+  if (!outputs.report.empty()) check_output_path(outputs.report);
+  if (!outputs.aovs.empty() && !can_hold_channels(outputs.image)) {
+    throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
+                     " has no room for extra channels: write an EXR file (.exr)");
+  }
+  if (same_file(outputs.image, outputs.report)) {
+    throw InputError(outputs.report.string() + ": picture and report need two files");
+  }
+  for (const fs::path& output : {outputs.image, outputs.report}) {
+    if (same_file(output, scene)) {
+      throw InputError(output.string() + " is the scene itself: name another file to write");
+    }
+  }
+}
+
+int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> started) {
+  const SteadyClock clock;
+  json& report = picture.report;
+  const Time begin = clock.now();
+  if (!outputs.image.empty()) {
+    write_image(outputs.image, picture.image, metadata_of(report), picture.channels,
+                check_interrupted);
+  }
+  const Time end = clock.now();
+  json& parts = report.at("seconds");
+  const double write = to_seconds(end - begin);
+  // Building the accelerator is a part of `render`.
+  const double total = started ? to_seconds(end - *started)
+                               : parts.value("load", 0.0) + parts.value("render", 0.0) + write;
+  parts["write"] = write;
+  parts["total"] = total;
+  if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
+  if (!outputs.none()) say_what_was_written(report, outputs, total);
+  const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
+  if (nonfinite == 0) return 0;
+  const json located = report.value("nonfinite", json::array());
+  std::cerr << "parray: warning: " << nonfinite << " of " << report.at("samples")
+            << " samples were not finite and were left out of the picture";
+  if (!located.empty()) {
+    const json& first = located.front();
+    std::cerr << ", the first in pixel (" << first.at("x") << ", " << first.at("y") << "), sample "
+              << first.at("first_sample");
+  }
+  std::cerr << ": please report the scene\n";
+  return 1;
+}
+
+}  // namespace parray

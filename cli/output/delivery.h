@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "cli/farm/client.h"
+
+namespace parray {
+
+/// Where a picture and its report go; empty: not wanted.
+struct OutputPaths {
+  std::filesystem::path image;
+  std::filesystem::path report;
+  Aovs aovs{};  ///< wanted as extra channels of the image
+
+  [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
+};
+
+/// Both name the same file, whether it is there yet or not; false if one is empty.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
+/// Throws InputError unless both can be written, differ, and are not `scene`, and the image has
+/// room for the channels. Called before any work.
+void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
+
+/// Writes a finished picture, with its channels, and its report, and says on stdout what was
+/// written (on stderr, too, if samples were not finite). The report gets `seconds.write` and
+/// `seconds.total`: the time since `started`, or, without it, the sum of its parts.
+///
+/// Returns the program's exit status: 0, or 1 if samples were not finite. Throws RunError, and
+/// Interrupted (see common/process/stop_signal.h) between two strips of the image; nothing
+/// half-written stays.
+int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> started);
+
+}  // namespace parray

@@ -1,0 +1,67 @@
+#include "cli/output/extra_channels.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/process/stop_signal.h"
+#include "common/trace/integrator/extra_channels.h"
+#include "common/trace/tracer.h"
+#include "proto/clock.h"
+
+namespace parray {
+
+ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
+                             std::shared_ptr<const Scene> scene, int threads) {
+  if (std::all_of(aovs.begin(), aovs.end(), is_statistic)) scene = nullptr;
+  return {.aovs = aovs, .settings = settings, .scene = std::move(scene), .threads = threads};
+}
+
+bool wants_statistics(const Aovs& aovs) {
+  return std::any_of(aovs.begin(), aovs.end(), is_statistic);
+}
+
+namespace {
+
+Channels trace_channels_of(const ExtraChannels& extra, const std::string& scene_id) {
+  auto accelerator = extra.accelerators->find(scene_id, extra.settings);
+  if (!accelerator) {
+    accelerator = extra.accelerators->build(scene_id, *extra.scene, extra.settings, extra.threads);
+  }
+  const auto tracer = make_path_tracer(std::move(accelerator), extra.scene->camera, extra.settings);
+  return trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs, extra.threads,
+                        check_interrupted);
+}
+
+void add_statistics(Picture& picture, const Aovs& aovs) {
+  if (aovs.contains(Aov::samples)) {
+    picture.channels.push_back({"samples", picture.statistics.samples});
+  }
+  if (!aovs.contains(Aov::half_width)) return;
+  const std::vector<float>& all = picture.statistics.half_width;
+  for (const std::size_t c : {0U, 1U, 2U}) {
+    std::vector<float> values(all.size() / 3);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = all[3 * i + c];
+    }
+    picture.channels.push_back({std::string("half_width.") + "RGB"[c], std::move(values)});
+  }
+}
+
+}  // namespace
+
+void add_channels(Picture& picture, const ExtraChannels& extra) {
+  if (extra.aovs.empty()) return;
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  if (extra.scene) {
+    picture.channels = trace_channels_of(extra, picture.report.at("scene_sha256"));
+  }
+  add_statistics(picture, extra.aovs);
+  nlohmann::json& names = picture.report["aovs"] = nlohmann::json::array();
+  for (const Aov aov : extra.aovs) {
+    names.push_back(name_of(aov));
+  }
+  picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
+}
+
+}  // namespace parray

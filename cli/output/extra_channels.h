@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+
+#include "cli/farm/client.h"
+#include "common/image/channels.h"
+#include "worker/accelerator_cache.h"
+
+namespace parray {
+
+/// Extra channels of a picture. Most are traced from the scene, by whoever writes the picture: no
+/// farm knows of them. Without any of these, nothing of the scene is kept.
+struct ExtraChannels {
+  Aovs aovs;
+  RenderSettings settings;             ///< resolved
+  std::shared_ptr<const Scene> scene;  ///< null: nothing is traced
+  int threads = 1;
+  /// Of whoever renders the picture in this process, if so: what it has built is used.
+  std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
+};
+
+/// Those of a job of `settings` and `scene`, to be traced by `threads` threads here.
+ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
+                             std::shared_ptr<const Scene> scene, int threads);
+
+/// Whether the picture has to come with its statistics.
+bool wants_statistics(const Aovs& aovs);
+
+/// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
+/// their names, and `seconds.aovs`. Throws Interrupted (see common/process/stop_signal.h).
+void add_channels(Picture& picture, const ExtraChannels& extra);
+
+}  // namespace parray

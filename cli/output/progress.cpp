@@ -1,0 +1,117 @@
+#include "cli/output/progress.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+#include "cli/output/text.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+constexpr Time bar_interval = milliseconds(200);
+constexpr Time line_interval = seconds(10);
+
+std::string percent_text(double fraction) {
+  // Rounded down, so that 100 % means the end.
+  const double tenths = std::floor(1000 * std::clamp(fraction, 0.0, 1.0));
+  return formatted("%5.1f %%", tenths / 10);
+}
+
+/// What follows the bar.
+std::string facts(const JobStatus& job) {
+  std::string text = percent_text(job.progress);
+  if (job.ended()) return text + "  " + job.state;
+  if (!job.waits_for.empty()) return text + "  waits for: " + printable(job.waits_for, 200);
+  if (job.state == "finishing" || job.state == "paused") text += "  " + job.state;
+  if (job.samples_per_second > 0) {
+    text += "  " + with_unit(job.samples_per_second, "samples/s");
+  }
+  if (job.seconds_left >= 0) text += "  " + duration_text(job.seconds_left) + " left";
+  return text;
+}
+
+}  // namespace
+
+ProgressStyle progress_style(bool quiet) {
+  if (quiet) return ProgressStyle::none;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
+  const char* const terminal = std::getenv("TERM");
+  const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+  return isatty(STDERR_FILENO) != 0 && !dumb ? ProgressStyle::bar : ProgressStyle::lines;
+}
+
+std::size_t terminal_columns() {
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : 80;
+}
+
+std::string bar_text(const JobStatus& job, std::size_t columns) {
+  constexpr std::size_t longest_bar = 30;
+  constexpr std::size_t shortest_bar = 5;
+  const std::string text = facts(job);
+  const std::size_t frame = std::string_view("[] ").size();
+  if (columns < text.size() + frame + shortest_bar) return text.substr(0, columns);
+  const std::size_t length = std::min(columns - text.size() - frame, longest_bar);
+  const auto filled =
+      static_cast<std::size_t>(static_cast<double>(length) * std::clamp(job.progress, 0.0, 1.0));
+  return "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
+}
+
+Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
+    : style_(style), out_(out), columns_(columns) {}
+
+Progress::~Progress() {
+  if (drawn_ > 0) out_ << '\n';
+}
+
+/// Progress grows lease by lease, and an average over a time without growth sinks: in between, the
+/// last speed stays and the time left runs down.
+JobStatus Progress::between_leases(Time now, const JobStatus& job) {
+  if (job.progress != last_.progress || job.state != last_.state ||
+      job.waits_for != last_.waits_for) {
+    last_ = job;
+    last_growth_ = now;
+    return job;
+  }
+  JobStatus shown = last_;
+  if (shown.seconds_left >= 0) {
+    shown.seconds_left = std::max(shown.seconds_left - to_seconds(now - last_growth_), 0.0);
+  }
+  return shown;
+}
+
+void Progress::show(Time now, const JobStatus& reported) {
+  const JobStatus job = between_leases(now, reported);
+  if (!started_) {
+    started_ = true;
+    // A log does not need to hear that nothing has happened yet.
+    next_ = style_ == ProgressStyle::lines ? now + line_interval : now;
+  }
+  if (style_ == ProgressStyle::none || (now < next_ && !job.ended())) return;
+  if (style_ == ProgressStyle::bar) {
+    draw_bar(job);
+    next_ = now + bar_interval;
+    return;
+  }
+  out_ << printable(job.name) + ": " + facts(job) + "\n" << std::flush;
+  next_ = now + line_interval;
+}
+
+void Progress::draw_bar(const JobStatus& job) {
+  // The last column stays free: a cursor beyond it would begin a new line.
+  std::string line = bar_text(job, columns_ - 1);
+  const std::size_t length = line.size();
+  if (length < drawn_) line.append(drawn_ - length, ' ');  // over what stood there
+  line.insert(line.begin(), '\r');
+  out_ << line << std::flush;
+  drawn_ = length;
+}
+
+}  // namespace parray

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <ostream>
+#include <string>
+
+#include "cli/farm/client.h"
+
+namespace parray {
+
+enum class ProgressStyle {
+  none,
+  lines,  ///< a line every 10 s, and the last: for logs
+  bar     ///< one line, redrawn
+};
+
+/// What suits stderr: a bar on a terminal that can go back to the start of a line, else lines.
+ProgressStyle progress_style(bool quiet);
+
+/// Columns of the terminal behind stderr; 80 if that is unknown.
+std::size_t terminal_columns();
+
+/// "[#####     ]  43.1 %  3.14 M samples/s  12 s left", at most `columns` long: the bar shrinks,
+/// then goes. Plain text: no colours, no control characters.
+std::string bar_text(const JobStatus& job, std::size_t columns);
+
+/// Tells people how far a job is. Never colours, so NO_COLOR has nothing to ask for. One thread.
+class Progress {
+ public:
+  /// Writes to `out`, which must outlive the object.
+  Progress(ProgressStyle style, std::ostream& out, std::size_t columns);
+  /// Ends a bar's line, so that whatever comes next starts its own.
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Takes note of a job's state; shows it when it is time to, and always when the job has ended.
+  void show(Time now, const JobStatus& reported);
+
+ private:
+  JobStatus between_leases(Time now, const JobStatus& job);
+  void draw_bar(const JobStatus& job);
+
+  const ProgressStyle style_;
+  std::ostream& out_;
+  const std::size_t columns_;
+  Time next_{};
+  JobStatus last_;  ///< as it was when its progress last grew
+  Time last_growth_{};
+  bool started_ = false;
+  std::size_t drawn_ = 0;  ///< length of the bar's line as it stands
+};
+
+}  // namespace parray

@@ -1,0 +1,191 @@
+#include "cli/plan/error_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/adaptive/allocation.h"
+
+namespace parray {
+namespace {
+
+/// By how much a law may be off for each octave away from the most samples that were measured.
+constexpr double doubt_per_octave = 0.02;
+constexpr double least_relative = 0.005;
+
+constexpr double unit = 1 << 20;  ///< of samples in whole numbers, which passes count in
+
+constexpr double search_begin = -7;  ///< of every search, in logarithms of samples
+constexpr double search_end = 60;
+
+/// Where a falling function of the logarithm of samples meets `wanted`.
+template <typename Falling>
+double samples_where(const Falling& falling, double wanted) {
+  double low = search_begin;
+  double high = search_end;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = (low + high) / 2;
+    (falling(std::exp(middle)) > wanted ? low : high) = middle;
+  }
+  return std::exp(high);
+}
+
+}  // namespace
+
+ModelError ModelError::uniform(double deviation) {
+  return ModelError({{0.0, std::log(deviation)}});
+}
+
+ModelError ModelError::adaptive(const FramebufferView& state, double rmse) {
+  const Allocation allocation(state, false);
+  const auto pixels = static_cast<double>(state.counts.size());
+  const double first = state.counts[0];
+  std::vector<std::pair<double, double>> points;
+  for (int half_octaves = 0; half_octaves <= 20; ++half_octaves) {
+    const double samples = first * std::exp2(half_octaves / 2.0);
+    const double share = allocation.share_of_square_error(samples * pixels);
+    points.emplace_back(std::log(samples), std::log(rmse) + std::log(share) / 2);
+  }
+  return ModelError(std::move(points));
+}
+
+double ModelError::at(double samples) const {
+  const double x = std::log(samples);
+  const auto after = std::upper_bound(points_.begin(), points_.end(), x,
+                                      [](double value, const auto& p) { return value < p.first; });
+  if (after == points_.begin()) {
+    return std::exp(points_.front().second - (x - points_.front().first) / 2);
+  }
+  const auto before = after - 1;
+  const double slope = after == points_.end()
+                           ? -0.5
+                           : (after->second - before->second) / (after->first - before->first);
+  return std::exp(before->second + slope * (x - before->first));
+}
+
+double ModelError::samples_for(double rmse) const {
+  return samples_where([this](double samples) { return at(samples); }, rmse);
+}
+
+ErrorModel::ErrorModel(ModelError model, std::span<const MeasuredError> measured,
+                       ExponentPrior exponent)
+    : model_(std::move(model)) {
+  for (const MeasuredError& one : measured) {
+    const double doubt = doubt_per_octave * std::log2(measured.back().samples / one.samples);
+    const double relative = std::max(one.relative, least_relative);
+    gains_.push_back({std::log(one.samples), std::log(one.rmse / model_.at(one.samples)), relative,
+                      1 / (relative * relative + doubt * doubt)});
+  }
+  fit_exponent(exponent);
+  if (exponent.deviation == 0) {
+    average_gains();
+  }
+}
+
+void ErrorModel::fit_exponent(ExponentPrior prior) {
+  exponent_ = prior.mean;
+  if (prior.deviation == 0) {
+    return;
+  }
+  double weights = 0;
+  double middle = 0;
+  for (const Gain& one : gains_) {
+    weights += one.weight;
+    middle += one.weight * one.samples;
+  }
+  middle /= weights;
+  double precision = 1 / (prior.deviation * prior.deviation);
+  double sum = prior.mean * precision;
+  for (const Gain& one : gains_) {
+    const double x = one.samples - middle;
+    precision += one.weight * x * x;
+    sum -= one.weight * x * one.gain;
+  }
+  exponent_ = sum / precision;
+  exponent_variance_ = 1 / precision;
+}
+
+void ErrorModel::average_gains() {
+  Gain mean = gains_.back();
+  mean.gain = 0;
+  double weights = 0;
+  for (const Gain& one : gains_) {
+    weights += one.weight;
+    mean.gain += one.weight * (one.gain + exponent_ * (one.samples - mean.samples));
+  }
+  mean.gain /= weights;
+  mean.relative = 1 / std::sqrt(weights);
+  gains_ = {mean};
+}
+
+double ErrorModel::at(double samples) const {
+  const double x = std::log(samples);
+  const auto after =
+      std::find_if(gains_.begin(), gains_.end(), [x](const Gain& one) { return one.samples >= x; });
+  double gain = 0;
+  if (after == gains_.begin() || after == gains_.end()) {
+    const Gain& nearest = after == gains_.end() ? gains_.back() : gains_.front();
+    gain = nearest.gain - exponent_ * (x - nearest.samples);
+  } else {
+    const Gain& before = *(after - 1);
+    const double share = (x - before.samples) / (after->samples - before.samples);
+    gain = before.gain + share * (after->gain - before.gain);
+  }
+  return model_.at(samples) * std::exp(gain);
+}
+
+double ErrorModel::samples_for(double rmse) const {
+  return samples_where([this](double samples) { return at(samples); }, rmse);
+}
+
+double ErrorModel::relative_at(double samples) const {
+  const double x = std::log(samples);
+  const double away = std::max({gains_.front().samples - x, x - gains_.back().samples, 0.0});
+  const double relative = gains_.back().relative;
+  return std::sqrt(relative * relative + exponent_variance_ * away * away);
+}
+
+double UpperBound::of(double rmse, double samples) const {
+  return std::sqrt(factor * rmse * rmse + unseen / samples);
+}
+
+Forecast forecast_target(const ErrorModel& law, const UpperBound& stated, double target,
+                         double most_samples) {
+  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
+  for (;; ++now.passes) {
+    now.rmse = law.at(now.samples);
+    const double high = stated.of(now.rmse, now.samples);
+    if (high <= target || now.samples >= most_samples) {
+      return now;
+    }
+    // What the passes expect themselves: they know nothing of a sampler's exponent.
+    const double total = law.model().samples_for(law.model().at(now.samples) * target / high);
+    const double lacking =
+        std::min(lacking_for_error(total, now.samples), most_samples - now.samples);
+    now.samples += static_cast<double>(part_of(static_cast<std::uint64_t>(lacking * unit) + 1,
+                                               static_cast<std::uint64_t>(now.samples * unit))) /
+                   unit;
+  }
+}
+
+Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples) {
+  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
+  double left = seconds - now.samples * costs.pilot_sample - costs.pass;
+  double sample = costs.pilot_sample;  // of the pass before: what the passes go by
+  for (; left > 0; ++now.passes) {
+    const auto traced = static_cast<std::uint64_t>(now.samples * unit);
+    const auto lacking = static_cast<std::uint64_t>((most_samples - now.samples) * unit);
+    const auto affordable =
+        static_cast<std::uint64_t>(std::min(left / sample, most_samples) * unit);
+    const std::uint64_t more = within_time(part_of(lacking, traced), traced, affordable);
+    if (more == 0) {
+      break;
+    }
+    const double samples = static_cast<double>(more) / unit;
+    now.samples += samples;
+    left -= samples * costs.later_sample + costs.pass;
+    sample = costs.later_sample;
+  }
+  return now;
+}
+
+}  // namespace parray

@@ -1,0 +1,34 @@
+# A room is a library of its own, so that a program links what its rooms may use and no more:
+# parray_room(NAME [SOURCES FILE...] [LINKS TARGET...] [PRIVATE TARGET...]) makes parray_NAME, alias
+# parray::NAME. LINKS are the rooms and libraries that its headers may include, PRIVATE those that
+# only its sources may. The table of tests/unit/include_rules_test.cpp says the same of includes.
+function(parray_room name)
+  cmake_parse_arguments(PARSE_ARGV 1 room "" "" "SOURCES;LINKS;PRIVATE")
+  if(room_SOURCES)
+    add_library(parray_${name} STATIC ${room_SOURCES})
+    target_link_libraries(parray_${name} PUBLIC parray_flags ${room_LINKS} PRIVATE ${room_PRIVATE})
+    parray_precompiled(parray_${name})
+  else()
+    add_library(parray_${name} INTERFACE)
+    target_link_libraries(parray_${name} INTERFACE parray_flags ${room_LINKS})
+  endif()
+  add_library(parray::${name} ALIAS parray_${name})
+endfunction()
+
+# Long headers are parsed once for each set of flags that compilers tell apart there. (Kernels get
+# none: of an inline function that two sets of instructions share, the linker keeps any copy.)
+foreach(flags plain openmp)
+  add_library(parray_precompiled_${flags} OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
+  target_link_libraries(parray_precompiled_${flags} PRIVATE parray_flags nlohmann_json::nlohmann_json)
+  target_precompile_headers(parray_precompiled_${flags} PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
+endforeach()
+target_link_libraries(parray_precompiled_openmp PRIVATE OpenMP::OpenMP_CXX)
+
+function(parray_precompiled target)
+  get_target_property(links ${target} LINK_LIBRARIES)
+  if(OpenMP::OpenMP_CXX IN_LIST links)
+    target_precompile_headers(${target} REUSE_FROM parray_precompiled_openmp)
+  else()
+    target_precompile_headers(${target} REUSE_FROM parray_precompiled_plain)
+  endif()
+endfunction()

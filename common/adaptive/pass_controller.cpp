@@ -1,0 +1,107 @@
+#include "common/adaptive/pass_controller.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace parray {
+namespace {
+
+/// What brings every pixel from what it has to `targets`.
+std::optional<Pass> pass_to(const Framebuffer& framebuffer,
+                            const std::vector<std::uint32_t>& targets) {
+  const std::vector<std::uint32_t>& now = framebuffer.samples();
+  const auto [least_now, most_now] = std::minmax_element(now.begin(), now.end());
+  const auto [least_then, most_then] = std::minmax_element(targets.begin(), targets.end());
+  if (*most_then <= *least_now) {
+    return {};  // no pixel may have more
+  }
+  Pass pass{{{*least_now, *most_then}}, {}};
+  if (*least_now == *most_now && *least_then == *most_then) {
+    return pass;
+  }
+  pass.samples.reserve(targets.size());
+  bool any = false;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (targets[i] < now[i]) {
+      throw std::logic_error("a pass that takes samples away");
+    }
+    any = any || targets[i] > now[i];
+    pass.samples.push_back({now[i], targets[i]});
+  }
+  return any ? std::optional(std::move(pass)) : std::nullopt;
+}
+
+}  // namespace
+
+PassController::PassController(const RenderSettings& settings, double largest_radiance,
+                               std::vector<std::uint64_t> begun)
+    : settings_(settings), largest_radiance_(largest_radiance), begun_(std::move(begun)) {}
+
+/// Sums travel once for every stage, so there are few.
+Pass PassController::whole_picture() const {
+  Pass pass;
+  std::uint32_t begin = 0;
+  for (const std::uint32_t rung : {1U, 16U}) {
+    if (settings_.progressive && rung < settings_.samples_per_pixel) {
+      pass.stages.push_back({begin, rung});
+      begin = rung;
+    }
+  }
+  pass.stages.push_back({begin, settings_.samples_per_pixel});
+  return pass;
+}
+
+/// What the time left allows, at the speed of the pass before. Of how fast an earlier life was
+/// nothing is known: no more than it has done.
+std::uint64_t PassController::affordable(const Framebuffer& framebuffer,
+                                         const PassTimes& times) const {
+  if (settings_.time_limit == 0 || passes_ == 0) {
+    return std::numeric_limits<std::uint64_t>::max();
+  }
+  const std::uint64_t samples = framebuffer.counts().samples;
+  if (times.pass <= 0) {
+    return times.total > 0 ? 0 : samples;
+  }
+  const double left = settings_.time_limit - times.total;
+  if (left <= 0) {
+    return 0;
+  }
+  return static_cast<std::uint64_t>(static_cast<double>(samples - samples_before_) / times.pass *
+                                    left);
+}
+
+PassSize PassController::decide(const Framebuffer& framebuffer, const PassTimes& times) const {
+  return next_pass_size(framebuffer.view(largest_radiance_), settings_, passes_,
+                        affordable(framebuffer, times));
+}
+
+std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const PassTimes& times) {
+  if (!settings_.in_passes()) {
+    return passes_++ == 0 ? std::optional(whole_picture()) : std::nullopt;
+  }
+  repeats_ = passes_ < begun_.size();
+  PassSize size;
+  if (repeats_) {
+    size.samples = begun_[passes_];
+    expected_ = passes_ == 0 ? decide(framebuffer, times).expected : expected_;
+  } else {
+    size = decide(framebuffer, times);
+    expected_ = size.samples > 0 ? size.expected : framebuffer.counts().samples;
+  }
+  stopped_by_ = size.stop;
+  if (size.samples == 0) {
+    return {};
+  }
+  const FramebufferView view = framebuffer.view(largest_radiance_);
+  auto pass = pass_to(framebuffer, counts_after_pass(view, settings_, size.samples));
+  if (pass) {
+    samples_before_ = framebuffer.counts().samples;
+    ++passes_;
+    if (!repeats_) {
+      begun_.push_back(size.samples);
+    }
+  }
+  return pass;
+}
+
+}  // namespace parray

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "common/adaptive/passes.h"
+#include "common/image/framebuffer.h"
+#include "common/scene/settings.h"
+#include "common/schedule/work_plan.h"
+
+namespace parray {
+
+/// How long a picture has taken so far, in seconds: what passes under a time limit are sized by.
+struct PassTimes {
+  double total = 0;  ///< loading included
+  double pass = 0;   ///< the latest pass alone; 0: not known
+};
+
+/// The passes of one picture, whoever traces them: decides what each is to add, from the sums of
+/// those before. A picture that does not go in passes has one. Plain state; one thread.
+class PassController {
+ public:
+  /// `begun`: samples of the passes that have begun in an earlier life of the job, all pixels
+  /// together; they are repeated, not decided anew.
+  PassController(const RenderSettings& settings, double largest_radiance,
+                 std::vector<std::uint64_t> begun = {});
+
+  /// Begins the next pass: all samples of the one before are in `framebuffer`. None when the
+  /// picture is complete.
+  std::optional<Pass> next(const Framebuffer& framebuffer, const PassTimes& times = {});
+
+  /// What is in `framebuffer` now was not traced in the time that PassTimes::pass will count.
+  void begin_timing(const Framebuffer& framebuffer) {
+    samples_before_ = framebuffer.counts().samples;
+  }
+
+  /// Number of the pass under way, from 0. Only once one has begun.
+  [[nodiscard]] std::uint32_t pass() const { return passes_ - 1; }
+  /// Samples of each pass that has begun, for whoever keeps the job; empty without passes.
+  [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
+  /// Whether the latest pass repeats one of an earlier life.
+  [[nodiscard]] bool repeats() const { return repeats_; }
+  [[nodiscard]] StopReason stopped_by() const { return stopped_by_; }
+  /// Of the finished picture, as far as can be told now; 0: unknown.
+  [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
+
+ private:
+  [[nodiscard]] std::uint64_t affordable(const Framebuffer& framebuffer,
+                                         const PassTimes& times) const;
+  [[nodiscard]] PassSize decide(const Framebuffer& framebuffer, const PassTimes& times) const;
+  [[nodiscard]] Pass whole_picture() const;
+
+  RenderSettings settings_;
+  double largest_radiance_;
+  std::vector<std::uint64_t> begun_;
+  std::uint32_t passes_ = 0;
+  std::uint64_t samples_before_ = 0;  ///< the latest pass
+  bool repeats_ = false;
+  StopReason stopped_by_ = StopReason::samples;
+  std::uint64_t expected_ = 0;
+};
+
+}  // namespace parray

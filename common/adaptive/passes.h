@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "common/image/framebuffer.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+enum class StopReason : std::uint8_t { samples, error, half_width, time, passes };
+std::string_view name_of(StopReason reason);
+
+/// How large the next pass is to be, or why there is none.
+struct PassSize {
+  std::uint64_t samples = 0;  ///< of all pixels together; 0: the picture is done
+  StopReason stop = StopReason::samples;
+  /// Samples that the finished picture is going to have, as far as can be told now; 0: nothing is
+  /// known yet. More than there will be if time runs out.
+  std::uint64_t expected = 0;
+};
+
+/// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to
+/// know of its noise.
+inline constexpr std::uint64_t pilot_samples = 32;
+/// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some more, lest
+/// the last little bit takes many passes.
+double lacking_for_error(double total, double traced);
+/// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
+std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
+/// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
+/// most half of it until there is little, or it is enough for all. 0: time is up.
+std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
+
+/// The size of pass number `pass` (0: the first), from the limits of `settings` and what the passes
+/// before it have found. `affordable`: samples that the time left allows (only asked for with a
+/// time limit). A function of its arguments alone, in arithmetic that is the same everywhere.
+///
+/// The first pass has 32 samples a pixel, fewer if samples_per_pixel or time say so, but 2 at
+/// least; later ones double or quadruple the picture until the last goes all the way. A target
+/// error is met by the upper end of the RMSE's interval, a target half-width by 99 % of the pixels
+/// and channels; the first of both targets that is met ends the picture. A pass takes at most half
+/// of the time left while that is much, and at most 7/8 of the rest.
+///
+/// A pass adds exactly that many samples (see counts_after_pass()), so that settings.passes from a
+/// report repeats the picture, if `adaptive` and which target is set are the same.
+PassSize next_pass_size(const FramebufferView& state, const StopSettings& settings,
+                        std::uint32_t pass,
+                        std::uint64_t affordable = std::numeric_limits<std::uint64_t>::max());
+
+/// Samples that each pixel has after a pass of `samples` more, all pixels together; none has fewer
+/// than before. Equal counts for all pixels unless settings.adaptive: then, after the first pass,
+/// as common/adaptive/allocation.h says, for equal half-widths with a target_half_width and for the
+/// least RMSE without. More samples than asked for, where equal counts need them. A function of its
+/// arguments alone, in arithmetic that is the same everywhere.
+std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,
+                                             const StopSettings& settings, std::uint64_t samples);
+
+}  // namespace parray

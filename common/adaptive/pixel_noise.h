@@ -1,0 +1,147 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/adaptive/passes.h"
+#include "common/image/pixel_sums.h"
+#include "common/image/radiance_scale.h"
+
+namespace parray {
+
+/// What a pixel's own samples say about its noise, by channel.
+struct PixelNoise {
+  std::array<double, 3> mean{};  ///< radiance
+  /// Of one sample, unbiased, in squared radiance; >= 0.
+  std::array<double, 3> variance{};
+  /// Of the means of the two replicates, scaled so that its mean square is that of the error of the
+  /// pixel's mean, whatever the sampler; in radiance.
+  std::array<double, 3> difference{};
+};
+
+/// Of a pixel with `count` samples; zeros if less than 2. The replicates A and B have a and b
+/// samples, and the difference is (A - B) sqrt(ab) / (a + b): with a = b, half of A - B, where the
+/// error of the mean is half of the sum of theirs. Arithmetic that is the same everywhere.
+PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale);
+
+/// What the pixels around a pixel say about its noise, of one channel: all that can be known of it
+/// without asking its own samples, whose luck would decide the answer.
+struct NeighbourhoodNoise {
+  double radiance = 0;  ///< mean of the up to 8 next to it
+  double mean = 0;      ///< variance; see NeighbourhoodSize
+  /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
+  double ridge = 0;
+  /// NeighbourhoodSize::windows: how many samples of the largest radiance that variance would take
+  /// in the 8, had they as many samples as the pixels of the window. Independent of the pixel's
+  /// own, nearly.
+  double seen = 0;
+};
+
+struct NoiseNearby {
+  PixelNoise own;
+  std::array<NeighbourhoodNoise, 3> around{};
+};
+
+/// Means over a square around each pixel of a row, cut at the border. Variances are rounded so that
+/// all sums are exact, and one without its own pixel knows nothing of that.
+class NoiseWindow {
+ public:
+  /// Variances by channel, in units of the largest radiance squared, and the number of samples.
+  using Values = std::array<double, 4>;
+  static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
+
+  NoiseWindow(std::size_t reach, std::size_t width) : reach_(reach), columns_(width) {}
+  /// Makes it a window around row y of `height`; y must not fall. `row_at(y)`: span of Values; asks
+  /// for rows y - 3 * reach - 1 and on, none as much as 2 * reach + 2 rows above the last one.
+  template <typename RowAt>
+  void move_to(std::size_t y, std::size_t height, RowAt&& row_at) {
+    const std::size_t first = y - std::min(y, reach_);
+    if (first >= end_) {
+      columns_.assign(columns_.size(), {});
+      first_ = end_ = first;
+    }
+    for (; end_ < std::min(y + reach_ + 1, height); ++end_) {
+      if (end_ - first_ > 2 * reach_) {
+        add(row_at(first_++), -1);
+      }
+      add(row_at(end_), 1);
+    }
+    while (first_ < first) {
+      add(row_at(first_++), -1);
+    }
+    sum_ = {};
+    next_ = 0;
+  }
+  /// Means over the window without its middle, whose own are `own`; x ascends by 1 from 0.
+  Values around(std::size_t x, const Values& own);
+
+ private:
+  void add(std::span<const Values> row, double sign);
+
+  std::size_t reach_;
+  std::vector<Values> columns_;  ///< sums over rows first_ .. end_ - 1
+  std::size_t first_ = 0;
+  std::size_t end_ = 0;
+  Values sum_{};
+  std::size_t next_ = 0;  ///< column to be added next
+};
+
+/// How far NeighbourhoodNoise.mean looks.
+enum class NeighbourhoodSize : std::uint8_t {
+  /// To the 8 pixels next to it.
+  neighbours,
+  /// That of the 8, mixed with that of wider windows by as much as the 8 may have missed. Where few
+  /// bright samples are seen, an estimate of the 8 alone is 0 or far too high by turns: it would
+  /// send samples after luck, more of them where that shows more, and so tell a pixel of its own
+  /// luck in the end. Nor does it matter how many samples the 8 have: that, too, would tell.
+  windows,
+};
+
+/// NoiseNearby of a picture's pixels, by rows. The 8 next to a pixel are mirrored at the border.
+/// Memory: some 40 rows.
+class NoiseRows {
+ public:
+  /// A view of `state`.
+  NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon);
+  /// Of row y, which is below the last one asked for. Valid until the next call.
+  std::span<const NoiseNearby> row(std::size_t y);
+
+ private:
+  static constexpr std::size_t near = 4;  ///< reach of the windows
+  static constexpr std::size_t far = 16;
+  static constexpr std::size_t rows_kept = 2 * far + 2;
+
+  void keep_rows_until(std::size_t y);
+  [[nodiscard]] const std::vector<PixelNoise>& noise_at(std::size_t y) const;
+  void look_around(std::size_t x, std::size_t y);
+  void look_afar(std::size_t x, const NoiseWindow::Values& own);
+
+  FramebufferView state_;
+  NeighbourhoodSize horizon_;
+  RadianceScale scale_;
+  double unit_;  ///< of variance: the largest radiance squared
+  std::vector<std::vector<PixelNoise>> noise_;
+  std::vector<std::vector<NoiseWindow::Values>> values_;
+  std::size_t have_ = 0;  ///< rows above this one are kept, or were
+  NoiseWindow near_;
+  NoiseWindow far_;
+  std::vector<NoiseNearby> row_;
+};
+
+/// Calls visit(index, NoiseNearby) for each pixel of every `stride`-th row, in order.
+template <typename Visit>
+void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
+                 Visit&& visit) {
+  NoiseRows rows(state, horizon);
+  for (std::size_t y = 0; y < state.height; y += stride) {
+    std::size_t i = y * state.width;
+    for (const NoiseNearby& noise : rows.row(y)) {
+      visit(i++, noise);
+    }
+  }
+}
+
+}  // namespace parray

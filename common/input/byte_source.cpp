@@ -1,0 +1,40 @@
+#include "common/input/byte_source.h"
+
+#include <utility>
+
+#include "common/input/json_value.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+
+ByteSource::ByteSource(std::istream& stream, std::string file)
+    : stream_(&stream), file_(std::move(file)), block_(std::size_t{1} << 16) {}
+
+bool ByteSource::refill() {
+  if (end_was_reached_) return false;
+  if (blocks_total_ - token_start_ > max_token_bytes) {
+    fail_at(file_, line_, "",
+            "a text or a run of blanks is longer than " + std::to_string(max_token_bytes) +
+                " bytes: is this a scene?");
+  }
+  stream_->read(block_.data(), static_cast<std::streamsize>(block_.size()));
+  if (stream_->bad()) {
+    fail_at(file_, line_, "", "reading failed here: check the file and its disk");
+  }
+  next_ = 0;
+  filled_ = static_cast<std::size_t>(stream_->gcount());
+  blocks_total_ += filled_;
+  end_was_reached_ = filled_ == 0;
+  if (blocks_total_ > limits::max_scene_file_bytes) {
+    fail_at(file_, line_, "",
+            "the scene is larger than " + std::to_string(limits::max_scene_file_bytes) +
+                " bytes: split it");
+  }
+  return !end_was_reached_;
+}
+
+void ByteSource::fail_zero_byte() const {
+  fail_at(file_, line_, "", "a zero byte, which JSON text never has: save the file as UTF-8");
+}
+
+}  // namespace parray

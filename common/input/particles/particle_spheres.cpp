@@ -1,0 +1,209 @@
+#include "common/input/particles/particle_spheres.h"
+
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+#include "common/input/material_table.h"
+#include "common/input/particles/elements.h"
+#include "common/scene/limits.h"
+#include "common/scene/scene_ranges.h"
+
+namespace parray {
+namespace {
+
+using MaterialRule = ParticleMaterial::Rule;
+using RadiusRule = ParticleRadius::Rule;
+
+/// Colours that people with any colour vision tell apart, as linear RGB; black, the eighth, is left
+/// out because a black ball shows no shape. Source: Okabe and Ito, "Color Universal Design", 2008.
+constexpr std::array<Vec3d, 7> type_colors{{
+    {0.7913, 0.3467, 0.0},     // orange
+    {0.0931, 0.4564, 0.8148},  // sky blue
+    {0.0, 0.3419, 0.1714},     // bluish green
+    {0.8714, 0.7758, 0.0545},  // yellow
+    {0.0, 0.1683, 0.4452},     // blue
+    {0.6654, 0.1119, 0.0},     // vermilion
+    {0.6038, 0.1912, 0.3864},  // reddish purple
+}};
+
+/// -0 becomes 0, as in every number that a scene file says: equal scenes have equal bytes.
+Vec3d without_negative_zero(const Vec3d& v) { return v + Vec3d{}; }
+
+Material diffuse(const Vec3d& albedo) {
+  return {MaterialType::diffuse, without_negative_zero(albedo), 0, 1};
+}
+
+template <typename Column>
+void release(Column& column) {
+  Column().swap(column);
+}
+
+/// The numbers of the particles' materials, each looked up once.
+class SurfacePicker {
+ public:
+  SurfacePicker(const Particles& particles, const ParticleMaterial& material,
+                const MaterialNames& names, MaterialTable& table)
+      : particles_(particles), material_(material), names_(names), table_(table) {
+    constexpr std::size_t atomic_numbers = 256;
+    known_.resize(material.rule == MaterialRule::by_type ? particles.type_names.size()
+                                                         : atomic_numbers);
+  }
+
+  /// Nothing: there are too many materials.
+  std::optional<std::uint32_t> pick(std::size_t particle) {
+    if (material_.rule == MaterialRule::column) {
+      return table_.intern(diffuse(particles_.colors[particle]));
+    }
+    const std::size_t kind = kind_of(particle);
+    if (!known_[kind]) known_[kind] = table_.intern(material_of(kind));
+    return known_[kind];
+  }
+
+ private:
+  [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
+    if (material_.rule == MaterialRule::by_element) return particles_.elements[particle];
+    return material_.rule == MaterialRule::by_type ? particles_.types[particle] : 0;
+  }
+
+  [[nodiscard]] Material material_of(std::size_t kind) const {
+    if (material_.rule == MaterialRule::by_element) {
+      return diffuse(element(static_cast<std::uint8_t>(kind)).color);
+    }
+    const Material* named = names_.find(
+        material_.rule == MaterialRule::by_type ? particles_.type_names[kind] : material_.name);
+    return named != nullptr ? *named : diffuse(type_colors[kind % type_colors.size()]);
+  }
+
+  const Particles& particles_;
+  const ParticleMaterial& material_;
+  const MaterialNames& names_;
+  MaterialTable& table_;
+  std::vector<std::optional<std::uint32_t>> known_;  // by atomic number, by type, or one for all
+};
+
+double radius_of(const Particles& particles, const ParticleRadius& radius, std::size_t particle) {
+  switch (radius.rule) {
+    case RadiusRule::column:
+      return particles.radii[particle];
+    case RadiusRule::by_element:
+      return element(particles.elements[particle]).radius;
+    default:
+      return radius.value;
+  }
+}
+
+[[noreturn]] void fail_too_many(const ParticleSource& source, std::uint64_t most,
+                                const std::string& what) {
+  throw InputError(printable(source.file, 4096) + ": more than " + std::to_string(most) + what);
+}
+
+/// "NAME has no COLUMN: use A, B or OTHERWISE".
+std::string lacks(const std::string& name, std::string_view column,
+                  std::initializer_list<std::pair<bool, const char*>> choices,
+                  std::string_view otherwise) {
+  std::string text = printable(name, 4096) + " has no " + std::string(column) + ": use ";
+  std::string separator;
+  for (const auto& [supported, word] : choices) {
+    if (!supported) continue;
+    text += separator + word;
+    separator = ", ";
+  }
+  return text + (separator.empty() ? "" : " or ") + std::string(otherwise);
+}
+
+std::string unknown_material(const ParticleMaterial& material, const MaterialNames& materials) {
+  return "unknown material '" + printable(material.name) +
+         "': " + materials.remedy_for_undefined(material.name, particle_material_words);
+}
+
+}  // namespace
+
+ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particles) {
+  if (asked.rule != MaterialRule::automatic) return asked;
+  if (!particles.colors.empty()) return {MaterialRule::column, {}};
+  if (!particles.elements.empty()) return {MaterialRule::by_element, {}};
+  return {particles.types.empty() ? MaterialRule::automatic : MaterialRule::by_type, {}};
+}
+
+ParticleRadius decided(const ParticleRadius& asked, const Particles& particles) {
+  if (asked.rule != RadiusRule::automatic) return asked;
+  if (!particles.radii.empty()) return {RadiusRule::column, 0};
+  return {particles.elements.empty() ? RadiusRule::automatic : RadiusRule::by_element, 0};
+}
+
+std::string problem_with(const ParticleMaterial& material, const Particles& particles,
+                         const MaterialNames& materials, const std::string& name,
+                         std::string_view otherwise) {
+  const auto without = [&](std::string_view column) {
+    return lacks(name, column,
+                 {{!particles.elements.empty(), "by-element"},
+                  {!particles.types.empty(), "by-type"},
+                  {!particles.colors.empty(), "column"}},
+                 otherwise);
+  };
+  switch (material.rule) {
+    case MaterialRule::named:
+      return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
+    case MaterialRule::by_element:
+      return particles.elements.empty() ? without("elements") : "";
+    case MaterialRule::by_type:
+      return particles.types.empty() ? without("types") : "";
+    case MaterialRule::column:
+      return particles.colors.empty() ? without("colours") : "";
+    case MaterialRule::automatic:
+      break;
+  }
+  return without("colours, elements or types");
+}
+
+std::string problem_with(const ParticleRadius& radius, const Particles& particles,
+                         const std::string& name) {
+  const auto without = [&](std::string_view column) {
+    return lacks(
+        name, column,
+        {{!particles.elements.empty(), "by-element"}, {!particles.radii.empty(), "column"}},
+        "a number");
+  };
+  switch (radius.rule) {
+    case RadiusRule::fixed:
+      return "";
+    case RadiusRule::by_element:
+      return particles.elements.empty() ? without("elements") : "";
+    case RadiusRule::column:
+      return particles.radii.empty() ? without("radii") : "";
+    case RadiusRule::automatic:
+      break;
+  }
+  return without("radii or elements");
+}
+
+void append_spheres(Particles particles, const ParticleSource& source,
+                    const MaterialNames& materials, Scene& scene) {
+  const std::size_t count = particles.count();
+  if (count > limits::max_spheres - scene.spheres.size()) {
+    fail_too_many(source, limits::max_spheres, " spheres in all: split the scene");
+  }
+  if (source.material.rule != MaterialRule::column) release(particles.colors);
+  if (source.material.rule != MaterialRule::by_type) release(particles.types);
+  if (source.radius.rule != RadiusRule::column) release(particles.radii);
+  MaterialTable table;
+  for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
+  SurfacePicker surfaces(particles, source.material, materials, table);
+  scene.spheres.reserve(scene.spheres.size() + count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::optional<std::uint32_t> material = surfaces.pick(i);
+    if (!material) {
+      fail_too_many(source, limits::max_materials,
+                    " distinct materials in the scene: round the file's colours");
+    }
+    scene.spheres.push_back({without_negative_zero(particles.positions[i]),
+                             radius_of(particles, source.radius, i), *material});
+  }
+  scene.materials = table.take();
+}
+
+}  // namespace parray

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+
+#include "common/input/material_names.h"
+#include "common/input/particle_source.h"
+#include "common/scene/duplicates.h"
+#include "common/scene/scene.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// What a scene file says: the scene, and the settings that it asks for. Settings that the file
+/// does not name keep the defaults of RenderSettings (which are the seed program's own:
+/// 1200 x 800, 500 samples, depth 10).
+struct SceneFile {
+  Scene scene;
+  RenderSettings settings;
+  bool seed_format = false;  ///< the seed program's format, recognised by its shape
+  MaterialNames materials;   ///< the section of that name; the seed's format has none
+  /// Files whose particles belong to the scene but are not in it yet: see
+  /// common/input/particles/expand.h.
+  std::vector<ParticleSource> particles;
+  Duplicates duplicates;  ///< spheres of the file that the scene does not have
+};
+
+/// Reads scene JSON v1 (scenes/schema/scene.v1.schema.json) or the seed's own format.
+///
+/// Strict: unknown, missing and duplicate keys, wrong types, numbers out of range and impossible
+/// cameras are errors. Spheres in the same place as an earlier one are left out, so that every
+/// command, and the scene's identity, has the same scene. Streams: the spheres are never held as
+/// JSON. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+SceneFile read_scene_file(const std::filesystem::path& path);
+
+/// The same from an open stream; `name` stands for the file in messages.
+SceneFile read_scene(std::istream& input, const std::string& name);
+
+}  // namespace parray

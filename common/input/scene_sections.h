@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/input/json_value.h"
+#include "common/scene/scene.h"
+#include "common/scene/settings.h"
+
+/// The sections of scene JSON v1, each from its JSON. What they take is what
+/// scenes/schema/scene.v1.schema.json says, and what a schema cannot say: cameras that look
+/// nowhere, images of too many pixels.
+namespace parray {
+
+/// Each throws InputError that names the place and the line in the file.
+void read_version(const JsonValue& value, const JsonPlace& place);
+Camera read_camera(const JsonValue& value, const JsonPlace& place);
+Sky read_sky(const JsonValue& value, const JsonPlace& place);
+/// Sets width and height of `settings`, where the section names them.
+void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
+/// Sets samples_per_pixel, max_depth and seed of `settings`, where the section names them.
+void read_render(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
+Material read_material(const JsonValue& value, const JsonPlace& place);
+
+/// A sphere whose material is still a name.
+struct NamedSphere {
+  Sphere sphere;                ///< `material` is not set
+  const std::string* material;  ///< refers to the JSON
+  std::uint64_t material_line;
+};
+NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
+
+/// tan(vfov / 2), vfov in degrees.
+double tan_half_of(double vfov);
+
+}  // namespace parray

@@ -1,0 +1,64 @@
+#include "common/process/run_main.h"
+
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <optional>
+
+#include "common/base/error.h"
+#include "common/process/command_line.h"
+#include "common/process/stop_signal.h"
+
+namespace parray {
+
+int fail(const char* program, int status, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  // In one piece: mpirun, for one, mixes what comes in parts with the output of others.
+  std::cerr << std::string(program) + ": " + message + "\n" << std::flush;
+  return status;
+}
+
+int run_action(const char* program, const Action& action) {
+  try {
+    const int status = action();
+    std::cout.flush();
+    return std::cout || status != 0 ? status
+                                    : fail(program, 1, "writing to standard output failed");
+  } catch (const InputError& error) {
+    return fail(program, 2, error.what());
+  } catch (const RunError& error) {
+    return fail(program, 1, error.what());
+  } catch (const Interrupted& interrupted) {
+    return fail(program, interrupted_status, interrupted.what());
+  } catch (const std::bad_alloc&) {
+    return fail(program, 1, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(program, 1, std::string("internal error: ") + error.what());
+  }
+}
+
+int run_main(const Program& program, int argc, const char* const* argv,
+             const std::function<Action(CommandLine&)>& declare) {
+  try {
+    CommandLine line(program.about, program.name);
+    line.version(program.version);
+    const Action action = declare(line);
+    try {
+      if (const std::optional<std::string> asked = line.parse(argc, argv)) {
+        if (!program.speaks) return 0;
+        return run_action(program.name, [&] {
+          std::cout << *asked;
+          return 0;
+        });
+      }
+    } catch (const UsageError& error) {
+      return program.speaks ? fail(program.name, 2, error.what()) : 0;
+    }
+    return run_action(program.name, action);
+  } catch (...) {  // not even the message could be made
+    return 1;
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,59 @@
+#include "common/schedule/chunk_sizer.h"
+
+#include <algorithm>
+
+namespace parray {
+
+/// Samples, a thread, of a lease to a worker that is not measured yet: about 10 ms on a core of 10
+/// M samples/s.
+static constexpr double first_lease_samples = 1e5;
+
+ChunkSizer::ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
+                       std::optional<std::uint64_t> cells)
+    : policy_(policy),
+      length_(length),
+      total_(cells.value_or(plan.cells())),
+      row_cells_(plan.grid()->cells_per_row()),
+      piece_cells_(plan.grid()->shape().piece_cells),
+      cell_samples_(plan.cell_samples()) {}
+
+std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& farm,
+                                std::uint64_t remaining, std::uint64_t step) const {
+  // Who is not measured yet counts as fast, a thread, as those that are.
+  const double per_thread =
+      farm.measured_threads > 0
+          ? farm.samples_per_second / static_cast<double>(farm.measured_threads)
+          : 1;
+  const double measured = request.samples_per_second;
+  const double speed = measured > 0 ? measured : per_thread * request.threads;
+  const double others =
+      static_cast<double>(farm.threads - std::min(farm.threads, farm.measured_threads));
+  const double all = std::max(farm.samples_per_second + per_thread * others, speed);
+  const double most =
+      measured > 0 ? speed * length_.longest : first_lease_samples * request.threads;
+  const double least = measured * length_.shortest;
+  ChunkRequest chunk;
+  chunk.total = std::max(total_, remaining);
+  chunk.remaining = remaining;
+  chunk.step = step;
+  chunk.row_units = row_cells_;
+  chunk.workers = std::max(farm.workers, 1U);
+  chunk.threads = request.threads;
+  chunk.share = std::clamp(speed / all, 1e-9, 1.0);
+  chunk.least = std::max<std::uint64_t>(static_cast<std::uint64_t>(least / cell_samples_),
+                                        std::uint64_t{request.threads} * piece_cells_);
+  chunk.most = std::max(static_cast<std::uint64_t>(most / cell_samples_), chunk.least);
+  return chunk_units(policy_, chunk);
+}
+
+std::vector<std::uint64_t> ChunkSizer::starts(std::uint32_t workers,
+                                              std::uint32_t threads_each) const {
+  ChunkRequest job;
+  job.total = total_;
+  job.row_units = row_cells_;
+  job.workers = workers;
+  job.threads = threads_each;
+  return chunk_starts(policy_, job);
+}
+
+}  // namespace parray

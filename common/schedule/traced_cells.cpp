@@ -1,0 +1,147 @@
+#include "common/schedule/traced_cells.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <numeric>
+
+#include "common/base/bytes.h"
+#include "common/image/packed_sums.h"
+#include "common/image/radiance_scale.h"
+
+namespace parray {
+namespace {
+
+constexpr std::uint64_t one = std::uint64_t{1} << 32;  // RadianceScale::one
+
+bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    if (sums.sum[channel] > samples * one || sums.sum_of_squares[channel] > samples * one ||
+        sums.odd[channel] > sums.sum[channel]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Of one cell; adds to `nonfinite`.
+const char* fault_of_cell(std::span<const std::byte> record, std::span<const SampleRange> ranges,
+                          std::uint32_t max_depth, std::uint64_t& nonfinite) {
+  const CellHeader header = header_of(record);
+  const std::uint64_t samples =
+      std::accumulate(ranges.begin(), ranges.end(), std::uint64_t{0},
+                      [](std::uint64_t sum, const SampleRange& r) { return sum + r.count(); });
+  if (header.rays > samples * max_depth || header.nonfinite > samples ||
+      header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
+    return "counts that its samples cannot have";
+  }
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    PixelSums sums;
+    std::memcpy(&sums, record.data() + sizeof(CellHeader) + i * sizeof sums, sizeof sums);
+    if (!within_bounds(sums, ranges[i].count())) {
+      return "sums that its samples cannot have";
+    }
+  }
+  nonfinite += header.nonfinite;
+  return nullptr;
+}
+
+/// They account for every sample that is missing, and lie in the cells.
+const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, const CellBatch& batch,
+                              std::uint64_t nonfinite) {
+  std::uint64_t missing = 0;
+  for (const ExcludedSamples& some : excluded) {
+    bool found = false;
+    for (std::uint64_t index = batch.range.begin; index < batch.range.end && !found; ++index) {
+      const Cell cell = batch.grid->cell(index);
+      found = cell.y == some.y && some.x >= cell.x_begin && some.x < cell.x_end &&
+              some.first >= cell.samples.begin && some.first < cell.samples.end &&
+              some.count >= 1 && some.count <= cell.samples.end - some.first;
+    }
+    if (!found) {
+      return "excluded samples that it never had";
+    }
+    missing += some.count;
+  }
+  return missing == nonfinite ? nullptr : "not every sample that was not finite";
+}
+
+}  // namespace
+
+std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth) {
+  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+  if (!(traced.range == batch.range) || traced.records.size() != batch.range.count() * size ||
+      traced.samples != batch.sample_count()) {
+    return "other cells than were leased";
+  }
+  std::uint64_t nonfinite = 0;
+  const std::span<const std::byte> records(traced.records);
+  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
+    const auto record = records.subspan((index - batch.range.begin) * size, size);
+    if (const char* fault = fault_of_cell(record, batch.ranges_of(index), max_depth, nonfinite)) {
+      return fault;
+    }
+  }
+  const char* fault = fault_of_excluded(traced.excluded, batch, nonfinite);
+  return fault == nullptr ? "" : fault;
+}
+
+std::string pack_cells(const TracedCells& traced, const CellGrid& grid) {
+  std::string bytes;
+  const auto put = [&bytes](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const std::size_t size = record_bytes(grid.shape().cell_pixels);
+  const std::span<const std::byte> records(traced.records);
+  std::vector<PixelSums> sums;
+  for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
+    const auto record = records.subspan(i * size, size);
+    const CellHeader header = header_of(record);
+    put(header.rays);
+    put(header.nonfinite);
+    put(header.lost);
+    sums.resize(grid.cell(traced.range.begin + i).pixels());
+    copy_sums(record, sums);
+    pack_sums(sums, bytes);
+  }
+  for (const ExcludedSamples& some : traced.excluded) {
+    put(std::array{some.y, some.x, some.first, some.count});
+  }
+  return bytes;
+}
+
+TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth) {
+  ByteReader in(bytes);
+  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+  TracedCells traced;
+  traced.range = batch.range;
+  traced.samples = batch.sample_count();
+  traced.records.resize(batch.range.count() * size);
+  std::vector<PixelSums> sums;
+  for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
+    CellHeader header;
+    header.rays = in.get<std::uint64_t>();
+    header.nonfinite = in.get<std::uint64_t>();
+    header.lost = in.get<std::uint64_t>();
+    sums.assign(batch.grid->cell(batch.range.begin + i).pixels(), {});
+    const std::size_t taken = unpack_sums(bytes.substr(bytes.size() - in.left()), sums);
+    in.get_bytes(taken);
+    std::byte* const record = traced.records.data() + i * size;
+    std::memcpy(record, &header, sizeof header);
+    std::memcpy(record + sizeof header, sums.data(), sums.size() * sizeof(PixelSums));
+  }
+  while (in.left() > 0) {
+    ExcludedSamples some;
+    some.y = in.get<std::uint32_t>();
+    some.x = in.get<std::uint32_t>();
+    some.first = in.get<std::uint32_t>();
+    some.count = in.get<std::uint32_t>();
+    traced.excluded.push_back(some);
+  }
+  if (const std::string fault = fault_of(traced, batch, max_depth); !fault.empty()) {
+    throw DecodeError("a result with " + fault);
+  }
+  return traced;
+}
+
+}  // namespace parray

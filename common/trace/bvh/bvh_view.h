@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/sphere.h"
+
+/// A tree of spheres as traversal reads it: plain tables, owned and filled by WideBvh. Spheres are
+/// named by their slot, their place in the tables.
+///
+/// `Store` is the type that spheres and boxes are stored in; `W`, the width of a node and of a
+/// block, is the number of `Store` lanes that the instruction set has.
+namespace parray {
+
+/// Up to W spheres side by side. Lanes without a sphere hold NaN, which no ray meets.
+template <typename Store, int W>
+struct alignas(64) SphereBlock {
+  Store x[W];
+  Store y[W];
+  Store z[W];
+  Store radius[W];
+};
+
+/// What a child of a node is: the number of a node, or of a block of spheres where `is_block` is
+/// set. `is_end` stands for no child at the bottom of a stack.
+struct ChildRef {
+  static constexpr std::uint32_t is_block = 0x80000000;
+  static constexpr std::uint32_t is_end = 0x40000000;
+  static constexpr std::uint32_t number = 0x7FFFFFFF;
+};
+
+/// The sphere in a slot.
+template <typename Real, typename Store, int W>
+PARRAY_INLINE SphereShape<Real> sphere_at(const SphereBlock<Store, W>* blocks, std::uint32_t slot) {
+  const SphereBlock<Store, W>& block = blocks[slot / W];
+  const std::uint32_t lane = slot % W;
+  return {{Real(block.x[lane]), Real(block.y[lane]), Real(block.z[lane])},
+          Real(block.radius[lane])};
+}
+
+/// A node with up to W children. Bounds of absent children are empty: no ray meets them, unless it
+/// is not a number; that one ends there.
+template <typename Store, int W>
+struct alignas(64) WideNode {
+  Store planes[6][W];        ///< lower x, y, z, then upper x, y, z of each child
+  std::uint32_t child[W];    ///< see ChildRef
+  std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
+};
+
+template <typename Store, int W>
+struct BvhView {
+  const WideNode<Store, W>* nodes = nullptr;      ///< the root is the first
+  const SphereBlock<Store, W>* blocks = nullptr;  ///< the first ones are in no node
+  const std::uint32_t* input_index = nullptr;     ///< by slot: ties go to the lower one
+  std::uint32_t node_count = 0;
+  std::uint32_t open_spheres = 0;  ///< in the first blocks, in input order
+  std::uint32_t stack_size = 0;    ///< pending children that a ray can have
+  bool prefetch = false;           ///< the tables are larger than the caches
+};
+
+}  // namespace parray

@@ -1,0 +1,303 @@
+#include "common/trace/bvh/sah_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <limits>
+
+#include "common/base/aligned_array.h"
+#include "common/math/vec4.h"
+
+namespace parray {
+namespace {
+
+constexpr std::size_t bin_count = 16;
+/// Ranges of more spheres are split by tasks of their own.
+constexpr std::uint32_t task_size = 1U << 15;
+/// From this depth on ranges are halved, which ends within 30 levels.
+constexpr std::uint32_t halving_from = max_tree_depth - 32;
+
+/// Bounds with an unused fourth component, as the builder computes with them.
+template <typename Store>
+struct WideBounds {
+  static constexpr Store inf = std::numeric_limits<Store>::infinity();
+  Vec4<Store> lo{inf, inf, inf, inf};
+  Vec4<Store> hi{-inf, -inf, -inf, -inf};
+
+  PARRAY_INLINE void include(const Vec4<Store>& other_lo, const Vec4<Store>& other_hi) {
+    lo = min_of_four<Store>(lo, other_lo);
+    hi = max_of_four<Store>(hi, other_hi);
+  }
+  PARRAY_INLINE void include(const WideBounds& other) { include(other.lo, other.hi); }
+  PARRAY_INLINE void include_sphere(const Vec4<Store>& sphere) {
+    const Store radius = sphere[3];
+    const Vec4<Store> extent{radius, radius, radius, radius};
+    include(sphere - extent, sphere + extent);
+  }
+  [[nodiscard]] PARRAY_INLINE Store half_area() const {
+    const Vec4<Store> d = hi - lo;
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+  }
+};
+
+/// x, y, z and radius of a sphere.
+template <typename Store>
+PARRAY_INLINE Vec4<Store> load(const BuildSphere<Store>& sphere) {
+  Vec4<Store> values;
+  __builtin_memcpy(&values, &sphere.x, sizeof values);
+  return values;
+}
+
+template <typename Store>
+class Builder {
+ public:
+  using Sphere = BuildSphere<Store>;
+
+  Builder(std::span<Sphere> spheres, std::uint32_t leaf_size)
+      : spheres_(spheres), leaf_size_(leaf_size) {
+    // Mostly never touched, and therefore never there.
+    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(2 * spheres.size());
+    scratch_ = AlignedArray<Sphere>(spheres.size());
+  }
+
+  BinaryTree<Store> run(int threads) {
+    Range all{0, static_cast<std::uint32_t>(spheres_.size()), {}, {}};
+    for (const Sphere& sphere : spheres_) {
+      const Vec4<Store> values = load(sphere);
+      all.box.include_sphere(values);
+      all.centers.include(values, values);
+    }
+#pragma omp parallel num_threads(threads) if (threads > 1)
+#pragma omp single
+    {
+      std::uint32_t next = 1;
+      build(all, 0, next, 1);
+    }
+    tree_.depth = depth_;
+    return std::move(tree_);
+  }
+
+ private:
+  struct Range {
+    std::uint32_t begin;
+    std::uint32_t end;
+    WideBounds<Store> box;
+    WideBounds<Store> centers;
+
+    [[nodiscard]] std::uint32_t count() const { return end - begin; }
+  };
+
+  struct Bin {
+    WideBounds<Store> box;
+    std::uint32_t count = 0;
+  };
+  using Bins = std::array<Bin, bin_count>;
+
+  /// Where to cut a range: bins below `bin` of `axis` go left. axis < 0: no useful plane.
+  struct Plane {
+    int axis = -1;
+    std::size_t bin = 0;
+    Store cost = std::numeric_limits<Store>::infinity();
+  };
+
+  /// Maps centres to bins along an axis.
+  struct Binning {
+    explicit Binning(const Range& range) : lo(range.centers.lo) {
+      const Vec4<Store> extent = range.centers.hi - range.centers.lo;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Store each = static_cast<Store>(bin_count) / extent[axis];
+        useful[axis] = extent[axis] > Store(0) && each < std::numeric_limits<Store>::infinity();
+        scale[axis] = useful[axis] ? each : Store(0);
+      }
+    }
+
+    /// Bins of a sphere along x, y and z.
+    [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
+      constexpr auto last = static_cast<Store>(bin_count - 1);
+      return min_of_four<Store>((sphere - lo) * scale, Vec4<Store>{last, last, last, last});
+    }
+    [[nodiscard]] PARRAY_INLINE static std::size_t bin_number(Store bin) {
+      return static_cast<std::size_t>(static_cast<int>(bin));
+    }
+
+    Vec4<Store> lo;
+    Vec4<Store> scale{};
+    std::array<bool, 3> useful{};
+  };
+
+  /// Fills node `node`. Nodes of a large range's subtree have fixed places, so that tasks need not
+  /// agree on them: the range's node, then twice its left spheres less one, then the right ones. A
+  /// small range's nodes follow each other from `next` on.
+  void build(const Range& range, std::uint32_t node, std::uint32_t& next, std::uint32_t level) {
+    BinaryNode<Store>& made = tree_.nodes[node];
+    made = {narrow(range.box), range.begin, range.end, 0, 0};
+    note_depth(level);
+    if (range.count() <= leaf_size_) {
+      return;
+    }
+    Range left;
+    Range right;
+    split(range, level, left, right);
+    if (range.count() > task_size) {
+      made.left = node + 1;
+      made.right = node + 2 * left.count();
+      const std::uint32_t left_node = made.left;
+      const std::uint32_t right_node = made.right;
+#pragma omp task default(none) firstprivate(left, left_node, level)
+      {
+        std::uint32_t first = left_node + 1;
+        build(left, left_node, first, level + 1);
+      }
+      std::uint32_t first = right_node + 1;
+      build(right, right_node, first, level + 1);
+#pragma omp taskwait
+      return;
+    }
+    made.left = next++;
+    made.right = next++;
+    build(left, made.left, next, level + 1);
+    build(right, made.right, next, level + 1);
+  }
+
+  static Bounds<Store> narrow(const WideBounds<Store>& box) {
+    return {{box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]}};
+  }
+
+  void note_depth(std::uint32_t level) {
+    std::uint32_t known = depth_.load(std::memory_order_relaxed);
+    while (known < level && !depth_.compare_exchange_weak(known, level)) {
+    }
+  }
+
+  /// Block tests that a number of spheres costs.
+  [[nodiscard]] Store blocks(std::uint32_t count) const {
+    const std::uint32_t filled = (count + leaf_size_ - 1) / leaf_size_;
+    return static_cast<Store>(filled);
+  }
+
+  void split(const Range& range, std::uint32_t level, Range& left, Range& right) {
+    const Binning binning(range);
+    std::array<Bins, 3> bins;
+    Plane best;
+    if (level < halving_from) {
+      fill(range, binning, bins);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (binning.useful[axis]) {
+          sweep(bins[axis], static_cast<int>(axis), best);
+        }
+      }
+    }
+    if (best.axis < 0) {  // coincident centres, or too deep
+      halve(range, left, right);
+      return;
+    }
+    WideBounds<Store> left_centers;
+    WideBounds<Store> right_centers;
+    const std::uint32_t middle = partition(range, binning, best, left_centers, right_centers);
+    left = {range.begin, middle, {}, left_centers};
+    right = {middle, range.end, {}, right_centers};
+    const Bins& chosen = bins[static_cast<std::size_t>(best.axis)];
+    for (std::size_t b = 0; b < bin_count; ++b) {
+      (b < best.bin ? left : right).box.include(chosen[b].box);
+    }
+  }
+
+  /// Moves the spheres that go left before the others and notes the bounds of both sides' centres;
+  /// returns where the right ones begin. No branches: sides cannot be predicted.
+  std::uint32_t partition(const Range& range, const Binning& binning, const Plane& plane,
+                          WideBounds<Store>& left, WideBounds<Store>& right) {
+    const auto limit = static_cast<Store>(plane.bin);
+    const Vec4<Store> limits{limit, limit, limit, limit};
+    const WideBounds<Store> none;
+    std::uint32_t next_left = range.begin;
+    std::uint32_t next_right = range.begin;
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const Sphere sphere = spheres_[i];
+      const Vec4<Store> values = load(sphere);
+      const Store bin = binning.bins_of(values)[plane.axis];
+      const auto goes_left = Vec4<Store>{bin, bin, bin, bin} < limits;
+      left.include(goes_left ? values : none.lo, goes_left ? values : none.hi);
+      right.include(goes_left ? none.lo : values, goes_left ? none.hi : values);
+      spheres_[next_left] = sphere;
+      scratch_[next_right] = sphere;
+      const std::uint32_t one = bin < limit ? 1 : 0;
+      next_left += one;
+      next_right += 1 - one;
+    }
+    std::copy(scratch_.data() + range.begin, scratch_.data() + next_right,
+              spheres_.data() + next_left);
+    return next_left;
+  }
+
+  void halve(const Range& range, Range& left, Range& right) const {
+    const std::uint32_t middle = range.begin + range.count() / 2;
+    left = {range.begin, middle, {}, {}};
+    right = {middle, range.end, {}, {}};
+    for (Range* side : {&left, &right}) {
+      for (std::uint32_t i = side->begin; i < side->end; ++i) {
+        const Vec4<Store> values = load(spheres_[i]);
+        side->box.include_sphere(values);
+        side->centers.include(values, values);
+      }
+    }
+  }
+
+  void fill(const Range& range, const Binning& binning, std::array<Bins, 3>& bins) const {
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const Vec4<Store> values = load(spheres_[i]);
+      const Vec4<Store> at = binning.bins_of(values);
+      WideBounds<Store> box;
+      box.include_sphere(values);
+      for (int axis = 0; axis < 3; ++axis) {
+        Bin& bin = bins[static_cast<std::size_t>(axis)][Binning::bin_number(at[axis])];
+        bin.box.include(box);
+        ++bin.count;
+      }
+    }
+  }
+
+  /// Cost of each cut: area times block tests on both sides.
+  void sweep(const Bins& bins, int axis, Plane& best) const {
+    std::array<Store, bin_count> right_cost{};
+    WideBounds<Store> box;
+    std::uint32_t count = 0;
+    for (std::size_t b = bin_count - 1; b > 0; --b) {
+      box.include(bins[b].box);
+      count += bins[b].count;
+      right_cost[b] = count == 0 ? Store(0) : box.half_area() * blocks(count);
+    }
+    const std::uint32_t total = count + bins[0].count;
+    box = {};
+    count = 0;
+    for (std::size_t b = 1; b < bin_count; ++b) {
+      box.include(bins[b - 1].box);
+      count += bins[b - 1].count;
+      if (count == 0 || count == total) {
+        continue;
+      }
+      const Store cost = box.half_area() * blocks(count) + right_cost[b];
+      if (cost < best.cost) {
+        best = {axis, b, cost};
+      }
+    }
+  }
+
+  std::span<Sphere> spheres_;
+  AlignedArray<Sphere> scratch_;
+  std::uint32_t leaf_size_;
+  BinaryTree<Store> tree_;
+  std::atomic<std::uint32_t> depth_ = 0;
+};
+
+}  // namespace
+
+template <typename Store>
+BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
+                                    int threads) {
+  return Builder<Store>(spheres, leaf_size).run(threads);
+}
+
+template BinaryTree<float> build_binary_tree(std::span<BuildSphere<float>>, std::uint32_t, int);
+template BinaryTree<double> build_binary_tree(std::span<BuildSphere<double>>, std::uint32_t, int);
+
+}  // namespace parray

@@ -1,0 +1,447 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/ray_columns.h"
+
+/// Finding the next surface of many rays. Each ray is tested against all children of a node, or all
+/// spheres of a block, at once; and the rays of a group advance in turns, one step each, so that no
+/// step waits for the outcome of the one before (no mispredicted branch, no cache miss in sight).
+/// Source for traversal by octant order and compaction instead of sorting: Fuetterling, Lojewski,
+/// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017.
+namespace parray {
+
+/// `L` are lanes of the real type, `B` lanes of the stored one.
+template <typename L, typename B>
+class Traversal {
+ public:
+  using Real = typename L::Scalar;
+  using Store = typename B::Scalar;
+  static constexpr int width = B::count;
+  using Space = TraversalSpace<Real, Store>;
+
+  PARRAY_INLINE Traversal(const BvhView<Store, width>& bvh, const RayColumns<Real>& rays,
+                          Space& space)
+      : nodes_(bvh.nodes),
+        blocks_(bvh.blocks),
+        input_index_(bvh.input_index),
+        node_count_(bvh.node_count),
+        open_spheres_(bvh.open_spheres),
+        stack_size_(bvh.stack_size),
+        prefetch_(bvh.prefetch),
+        rays_(rays),
+        queries_(space.queries),
+        space_(space) {}
+
+  /// Sets queries.t, .slot and .leaving for every ray. `InsideStack`: rays can be inside something.
+  template <bool InsideStack>
+  PARRAY_INLINE void find_all() {
+    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
+      prepare(i);
+    }
+    for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
+      prepare_boxes(i);
+    }
+    for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
+      try_open_spheres<InsideStack>(first);
+    }
+    if constexpr (InsideStack) {
+      for (std::uint32_t i = 0; i < rays_.count; ++i) {
+        find_exit(i);
+      }
+    }
+    if (node_count_ > 0) {
+      const std::uint32_t most = Space::stack_entries / stack_size_;
+      const std::uint32_t group = most < group_size ? most : group_size;
+      for (std::uint32_t begin = 0; begin < rays_.count; begin += group) {
+        const std::uint32_t end = begin + group;
+        traverse<InsideStack>(begin, end < rays_.count ? end : rays_.count);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t group_size = 64;
+  static constexpr std::uint32_t bar_bits = 32;
+  static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+  /// Ray numbers of a group that wait for a step of one kind.
+  struct Waiting {
+    std::uint32_t ray[group_size];
+    std::uint32_t count = 0;
+  };
+
+  PARRAY_INLINE void prepare(std::uint32_t i) {
+    const Vec3<L> d = rays_.direction.template load<L>(i);
+    (L(Real(1)) / dot(d, d)).store(&queries_.inverse_square[i]);
+    L(infinity).store(&queries_.t[i]);
+    typename L::Uint(no_sphere).store(&queries_.slot[i]);
+    typename L::Uint(0U).store(&queries_.leaving[i]);
+  }
+
+  /// The ray's share of the rounding: 32 roundoffs of its origin.
+  PARRAY_INLINE void prepare_boxes(std::uint32_t i) {
+    const Vec3<B> o = load_store_lanes(rays_.origin, i);
+    const Vec3<B> d = load_store_lanes(rays_.direction, i);
+    const B zero(Store(0));
+    const B one(Store(1));
+    const B reach = max_of(max_of(max_of(o.x, -o.x), max_of(o.y, -o.y)), max_of(o.z, -o.z));
+    const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
+    const Vec3<B> inverse{one / d.x, one / d.y, one / d.z};
+    const auto x_down = inverse.x < zero;
+    const auto y_down = inverse.y < zero;
+    const auto z_down = inverse.z < zero;
+    const Vec3<B> shift{select(x_down, -margin, margin), select(y_down, -margin, margin),
+                        select(z_down, -margin, margin)};
+    queries_.inverse.store(i, inverse);
+    queries_.near_origin.store(i, o + shift);
+    queries_.far_origin.store(i, o - shift);
+    note_octant(i, bits_of(x_down), bits_of(y_down), bits_of(z_down));
+  }
+
+  /// Where in a node the near planes and the order of the children lie for each ray.
+  PARRAY_INLINE void note_octant(std::uint32_t i, std::uint32_t x, std::uint32_t y,
+                                 std::uint32_t z) {
+    for (std::uint32_t k = 0; k < width; ++k) {
+      const std::uint32_t bx = x >> k & 1;
+      const std::uint32_t by = y >> k & 1;
+      const std::uint32_t bz = z >> k & 1;
+      queries_.near_x[i + k] = 3 * width * bx;
+      queries_.near_y[i + k] = width + 3 * width * by;
+      queries_.near_z[i + k] = 2 * width + 3 * width * bz;
+      queries_.order[i + k] = width * (bx | by << 1 | bz << 2);
+    }
+  }
+
+  /// Columns of the real type as lanes of the stored one.
+  static PARRAY_INLINE Vec3<B> load_store_lanes(const VecColumns<Real>& columns, std::uint32_t i) {
+    if constexpr (sizeof(Real) == sizeof(Store)) {
+      return columns.template load<B>(i);
+    } else {
+      return {B::narrow(&columns.x[i]), B::narrow(&columns.y[i]), B::narrow(&columns.z[i])};
+    }
+  }
+
+  template <typename T>
+  PARRAY_INLINE Ray<T> ray(std::uint32_t i) const {
+    return {vec_cast<T>(rays_.origin[i]), vec_cast<T>(rays_.direction[i]),
+            T(queries_.inverse_square[i])};
+  }
+
+  PARRAY_INLINE SphereShape<Real> sphere(std::uint32_t slot) const {
+    return sphere_at<Real>(blocks_, slot);
+  }
+
+  /// Open spheres [first, first + bar_bits), one after the other, for lanes of rays.
+  template <bool InsideStack>
+  PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
+    const std::uint32_t left = open_spheres_ - first;
+    const std::uint32_t count = left < bar_bits ? left : bar_bits;
+    for (std::uint32_t i = 0; i < rays_.count; ++i) {
+      queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
+    }
+    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
+      const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
+                        L::load(&queries_.inverse_square[i]));
+      const auto excluded = L::Uint::load(&queries_.excluded[i]);
+      L nearest = L::load(&queries_.t[i]);
+      auto slot = L::Uint::load(&queries_.slot[i]);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const SphereShape<Real> one = sphere(first + k);
+        const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
+        L t;
+        const auto met = enters(rays, same, t);
+        // Input order: an equal distance belongs to the earlier one.
+        const auto allowed = equal(excluded & typename L::Uint(1U << k), typename L::Uint(0U));
+        const auto better = met & (t < nearest) & allowed;
+        nearest = select(better, t, nearest);
+        slot = select(better, typename L::Uint(first + k), slot);
+      }
+      nearest.store(&queries_.t[i]);
+      slot.store(&queries_.slot[i]);
+    }
+  }
+
+  /// Nearest exit out of the spheres that a path is inside of.
+  PARRAY_INLINE void find_exit(std::uint32_t i) {
+    for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
+         link = space_.inside.next(link)) {
+      const std::uint32_t slot = space_.inside.sphere(link);
+      const Ray<Real> r = ray<Real>(i);
+      const Real t = slot == rays_.surface[i] ? chord_from_surface(r, sphere(slot), rays_.normal[i])
+                                              : exit_distance(r, sphere(slot));
+      if (t < queries_.t[i] || (t == queries_.t[i] && wins_tie(slot, queries_.slot[i]))) {
+        queries_.t[i] = t;
+        queries_.slot[i] = slot;
+        queries_.leaving[i] = 1;
+      }
+    }
+  }
+
+  PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
+    return other == no_sphere || input_index_[slot] < input_index_[other];
+  }
+
+  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
+  /// on, and what it is inside of (see inside_stack.h).
+  template <bool InsideStack, std::uint32_t Count>
+  PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
+    std::uint32_t lanes = bit_below<Count>(rays_.surface[i] - first_slot);
+    if constexpr (InsideStack) {
+      for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
+           link = space_.inside.next(link)) {
+        lanes |= bit_below<Count>(space_.inside.sphere(link) - first_slot);
+      }
+    }
+    return lanes;
+  }
+  template <std::uint32_t Count>
+  static PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
+    return static_cast<std::uint32_t>(number < Count) << (number % 32);
+  }
+
+  /// Where a ray's line passes the spheres of a block, kept between test_block() and
+  /// take_nearest().
+  struct Passages {
+    L foot[width / L::count];
+    L depth_squared[width / L::count];
+    std::uint32_t candidates;  ///< which it may enter, as bits
+    std::uint32_t first_slot;
+  };
+
+  /// Which spheres of a block the ray enters, near or far. The dear part, where and which first, is
+  /// left to take_nearest(), for the rays that need it.
+  template <bool InsideStack>
+  PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
+    const SphereBlock<Store, width>& block = blocks_[index];
+    const Ray<L> r = ray<L>(i);
+    std::uint32_t met = 0;
+    for (std::uint32_t k = 0; k < width; k += L::count) {
+      const SphereShape<L> spheres{
+          {L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
+          L::load(block.radius + k)};
+      const ClosestApproach<L> passage(r, spheres);
+      out.foot[k / L::count] = passage.foot;
+      out.depth_squared[k / L::count] = passage.depth_squared;
+      met |= bits_of(passage.approaches()) << k;
+    }
+    out.first_slot = index * width;
+    out.candidates = met & ~cannot_enter<InsideStack, width>(i, out.first_slot);
+  }
+
+  /// Improves the ray's nearest crossing; returns it in every lane.
+  PARRAY_INLINE L take_nearest(std::uint32_t i, const Passages& passages) {
+    L nearest(queries_.t[i]);
+    const L inverse_square(queries_.inverse_square[i]);
+    for (std::uint32_t k = 0; k < width; k += L::count) {
+      const L t = entry_distance(passages.foot[k / L::count], passages.depth_squared[k / L::count],
+                                 inverse_square);
+      nearest = take_nearest(i, t, passages.candidates >> k, nearest, passages.first_slot + k);
+    }
+    return nearest;
+  }
+
+  PARRAY_INLINE L take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
+                               const L& before, std::uint32_t first_slot) {
+    const L valid = select_bits(candidates, t, L(infinity));
+    const L nearest = least_of(valid);
+    const std::uint32_t equal = bits_of(valid == nearest) & candidates;
+    const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
+    if (tied != 0) [[unlikely]] {
+      take_tied(i, first_of(nearest), equal, first_slot);
+      return L(queries_.t[i]);
+    }
+    // Bits instead of a branch, because nobody could predict it.
+    const std::uint32_t better = -(bits_of(nearest < before) & 1U);
+    const std::uint32_t slot =
+        first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << 31));
+    const L after = min_of(nearest, before);
+    queries_.t[i] = first_of(after);
+    queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
+    queries_.leaving[i] &= ~better;
+    return after;
+  }
+
+  /// The same where several spheres are equally near.
+  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, std::uint32_t first_slot) {
+    for (; equal != 0; equal &= equal - 1) {
+      const std::uint32_t slot = first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal));
+      const Real before = queries_.t[i];
+      if (nearest < before || (nearest == before && wins_tie(slot, queries_.slot[i]))) {
+        queries_.t[i] = nearest;
+        queries_.slot[i] = slot;
+        queries_.leaving[i] = 0;
+      }
+    }
+  }
+
+  /// Rays [begin, end) through the tree.
+  template <bool InsideStack>
+  void traverse(std::uint32_t begin, std::uint32_t end) {
+    Traversal here = *this;  // a copy whose address nobody has
+    here.template traverse_group<InsideStack>(begin, end);
+  }
+
+  template <bool InsideStack>
+  PARRAY_INLINE void traverse_group(std::uint32_t begin, std::uint32_t end) {
+    Waiting nodes[2];
+    Waiting blocks[2];
+    Passages passages[group_size];
+    std::uint32_t top[group_size];  // places in the space's stacks, of each ray's last child
+    for (std::uint32_t k = 0; k < end - begin; ++k) {
+      const std::uint32_t bottom = k * stack_size_;
+      space_.stack_t[bottom] = -std::numeric_limits<Store>::infinity();  // is never dropped
+      space_.stack_child[bottom] = ChildRef::is_end;
+      space_.stack_t[bottom + 1] = Store(0);
+      space_.stack_child[bottom + 1] = 0;
+      top[k] = bottom + 1;
+      nodes[0].ray[k] = k;
+    }
+    nodes[0].count = end - begin;
+    for (int now = 0; nodes[now].count + blocks[now].count > 0; now ^= 1) {
+      nodes[now ^ 1].count = 0;
+      blocks[now ^ 1].count = 0;
+      for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
+        const std::uint32_t k = nodes[now].ray[n];
+        top[k] = step_node(begin + k, top[k]);
+      }
+      for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
+        const std::uint32_t k = nodes[now].ray[n];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
+      }
+      Waiting entering;  // those of `blocks` that enter a sphere
+      Waiting passing;   // the others
+      for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
+        const std::uint32_t k = blocks[now].ray[n];
+        test_block<InsideStack>(begin + k, space_.stack_child[top[k]] & ChildRef::number,
+                                passages[k]);
+        const std::uint32_t enters = passages[k].candidates != 0 ? 1 : 0;
+        entering.ray[entering.count] = k;
+        passing.ray[passing.count] = k;
+        entering.count += enters;
+        passing.count += enters ^ 1U;
+      }
+      for (std::uint32_t n = 0; n < passing.count; ++n) {
+        const std::uint32_t k = passing.ray[n];
+        --top[k];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
+      }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
+        const L nearest = take_nearest(begin + k, passages[k]);
+        top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
+      }
+      for (std::uint32_t n = 0; n < entering.count; ++n) {
+        const std::uint32_t k = entering.ray[n];
+        wait_for_next(k, top[k], nodes[now ^ 1], blocks[now ^ 1]);
+      }
+    }
+  }
+
+  /// Queues a ray for what lies on top of its stack, if anything does.
+  PARRAY_INLINE void wait_for_next(std::uint32_t k, std::uint32_t top, Waiting& nodes,
+                                   Waiting& blocks) const {
+    const std::uint32_t child = space_.stack_child[top];
+    nodes.ray[nodes.count] = k;
+    blocks.ray[blocks.count] = k;
+    nodes.count += child < ChildRef::is_end ? 1U : 0U;
+    blocks.count += child / ChildRef::is_block;
+    if (prefetch_) {
+      fetch(child);
+    }
+  }
+
+  PARRAY_INLINE void fetch(std::uint32_t child) const {
+    const bool is_block = (child & ChildRef::is_block) != 0;
+    const std::uint32_t number = child & ChildRef::number;
+    const char* from = is_block ? reinterpret_cast<const char*>(blocks_ + number)
+                                : reinterpret_cast<const char*>(nodes_ + number);
+    constexpr std::size_t block_size = sizeof(SphereBlock<Store, width>);
+    for (std::size_t line = 0; line < block_size; line += 64) {
+      __builtin_prefetch(from + line);
+    }
+    if (!is_block) {
+      for (std::size_t line = block_size; line < sizeof(WideNode<Store, width>); line += 64) {
+        __builtin_prefetch(from + line);
+      }
+    }
+  }
+
+  /// Replaces the node on top of the stack by those of its children that the ray meets before its
+  /// nearest crossing; returns the new top.
+  PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, std::uint32_t top) const {
+    const WideNode<Store, width>& node = nodes_[space_.stack_child[top]];
+    const Store* planes = node.planes[0];
+    const std::uint8_t* orders = node.order[0];
+    const std::uint32_t near_x = queries_.near_x[i];
+    const std::uint32_t near_y = queries_.near_y[i];
+    const std::uint32_t near_z = queries_.near_z[i];
+    const B inverse_x(queries_.inverse.x[i]);
+    const B inverse_y(queries_.inverse.y[i]);
+    const B inverse_z(queries_.inverse.z[i]);
+    const auto distance = [&](std::uint32_t plane, Store origin, const B& inverse) {
+      return (B::load(planes + plane) - B(origin)) * inverse;
+    };
+    const B tx = distance(near_x, queries_.near_origin.x[i], inverse_x);
+    const B ty = distance(near_y, queries_.near_origin.y[i], inverse_y);
+    const B tz = distance(near_z, queries_.near_origin.z[i], inverse_z);
+    const B ux = distance(3 * width - near_x, queries_.far_origin.x[i], inverse_x);
+    const B uy = distance(5 * width - near_y, queries_.far_origin.y[i], inverse_y);
+    const B uz = distance(7 * width - near_z, queries_.far_origin.z[i], inverse_z);
+    // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
+    const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
+    const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
+    const auto order = B::load_order(orders + queries_.order[i]);
+    const B ordered = permute(near, order);
+    const std::uint32_t met = bits_of(ordered <= permute(far, order));
+    const auto children = permute(B::Uint::load(node.child), order);
+    compress_store(space_.stack_t + top, met, ordered);
+    compress_store(space_.stack_child + top, met, children);
+    return top + static_cast<std::uint32_t>(__builtin_popcount(met)) - 1;
+  }
+
+  /// The nearest crossing, in every lane, as the stored type, not rounded down.
+  static PARRAY_INLINE B bound_of(const L& t) {
+    if constexpr (sizeof(Real) == sizeof(Store)) {
+      return t;
+    } else {
+      return B(static_cast<Store>(first_of(t)) * (1 + 4 * RealTraits<Store>::unit_roundoff));
+    }
+  }
+
+  /// Removes the child on top of the stack and those that begin beyond the nearest crossing;
+  /// returns the new top.
+  PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
+                                           std::uint32_t top) const {
+    std::uint32_t kept = bottom;
+    std::uint32_t k = bottom;
+    do {
+      const B child_t = B::load(space_.stack_t + k);
+      const auto child = B::Uint::load(space_.stack_child + k);
+      const std::uint32_t left = top - k;
+      const std::uint32_t present = left >= width ? (1U << width) - 1U : (1U << left) - 1U;
+      const std::uint32_t keep = bits_of(child_t <= bound) & present;
+      compress_store(space_.stack_t + kept, keep, child_t);
+      compress_store(space_.stack_child + kept, keep, child);
+      kept += static_cast<std::uint32_t>(__builtin_popcount(keep));
+      k += width;
+    } while (k < top);
+    return kept - 1;
+  }
+
+  // Copies, so that they stay in registers whatever is stored.
+  const WideNode<Store, width>* nodes_;
+  const SphereBlock<Store, width>* blocks_;
+  const std::uint32_t* input_index_;
+  std::uint32_t node_count_;
+  std::uint32_t open_spheres_;
+  std::uint32_t stack_size_;
+  bool prefetch_;
+  const RayColumns<Real>& rays_;
+  Queries<Real, Store>& queries_;
+  Space& space_;
+};
+
+}  // namespace parray

@@ -1,0 +1,233 @@
+#include "common/trace/bvh/wide_bvh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parray {
+namespace {
+
+/// Spheres this many times larger than the median one stand outside the tree.
+constexpr double giant = 32;
+
+/// Tables of this size stay in a core's own cache.
+constexpr std::size_t cache_bytes = std::size_t{512} << 10;
+
+template <typename Store>
+Store half_area(const Bounds<Store>& box) {
+  const Vec3<Store> d = box.hi - box.lo;
+  return d.x * d.y + d.y * d.z + d.z * d.x;
+}
+
+/// About the median: that of a sample.
+template <typename Store>
+Store middling_radius(const std::vector<SphereShape<Store>>& shapes) {
+  constexpr std::size_t sample_size = 4095;
+  std::vector<Store> radii;
+  for (std::size_t i = 0; i < shapes.size(); i += shapes.size() / sample_size + 1) {
+    radii.push_back(shapes[i].radius);
+  }
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
+/// Up to W nodes of the binary tree that together hold all spheres below `root`: largest box first
+/// opened.
+template <typename Store, int W>
+struct Children {
+  Children(const BinaryTree<Store>& tree, std::uint32_t root) {
+    add(tree, root);
+    while (count < W) {
+      int largest = -1;
+      for (int k = 0; k < count; ++k) {
+        if (tree.nodes[node[k]].left != 0 && (largest < 0 || area[k] > area[largest])) {
+          largest = k;
+        }
+      }
+      if (largest < 0) {
+        return;
+      }
+      const BinaryNode<Store>& opened = tree.nodes[node[largest]];
+      node[largest] = opened.left;
+      area[largest] = half_area(tree.nodes[opened.left].box);
+      add(tree, opened.right);
+    }
+  }
+
+  void add(const BinaryTree<Store>& tree, std::uint32_t child) {
+    node[count] = child;
+    area[count] = half_area(tree.nodes[child].box);
+    ++count;
+  }
+
+  std::uint32_t node[W];
+  Store area[W];
+  int count = 0;
+};
+
+/// The box with its spheres' share of the rounding (see WideBvh).
+template <typename Store>
+Bounds<Store> inflated(const Bounds<Store>& box) {
+  const auto largest = [](const Vec3<Store>& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  };
+  const Store margin =
+      Store(32) * RealTraits<Store>::unit_roundoff * std::max(largest(box.lo), largest(box.hi));
+  const Vec3<Store> grow{margin, margin, margin};
+  return {box.lo - grow, box.hi + grow};
+}
+
+template <typename Store, int W>
+void set_bounds(WideNode<Store, W>& node, int child, const Bounds<Store>& box) {
+  const Store planes[6] = {box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z};
+  for (int p = 0; p < 6; ++p) {
+    node.planes[p][child] = planes[p];
+  }
+}
+
+/// Children far to near along the diagonal of each octant.
+template <typename Store, int W>
+void set_order(WideNode<Store, W>& node, int children) {
+  for (int octant = 0; octant < 8; ++octant) {
+    Store nearness[W];
+    std::uint8_t* order = node.order[octant];
+    for (int k = 0; k < W; ++k) {
+      order[k] = static_cast<std::uint8_t>(k);
+      nearness[k] = 0;
+      for (int axis = 0; axis < 3 && k < children; ++axis) {
+        const Store middle = node.planes[axis][k] + node.planes[axis + 3][k];
+        nearness[k] += (octant >> axis & 1) != 0 ? middle : -middle;
+      }
+    }
+    std::stable_sort(order, order + children,
+                     [&](std::uint8_t a, std::uint8_t b) { return nearness[a] < nearness[b]; });
+  }
+}
+
+}  // namespace
+
+template <typename Store, int W>
+WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads) {
+  Spheres spheres;
+  spheres.reserve(shapes.size());
+  for (const SphereShape<Store>& shape : shapes) {
+    spheres.push_back({shape.center.x, shape.center.y, shape.center.z, shape.radius,
+                       static_cast<std::uint32_t>(spheres.size())});
+  }
+  std::size_t open = spheres.size();
+  if (tree && spheres.size() > W) {
+    const Store limit = static_cast<Store>(giant) * middling_radius(shapes);
+    const auto is_giant = [&](const auto& sphere) { return sphere.radius > limit; };
+    open = static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), is_giant));
+    if (open > W) {
+      open = 0;
+    }
+    if (open > 0) {
+      std::stable_partition(spheres.begin(), spheres.end(), is_giant);
+    }
+  }
+  build(spheres, open, threads);
+}
+
+template <typename Store, int W>
+BvhView<Store, W> WideBvh<Store, W>::view() const {
+  return {nodes(),        blocks(),     input_index(),        node_count(),
+          open_spheres(), stack_size(), bytes() > cache_bytes};
+}
+
+template <typename Store, int W>
+void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
+  open_spheres_ = static_cast<std::uint32_t>(open);
+  const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
+  if (open == spheres.size()) {
+    blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
+    input_index_.resize(blocks_.size() * W);
+    fill_block(0, nullptr, 0);  // without spheres too there is a slot 0 to load
+    fill_open_blocks(spheres);
+    return;
+  }
+  const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
+  const BinaryTree<Store> tree = build_binary_tree<Store>(in_tree, W, threads);
+  count_wide(tree, 0);
+  const std::uint32_t block_count = open_blocks + next_block_;
+  blocks_ = AlignedArray<SphereBlock<Store, W>>(block_count);
+  nodes_ = AlignedArray<WideNode<Store, W>>(next_node_);
+  input_index_.resize(std::size_t{block_count} * W);
+  fill_open_blocks(spheres);
+  next_block_ = open_blocks;
+  next_node_ = 0;
+  emit(tree, 0, in_tree.data(), 1);
+}
+
+template <typename Store, int W>
+void WideBvh<Store, W>::fill_open_blocks(const Spheres& spheres) {
+  for (std::uint32_t begin = 0; begin < open_spheres_; begin += W) {
+    fill_block(begin / W, spheres.data() + begin,
+               std::min<std::uint32_t>(W, open_spheres_ - begin));
+  }
+}
+
+template <typename Store, int W>
+void WideBvh<Store, W>::fill_block(std::uint32_t index, const BuildSphere<Store>* spheres,
+                                   std::uint32_t count) {
+  constexpr Store none = std::numeric_limits<Store>::quiet_NaN();
+  SphereBlock<Store, W>& block = blocks_[index];
+  for (std::uint32_t lane = 0; lane < W; ++lane) {
+    const bool present = lane < count;
+    block.x[lane] = present ? spheres[lane].x : none;
+    block.y[lane] = present ? spheres[lane].y : none;
+    block.z[lane] = present ? spheres[lane].z : none;
+    block.radius[lane] = present ? spheres[lane].radius : none;
+    input_index_[std::size_t{index} * W + lane] = present ? spheres[lane].index : no_sphere;
+  }
+}
+
+/// Counts nodes and blocks below a binary node that becomes a wide one.
+template <typename Store, int W>
+void WideBvh<Store, W>::count_wide(const BinaryTree<Store>& tree, std::uint32_t root) {
+  ++next_node_;
+  const Children<Store, W> children(tree, root);
+  for (int k = 0; k < children.count; ++k) {
+    if (tree.nodes[children.node[k]].left == 0) {
+      ++next_block_;
+    } else {
+      count_wide(tree, children.node[k]);
+    }
+  }
+}
+
+template <typename Store, int W>
+std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree, std::uint32_t root,
+                                      const BuildSphere<Store>* spheres, std::uint32_t level) {
+  constexpr Store inf = std::numeric_limits<Store>::infinity();
+  depth_ = std::max(depth_, level);
+  const std::uint32_t made = next_node_++;
+  WideNode<Store, W>& node = nodes_[made];
+  const Children<Store, W> children(tree, root);
+  for (int k = 0; k < W; ++k) {
+    if (k >= children.count) {
+      set_bounds(node, k, {{inf, inf, inf}, {-inf, -inf, -inf}});
+      node.child[k] = ChildRef::is_end;  // only a ray that is not a number gets here: it is lost
+      continue;
+    }
+    const BinaryNode<Store>& child = tree.nodes[children.node[k]];
+    set_bounds(node, k, inflated(child.box));
+    if (child.left == 0) {
+      node.child[k] = next_block_ | ChildRef::is_block;
+      fill_block(next_block_++, spheres + child.begin, child.end - child.begin);
+    } else {
+      node.child[k] = emit(tree, children.node[k], spheres, level + 1);
+    }
+  }
+  set_order(node, children.count);
+  return made;
+}
+
+template class WideBvh<float, 4>;
+template class WideBvh<float, 8>;
+template class WideBvh<float, 16>;
+template class WideBvh<double, 4>;
+template class WideBvh<double, 8>;
+
+}  // namespace parray

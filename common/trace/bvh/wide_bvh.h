@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/aligned_array.h"
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/sah_builder.h"
+
+namespace parray {
+
+/// The spheres of a scene in blocks of W, and a tree of W-wide nodes over the blocks.
+///
+/// Same bits as linear search: a ray may miss a box only if enters() misses every sphere in it.
+/// enters() is exact to 6 ulp of max(radius, distance) [measured, Haines 2019], so boxes grow by
+/// 32 unit roundoffs of their own coordinates here and of the ray's origin at traversal: a bound on
+/// rounding, in proportion to the numbers that are rounded.
+///
+/// Immutable after construction. Without a tree all spheres, and with one those so large that they
+/// would be in every ray's way, stand outside of it: "open" ones, tried by every ray.
+template <typename Store, int W>
+class WideBvh {
+ public:
+  /// Any number of spheres below 2^26, none included. `tree` false: linear search. `threads` build;
+  /// what they build does not depend on their number.
+  WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads);
+
+  /// Of this object's own tables.
+  [[nodiscard]] BvhView<Store, W> view() const;
+  [[nodiscard]] const SphereBlock<Store, W>* blocks() const { return blocks_.data(); }
+  [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
+  [[nodiscard]] const std::uint32_t* input_index() const { return input_index_.data(); }
+  [[nodiscard]] std::uint32_t slot_count() const {
+    return static_cast<std::uint32_t>(input_index_.size());
+  }
+  [[nodiscard]] std::uint32_t open_spheres() const { return open_spheres_; }
+  [[nodiscard]] std::uint32_t node_count() const {
+    return static_cast<std::uint32_t>(nodes_.size());
+  }
+  /// Children that a ray can have pending, with an end and room for one vector more.
+  [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
+  [[nodiscard]] std::uint32_t depth() const { return depth_; }
+  [[nodiscard]] std::size_t bytes() const {
+    return blocks_.bytes() + nodes_.bytes() + input_index_.size() * sizeof(std::uint32_t);
+  }
+
+ private:
+  using Spheres = std::vector<BuildSphere<Store>>;
+
+  void build(Spheres& spheres, std::size_t open, int threads);
+  void fill_open_blocks(const Spheres& spheres);
+  void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
+  void count_wide(const BinaryTree<Store>& tree, std::uint32_t root);
+  std::uint32_t emit(const BinaryTree<Store>& tree, std::uint32_t root,
+                     const BuildSphere<Store>* spheres, std::uint32_t level);
+
+  AlignedArray<SphereBlock<Store, W>> blocks_;
+  AlignedArray<WideNode<Store, W>> nodes_;
+  std::vector<std::uint32_t> input_index_;  ///< by slot; no_sphere where there is none
+  std::uint32_t open_spheres_ = 0;
+  std::uint32_t depth_ = 0;
+  std::uint32_t next_block_ = 0;
+  std::uint32_t next_node_ = 0;
+};
+
+}  // namespace parray

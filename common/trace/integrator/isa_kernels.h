@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/integrator/kernel_scene.h"
+#include "common/trace/integrator/path_columns.h"
+
+/// What each instruction set offers: the same functions, from the one source isa_kernels.cpp, in a
+/// namespace of its own.
+///
+/// trace() traces a batch and returns the rays that it took. find() is the step of it that finds
+/// the next surface: for each of `space.paths` it sets t, slot and leaving of `space.queries`; with
+/// `features.sides`, paths.normal and paths.inside count too.
+#define PARRAY_DECLARE_KERNELS(isa, float_lanes, double_lanes)                                    \
+  namespace parray::isa {                                                                         \
+  inline constexpr int float_width = float_lanes;                                                 \
+  inline constexpr int double_width = double_lanes;                                               \
+  std::uint64_t trace(const KernelScene<float, float, float_width>& scene,                        \
+                      const SampleBatch& batch, BatchRadiance& radiance);                         \
+  std::uint64_t trace(const KernelScene<double, float, float_width>& scene,                       \
+                      const SampleBatch& batch, BatchRadiance& radiance);                         \
+  std::uint64_t trace(const KernelScene<double, double, double_width>& scene,                     \
+                      const SampleBatch& batch, BatchRadiance& radiance);                         \
+  void find(const KernelScene<float, float, float_width>& scene, Workspace<float, float>& space); \
+  void find(const KernelScene<double, float, float_width>& scene,                                 \
+            Workspace<double, float>& space);                                                     \
+  void find(const KernelScene<double, double, double_width>& scene,                               \
+            Workspace<double, double>& space);                                                    \
+  }
+
+PARRAY_DECLARE_KERNELS(scalar, 4, 4)
+PARRAY_DECLARE_KERNELS(avx2, 8, 4)
+PARRAY_DECLARE_KERNELS(avx512, 16, 8)
+
+#undef PARRAY_DECLARE_KERNELS

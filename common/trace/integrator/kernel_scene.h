@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/ray_columns.h"
+#include "common/trace/integrator/camera_rays.h"
+#include "common/trace/integrator/material.h"
+
+/// What the kernels of an instruction set read and write: plain tables, filled by
+/// wavefront_tracer.cpp.
+///
+/// `Real` is what a path is computed in, `Store` what spheres and boxes are stored in: float float
+/// is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
+namespace parray {
+
+/// A sphere's material: the number of its surface, and the surface's MaterialType from bit
+/// `type_bit` on.
+struct MaterialRef {
+  static constexpr int type_bit = 30;
+  static constexpr std::uint32_t number = (1U << type_bit) - 1;
+};
+
+/// What a scene does not contain, its kernel leaves out.
+struct KernelFeatures {
+  bool sides = true;  ///< a path can be inside a sphere: there is glass, or a sphere at the lens
+  bool fuzz = true;   ///< some metal is not a perfect mirror
+
+  friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
+};
+
+/// The scene and the picture.
+template <typename Real, typename Store, int W>
+struct KernelScene {
+  KernelScene(const CameraRays<Real>& v, const SkyGradient<Real>& s) : view(v), sky(s) {}
+
+  CameraRays<Real> view;
+  SkyGradient<Real> sky;
+  std::uint32_t width = 0;  ///< of the picture, pixels
+  std::uint32_t max_depth = 1;
+  std::uint64_t seed = 0;
+  Sampler sampler = Sampler::independent;
+  double to_fixed = 1;  ///< RadianceScale::factor()
+  KernelFeatures features;
+
+  BvhView<Store, W> bvh;
+  const MaterialParameters<Real>* surfaces = nullptr;  ///< by material
+  const std::uint32_t* material_of = nullptr;          ///< by slot: see MaterialRef
+  const std::uint32_t* around_lens = nullptr;          ///< slots whose inside the lens reaches
+  std::uint32_t around_lens_count = 0;
+};
+
+/// Samples of one row of the picture.
+struct SampleBatch {
+  static constexpr std::uint32_t most = most_rays;
+
+  std::uint32_t y = 0;
+  std::uint32_t count = 0;                             ///< 1 .. most
+  alignas(64) std::uint32_t column[column_size] = {};  ///< x of each
+  alignas(64) std::uint32_t sample[column_size] = {};  ///< its number within the pixel
+};
+
+/// Radiance of each sample of a batch, in the fixed point of RadianceScale: as fixed_of() takes it;
+/// NaN where it is not finite.
+struct BatchRadiance {
+  std::uint64_t lost = 0;  ///< added to: see TraceCounts
+  alignas(64) double channel[3][SampleBatch::most];
+};
+
+}  // namespace parray

@@ -1,0 +1,107 @@
+#pragma once
+
+#include "common/image/pixel_sums.h"
+#include "common/trace/integrator/camera_rays.h"
+#include "common/trace/integrator/material.h"
+#include "common/trace/sphere_search.h"
+
+namespace parray {
+
+/// All that a path meets. Immutable; shared by all threads, and by all pictures of the scene.
+template <typename Real>
+struct TraceScene {
+  std::vector<SphereShape<Real>> spheres;
+  std::vector<std::uint32_t> material_of;  ///< of each sphere
+  std::vector<MaterialParameters<Real>> surfaces;
+  SkyGradient<Real> sky;
+};
+
+/// How a picture's paths begin and end. Immutable; shared by all threads.
+template <typename Real>
+struct PathEnds {
+  CameraRays<Real> view;
+  /// Spheres whose inside the lens reaches; nearly always none.
+  std::vector<std::uint32_t> around_lens;
+  std::uint32_t max_depth = 1;
+};
+
+/// First crossing along a ray: out of a sphere that the path is inside of, or into another.
+template <typename Real, SphereSearch<Real> S>
+Hit<Real> first_crossing(const TraceScene<Real>& scene, const S& search, const Ray<Real>& ray,
+                         const InsideStack<Real>& sides) {
+  Hit<Real> best;
+  for (const std::uint32_t index : sides.inside()) {
+    const SphereShape<Real>& sphere = scene.spheres[index];
+    const Real t = sides.stands_on(index) ? chord_from_surface(ray, sphere, sides.normal())
+                                          : exit_distance(ray, sphere);
+    if (best.loses_to(t, index)) {
+      best = {t, index, true};
+    }
+  }
+  search.enter(ray, sides, best);
+  return best;
+}
+
+/// Outward unit normal at a crossing.
+template <typename Real>
+Vec3<Real> crossing_normal(const TraceScene<Real>& scene, const Ray<Real>& ray,
+                           const InsideStack<Real>& sides, const Hit<Real>& hit) {
+  const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+  if (hit.leaving && sides.stands_on(hit.sphere)) {
+    return normalize(sphere.radius * sides.normal() + hit.t * ray.direction);
+  }
+  return normal_at(ray, sphere, hit.leaving);
+}
+
+/// Puts a new path inside the spheres that its origin lies in.
+template <typename Real>
+void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends,
+                 const Vec3<Real>& origin, InsideStack<Real>& sides) {
+  sides.start({});
+  for (const std::uint32_t index : ends.around_lens) {
+    const SphereShape<Real>& sphere = scene.spheres[index];
+    const Vec3<Real> from_center = origin - sphere.center;
+    if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
+      sides.cross(index, false);
+    }
+  }
+}
+
+/// Radiance of one sample of pixel (x, y) and, added to `counts`, the segments that it took and
+/// the light that max_depth may have cut off.
+/// `sides` is scratch memory, so that paths inside glass do not allocate.
+template <typename Real, SphereSearch<Real> S>
+Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& ends, const S& search,
+                        std::uint32_t x, std::uint32_t y, const SampleRandom& random,
+                        InsideStack<Real>& sides, TraceCounts& counts) {
+  Ray<Real> ray = ends.view.template ray<Real>(x, y, random);
+  start_sides(scene, ends, ray.origin, sides);
+  Vec3<Real> throughput{1, 1, 1};
+  for (std::uint32_t bounce = 0; bounce < ends.max_depth; ++bounce) {
+    ++counts.rays;
+    const Hit<Real> hit = first_crossing(scene, search, ray, sides);
+    if (hit.sphere == no_sphere) {
+      return throughput * scene.sky.radiance(ray.direction.y);
+    }
+    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const MaterialParameters<Real>& surface = scene.surfaces[scene.material_of[hit.sphere]];
+    const auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal,
+                                    hit.leaving, random, bounce);
+    if (scattering.event == Event::absorbed) {
+      return {};
+    }
+    if (scattering.event == Event::refracted) {
+      sides.cross(hit.sphere, hit.leaving);
+    } else {
+      throughput = throughput * surface.albedo;
+    }
+    sides.stand_on(hit.sphere, normal);
+    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+  }
+  counts.lost += TraceCounts::lost_of(
+      static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
+  return {};  // longer than max_depth: counts as dark
+}
+
+}  // namespace parray

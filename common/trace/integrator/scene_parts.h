@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/real.h"
+#include "common/scene/scene.h"
+#include "common/scene/settings.h"
+#include "common/trace/integrator/camera_rays.h"
+#include "common/trace/integrator/material.h"
+#include "common/trace/integrator/path_tracer.h"
+#include "common/trace/sphere.h"
+
+/// What all accelerators and tracers make of a scene alike.
+namespace parray {
+
+/// Spheres as an accelerator stores them, relative to `origin`.
+template <typename Store>
+std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
+  std::vector<SphereShape<Store>> shapes;
+  shapes.reserve(scene.spheres.size());
+  for (const Sphere& sphere : scene.spheres) {
+    shapes.push_back({vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)});
+  }
+  return shapes;
+}
+
+template <typename Real>
+std::vector<MaterialParameters<Real>> stored_materials(const Scene& scene) {
+  return {scene.materials.begin(), scene.materials.end()};
+}
+
+/// The camera relative to `origin`.
+inline Camera moved(Camera camera, const Vec3d& origin) {
+  camera.look_from = camera.look_from - origin;
+  camera.look_at = camera.look_at - origin;
+  return camera;
+}
+
+/// Finds the spheres that some point of the lens may lie inside of; each sample then decides for
+/// itself, by the same stored numbers.
+class LensReach {
+ public:
+  /// `camera` is relative to the origin, as the spheres are.
+  explicit LensReach(const Camera& camera)
+      : eye_(camera.look_from), far_(length(eye_)), lens_(camera.aperture / 2) {}
+
+  /// False for the NaN that stand for no sphere.
+  template <typename Store>
+  [[nodiscard]] bool includes(const SphereShape<Store>& sphere) const {
+    const Vec3d center = vec_cast<double>(sphere.center);
+    // Above the single-precision rounding of what is compared later: a candidate costs little.
+    const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
+    return length(eye_ - center) - lens_ - slack < static_cast<double>(sphere.radius);
+  }
+
+ private:
+  Vec3d eye_;
+  double far_;
+  double lens_;
+};
+
+/// `sphere` is the one of `hit`, the first along a camera ray.
+template <typename Real>
+FirstHit first_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere) {
+  const Vec3<Real> outward = normal_at(ray, sphere, hit.leaving);
+  return {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
+          vec_cast<double>(hit.leaving ? -outward : outward)};
+}
+
+}  // namespace parray

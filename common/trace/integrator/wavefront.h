@@ -1,0 +1,343 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/image/pixel_sums.h"
+#include "common/image/radiance_scale.h"
+#include "common/trace/bvh/traversal.h"
+#include "common/trace/integrator/path_columns.h"
+
+/// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
+/// the same type of material, a vector at a time. Every path goes through the same arithmetic as
+/// trace_sample() of path.h does, to the bit.
+namespace parray {
+
+/// `L` are lanes of the real type, `B` lanes of the stored one, `D` lanes of double; `InsideStack`:
+/// paths can be inside something (KernelFeatures).
+template <typename L, typename B, typename D, bool InsideStack>
+class Wavefront {
+ public:
+  using Real = typename L::Scalar;
+  using Store = typename B::Scalar;
+  using Uint = typename L::Uint;
+  using SceneTables = KernelScene<Real, Store, B::count>;
+  using Space = Workspace<Real, Store>;
+
+  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space, BatchRadiance& radiance)
+      : scene_(scene), space_(space), radiance_(radiance) {}
+
+  /// Returns the number of rays that the batch took.
+  std::uint64_t trace(const SampleBatch& batch) {
+    begin(batch);
+    std::uint64_t rays = 0;
+    for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
+      rays += space_.paths.count;
+      Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack>();
+      sort_by_material();
+      add_sky();
+      space_.paths.count = 0;
+      scatter_all_diffuse(bounce);
+      scatter_all_metal(bounce);
+      if constexpr (InsideStack) {
+        scatter_all_dielectric(bounce);
+      }
+    }
+    count_lost();
+    return rays;
+  }
+
+ private:
+  static constexpr std::uint32_t lanes = L::count;
+
+  static PARRAY_INLINE std::uint32_t first_bits(std::uint32_t count) {
+    return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
+  }
+
+  PARRAY_INLINE void begin(const SampleBatch& batch) {
+    space_.sample_number = batch.sample;
+    Paths<Real>& paths = space_.paths;
+    paths.count = batch.count;
+    for (std::uint32_t i = 0; i < batch.count; i += lanes) {
+      const Uint column = Uint::load(&batch.column[i]);
+      const Uint pixel = Uint(batch.y * scene_.width) + column;
+      pixel.store(&space_.pixel[i]);
+      const RandomAddress<Uint> random(scene_.seed, pixel, Uint::load(&batch.sample[i]),
+                                       scene_.sampler);
+      const Ray<L> ray = scene_.view.template ray<L>(column, Uint(batch.y), random);
+      paths.origin.store(i, ray.origin);
+      paths.direction.store(i, ray.direction);
+      const L one(Real(1));
+      paths.throughput.store(i, Vec3<L>{one, one, one});
+      Uint(no_sphere).store(&paths.surface[i]);
+    }
+    for (std::uint32_t i = 0; i < batch.count; ++i) {
+      paths.sample[i] = i;
+      for (double* const channel : radiance_.channel) {
+        channel[i] = RadianceScale::shift;  // 0: stays for a path that is cut short
+      }
+    }
+    if constexpr (InsideStack) {
+      space_.inside.clear();
+      for (std::uint32_t i = 0; i < batch.count; ++i) {
+        paths.inside[i] = inside_at(scene_, paths.origin[i], space_.inside);
+      }
+    }
+  }
+
+  /// Paths that max_depth cuts short.
+  PARRAY_INLINE void count_lost() {
+    for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
+      const Vec3<Real> throughput = space_.paths.throughput[i];
+      radiance_.lost += TraceCounts::lost_of(
+          static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
+    }
+  }
+
+  /// Moves every path to the hits of its material's type, or of the sky.
+  PARRAY_INLINE void sort_by_material() {
+    for (Hits<Real>& hits : space_.hits) {
+      hits.count = 0;
+    }
+    for (std::uint32_t i = 0; i < space_.paths.count; i += lanes) {
+      sort(i, first_bits(space_.paths.count - i));
+    }
+  }
+
+  PARRAY_INLINE void sort(std::uint32_t i, std::uint32_t present) {
+    const L t = L::load(&space_.queries.t[i]);
+    const MaskOf<L> met = t < L(std::numeric_limits<Real>::infinity());
+    const std::uint32_t hit = bits_of(met) & present;
+    const Uint slot = select(met, Uint::load(&space_.queries.slot[i]), Uint(0U));
+    const Uint material = Uint::gather(scene_.material_of, slot);
+    const Uint type = material >> MaterialRef::type_bit;
+    move_to_sky(i, present & ~hit);
+    for (std::uint32_t kind = 0; kind < Space::sky; ++kind) {
+      const std::uint32_t moved = bits_of(equal(type, Uint(kind))) & hit;
+      if (moved != 0) {
+        move(space_.hits[kind], i, moved, slot, material & Uint(MaterialRef::number));
+      }
+    }
+  }
+
+  PARRAY_INLINE void move_to_sky(std::uint32_t i, std::uint32_t moved) {
+    Hits<Real>& to = space_.hits[Space::sky];
+    const Paths<Real>& paths = space_.paths;
+    to.throughput.compress(to.count, moved, paths.throughput.template load<L>(i));
+    compress_store(&to.direction.y[to.count], moved, L::load(&paths.direction.y[i]));
+    compress_store(&to.sample[to.count], moved, Uint::load(&paths.sample[i]));
+    to.count += static_cast<std::uint32_t>(__builtin_popcount(moved));
+  }
+
+  PARRAY_INLINE void move(Hits<Real>& to, std::uint32_t i, std::uint32_t moved, const Uint& slot,
+                          const Uint& material) {
+    const Paths<Real>& paths = space_.paths;
+    const std::uint32_t n = to.count;
+    to.count = n + static_cast<std::uint32_t>(__builtin_popcount(moved));
+    to.origin.compress(n, moved, paths.origin.template load<L>(i));
+    to.direction.compress(n, moved, paths.direction.template load<L>(i));
+    to.throughput.compress(n, moved, paths.throughput.template load<L>(i));
+    compress_store(&to.inverse_square[n], moved, L::load(&space_.queries.inverse_square[i]));
+    compress_store(&to.sample[n], moved, Uint::load(&paths.sample[i]));
+    compress_store(&to.slot[n], moved, slot);
+    compress_store(&to.material[n], moved, material);
+    if constexpr (InsideStack) {
+      const MaskOf<L> leaving = equal(Uint::load(&space_.queries.leaving[i]), Uint(1U));
+      const MaskOf<L> itself = equal(Uint::load(&paths.surface[i]), slot);
+      const L side = select(leaving, select(itself, L(Real(2)), L(Real(1))), L(Real(0)));
+      compress_store(&to.side[n], moved, side);
+      compress_store(&to.inside[n], moved, Uint::load(&paths.inside[i]));
+      if (any(leaving)) {
+        to.old_normal.compress(n, moved, paths.normal.template load<L>(i));
+        compress_store(&to.t[n], moved, L::load(&space_.queries.t[i]));
+      }
+    }
+  }
+
+  PARRAY_INLINE void add_sky() {
+    Hits<Real>& from = space_.hits[Space::sky];
+    for (std::uint32_t i = 0; i < from.count; i += lanes) {
+      from.throughput.store(i, from.throughput.template load<L>(i) *
+                                   scene_.sky.radiance(L::load(&from.direction.y[i])));
+    }
+    write_radiance(from, from.throughput.x, radiance_.channel[0]);
+    write_radiance(from, from.throughput.y, radiance_.channel[1]);
+    write_radiance(from, from.throughput.z, radiance_.channel[2]);
+  }
+
+  /// As RadianceScale::to_fixed(). NaN stays NaN, because it is the second operand of each choice;
+  /// 0 x makes one of an infinity.
+  PARRAY_INLINE void write_radiance(const Hits<Real>& from, const Column<Real>& radiance,
+                                    double (&channel)[SampleBatch::most]) {
+    for (std::uint32_t i = 0; i < from.count; i += D::count) {
+      const D value = D::load(&radiance[i]);
+      const D positive = max_of(D(0.0), value * D(scene_.to_fixed));
+      const D bounded = min_of(D(RadianceScale::one), positive) + value * D(0.0);
+      double fixed[D::count];
+      (bounded + D(RadianceScale::shift)).store(fixed);
+      const std::uint32_t left = from.count - i;
+      for (std::uint32_t k = 0; k < (left < D::count ? left : D::count); ++k) {
+        channel[from.sample[i + k]] = fixed[k];
+      }
+    }
+  }
+
+  /// Slots of a vector of hits; 0 where there is none.
+  static PARRAY_INLINE Uint slots(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
+    return select_bits(present, Uint::load(&hits.slot[i]), Uint(0U));
+  }
+
+  PARRAY_INLINE SphereShape<L> shapes(const Uint& slot) const {
+    constexpr int width_bits = __builtin_ctz(B::count);
+    const Uint lane = slot & Uint(B::count - 1);
+    const Uint at = (slot >> width_bits << (width_bits + 2)) + lane;
+    const Store* x = scene_.bvh.blocks[0].x;
+    return {{L::gather(x, at), L::gather(x + B::count, at), L::gather(x + 2 * B::count, at)},
+            L::gather(x + 3 * B::count, at)};
+  }
+
+  /// A vector of hits, ready to be scattered.
+  struct Meeting {
+    Vec3<L> incoming;
+    SphereShape<L> sphere;
+    Vec3<L> normal;  ///< outward
+    Vec3<L> m;       ///< on the path's side
+    MaskOf<L> leaving;
+    RandomAddress<Uint> random;
+  };
+
+  PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) const {
+    const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
+                     L::load(&hits.inverse_square[i]));
+    const SphereShape<L> sphere = shapes(slots(hits, i, present));
+    const RandomAddress<Uint> random = random_of(hits, i, present);
+    if constexpr (InsideStack) {
+      const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
+      const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
+      Vec3<L> normal = normal_at(ray, sphere, leaving);
+      if (any(from_itself)) {
+        const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
+                                         L::load(&hits.t[i]) * ray.direction);
+        normal = select(from_itself, across, normal);
+      }
+      return {ray.direction, sphere, normal, select(leaving, -normal, normal), leaving, random};
+    } else {
+      const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
+      const Vec3<L> normal = normal_entering(ray, sphere);
+      return {ray.direction, sphere, normal, normal, leaving, random};
+    }
+  }
+
+  PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i,
+                                              std::uint32_t present) const {
+    const Uint sample = select_bits(present, Uint::load(&hits.sample[i]), Uint(0U));
+    return {scene_.seed, Uint::gather(space_.pixel.at, sample),
+            Uint::gather(space_.sample_number, sample), scene_.sampler};
+  }
+
+  /// Column `k` of the materials' rows (see MaterialParameters).
+  template <int K>
+  PARRAY_INLINE L material_column(const Uint& row) const {
+    static_assert(sizeof(MaterialParameters<Real>) == 8 * sizeof(Real));
+    return L::gather(reinterpret_cast<const Real*>(scene_.surfaces) + K, row);
+  }
+
+  PARRAY_INLINE Vec3<L> albedo(const Uint& row) const {
+    return {material_column<0>(row), material_column<1>(row), material_column<2>(row)};
+  }
+
+  /// Lets the lanes of `going` go on with a new direction from the surface.
+  PARRAY_INLINE void go_on(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
+                           const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
+    Paths<Real>& to = space_.paths;
+    const std::uint32_t n = to.count;
+    to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
+    to.direction.compress(n, going, direction);
+    to.throughput.compress(n, going, throughput);
+    compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
+    compress_store(&to.surface[n], going, Uint::load(&hits.slot[i]));
+    if constexpr (InsideStack) {
+      to.normal.compress(n, going, at.normal);
+      compress_store(&to.inside[n], going, Uint::load(&hits.inside[i]));
+    }
+    to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
+  }
+
+  /// Where the materials' rows begin, in numbers; that of material 0 where there is no hit.
+  PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
+    return select_bits(present, Uint::load(&hits.material[i]), Uint(0U)) << 3;
+  }
+
+  void scatter_all_diffuse(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::diffuse)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Meeting at = meet(hits, i, present);
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      const Vec3<L> direction = scatter_diffuse(at.m, u);
+      const Vec3<L> throughput =
+          hits.throughput.template load<L>(i) * albedo(row_of(hits, i, present));
+      go_on(hits, i, present, at, direction, throughput);
+    }
+  }
+
+  void scatter_all_metal(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::metal)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Uint row = row_of(hits, i, present);
+      const Meeting at = meet(hits, i, present);
+      const Vec3<L> throughput = hits.throughput.template load<L>(i) * albedo(row);
+      if (!scene_.features.fuzz) {
+        go_on(hits, i, present, at, scatter_mirror(at.incoming, at.m), throughput);
+        continue;
+      }
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      const auto r = at.random.template at<L>(bounce, Purpose::fuzz);
+      const auto metal = scatter_metal(material_column<3>(row), at.incoming, at.m, u, r);
+      const std::uint32_t absorbed = bits_of(metal.mask) & present;
+      go_on(hits, i, present & ~absorbed, at, metal.direction, throughput);
+      if constexpr (InsideStack) {
+        for (std::uint32_t left = absorbed; left != 0; left &= left - 1) {
+          space_.inside.release(hits.inside[i + static_cast<std::uint32_t>(__builtin_ctz(left))]);
+        }
+      }
+    }
+  }
+
+  void scatter_all_dielectric(std::uint32_t bounce) {
+    const Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::dielectric)];
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const Uint row = row_of(hits, i, present);
+      const Meeting at = meet(hits, i, present);
+      const auto u = at.random.template at<L>(bounce, Purpose::scatter);
+      MaterialParameters<L> surface;
+      surface.ior = material_column<4>(row);
+      surface.inverse_ior = material_column<5>(row);
+      surface.normal_reflectance = material_column<6>(row);
+      const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
+      const std::uint32_t n = space_.paths.count;
+      go_on(hits, i, present, at, glass.direction, hits.throughput.template load<L>(i));
+      cross(hits, i, bits_of(glass.mask) & present, n);
+    }
+  }
+
+  /// Refracted paths pass through their surface: lanes of `refracted`, which are paths n, n + 1 ...
+  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t refracted,
+                           std::uint32_t n) {
+    for (; refracted != 0; refracted &= refracted - 1) {
+      const auto k = static_cast<std::uint32_t>(__builtin_ctz(refracted));
+      const std::uint32_t slot = hits.slot[i + k];
+      std::uint32_t& inside = space_.paths.inside[n + k];
+      inside = hits.side[i + k] > 0 ? space_.inside.remove(inside, slot)
+                                    : space_.inside.push(inside, slot);
+    }
+  }
+
+  const SceneTables& scene_;
+  Space& space_;
+  BatchRadiance& radiance_;
+};
+
+}  // namespace parray

@@ -1,0 +1,253 @@
+#include "common/trace/integrator/wavefront_tracer.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "common/image/radiance_scale.h"
+#include "common/scene/largest_radiance.h"
+#include "common/trace/bvh/wide_bvh.h"
+#include "common/trace/integrator/isa_kernels.h"
+#include "common/trace/integrator/scene_parts.h"
+
+namespace parray {
+namespace {
+
+/// What the materials alone call for.
+KernelFeatures features_of(const Scene& scene) {
+  KernelFeatures features{false, false};
+  for (const Material& material : scene.materials) {
+    features.sides = features.sides || material.type == MaterialType::dielectric;
+    features.fuzz = features.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
+  }
+  return features;
+}
+
+/// The kernels of one instruction set: see isa_kernels.h.
+template <typename Real, typename Store, int W>
+struct Kernels {
+  std::uint64_t (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, BatchRadiance&);
+  void (*find)(const KernelScene<Real, Store, W>&, Workspace<Real, Store>&);
+};
+
+template <typename Real, typename Store, int W>
+class WavefrontTracer;
+
+template <typename Real, typename Store, int W>
+class WavefrontAccelerator final : public Accelerator {
+ public:
+  WavefrontAccelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
+                       const BuildOptions& options, const Kernels<Real, Store, W>& kernels)
+      : Accelerator(scene, precision, kind, isa),
+        spheres_(stored_shapes<Store>(scene, origin()), kind != AcceleratorKind::linear,
+                 options.threads),
+        surfaces_(stored_materials<Real>(scene)),
+        material_of_(spheres_.slot_count()),
+        features_(features_of(scene)),
+        kernels_(kernels) {
+    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
+      const std::uint32_t index = spheres_.input_index()[slot];
+      if (index != no_sphere) {
+        const std::uint32_t material = scene.spheres[index].material;
+        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+        material_of_[slot] = material | type << MaterialRef::type_bit;
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t bytes() const override {
+    return spheres_.bytes() + material_of_.size() * sizeof(std::uint32_t);
+  }
+
+ private:
+  friend class WavefrontTracer<Real, Store, W>;
+
+  [[nodiscard]] std::unique_ptr<PathTracer> tracer(std::shared_ptr<const Accelerator> self,
+                                                   const Camera& camera,
+                                                   const PictureSettings& picture,
+                                                   bool general) const override {
+    return std::make_unique<WavefrontTracer<Real, Store, W>>(
+        std::move(self), *this, moved(camera, origin()), picture, general);
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> slots_around_lens(const Camera& camera) const {
+    const LensReach lens(camera);
+    std::vector<std::uint32_t> slots;
+    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
+      if (lens.includes(sphere_at<Store>(spheres_.blocks(), slot))) {
+        slots.push_back(slot);
+      }
+    }
+    return slots;
+  }
+
+  WideBvh<Store, W> spheres_;
+  std::vector<MaterialParameters<Real>> surfaces_;
+  std::vector<std::uint32_t> material_of_;  ///< by slot
+  KernelFeatures features_;
+  Kernels<Real, Store, W> kernels_;
+};
+
+template <typename Real, typename Store, int W>
+class WavefrontTracer final : public PathTracer {
+ public:
+  using Space = Workspace<Real, Store>;
+
+  /// `camera` is relative to the accelerator's origin; `self` owns the accelerator.
+  WavefrontTracer(std::shared_ptr<const Accelerator> self,
+                  const WavefrontAccelerator<Real, Store, W>& scene, const Camera& camera,
+                  const PictureSettings& picture, bool general)
+      : PathTracer(std::move(self)),
+        around_lens_(scene.slots_around_lens(camera)),
+        tables_(CameraRays<Real>(camera, picture.width, picture.height),
+                SkyGradient<Real>(scene.sky())),
+        kernels_(scene.kernels_) {
+    tables_.width = picture.width;
+    tables_.max_depth = picture.max_depth;
+    tables_.seed = picture.seed;
+    tables_.sampler = picture.sampler;
+    tables_.to_fixed = RadianceScale(largest_radiance(scene.sky())).factor();
+    if (!general) {
+      tables_.features = scene.features_;
+      tables_.features.sides = tables_.features.sides || !around_lens_.empty();
+    }
+    tables_.bvh = scene.spheres_.view();
+    tables_.surfaces = scene.surfaces_.data();
+    tables_.material_of = scene.material_of_.data();
+    tables_.around_lens = around_lens_.data();
+    tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
+  }
+
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    SampleBatch batch;
+    batch.y = run.y;
+    BatchRadiance radiance;
+    const auto trace_batch = [&] {
+      counts.rays += kernels_.trace(tables_, batch, radiance);
+      add(radiance, batch, sums.data() - run.x_begin, counts);
+      batch.count = 0;
+    };
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        batch.column[batch.count] = x;
+        batch.sample[batch.count] = s;
+        if (++batch.count == SampleBatch::most) {
+          trace_batch();
+        }
+      }
+    }
+    if (batch.count > 0) {
+      trace_batch();
+    }
+    counts.lost += radiance.lost;
+  }
+
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    Space space;
+    for (std::size_t first = 0; first < hits.size(); first += SampleBatch::most) {
+      const std::size_t count = std::min<std::size_t>(hits.size() - first, SampleBatch::most);
+      begin_paths(run, samples, first, static_cast<std::uint32_t>(count), space);
+      kernels_.find(tables_, space);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        hits[first + i] = found(space, i);
+      }
+    }
+  }
+
+ private:
+  /// `pixels` are those of the whole row.
+  static void add(const BatchRadiance& radiance, const SampleBatch& batch, PixelSums* pixels,
+                  TraceCounts& counts) {
+    for (std::uint32_t i = 0; i < batch.count;) {
+      const std::uint32_t x = batch.column[i];
+      PixelSums pixel;  // in registers
+      for (; i < batch.count && batch.column[i] == x; ++i) {
+        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]},
+                  batch.sample[i], pixel, counts);
+      }
+      pixels[x] += pixel;
+    }
+  }
+
+  /// Camera rays of samples [first, first + count) of the run's, pixel after pixel.
+  void begin_paths(const PixelRun& run, const SampleRange& samples, std::size_t first,
+                   std::uint32_t count, Space& space) const {
+    Paths<Real>& paths = space.paths;
+    paths.count = count;
+    space.inside.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto x = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
+      const auto s = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
+      const SampleRandom random(tables_.seed, run.y * tables_.width + x, s, tables_.sampler);
+      const Ray<Real> ray = tables_.view.template ray<Real>(x, run.y, random);
+      paths.origin.set(i, ray.origin);
+      paths.direction.set(i, ray.direction);
+      paths.surface[i] = no_sphere;
+      paths.inside[i] = inside_at(tables_, ray.origin, space.inside);
+    }
+  }
+
+  /// What find() has found for a path.
+  FirstHit found(const Space& space, std::uint32_t i) const {
+    const std::uint32_t slot = space.queries.slot[i];
+    if (slot == no_sphere) {
+      return {};
+    }
+    const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
+                        space.queries.inverse_square[i]);
+    const Hit<Real> hit{space.queries.t[i], tables_.bvh.input_index[slot],
+                        space.queries.leaving[i] != 0};
+    return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));
+  }
+
+  std::vector<std::uint32_t> around_lens_;  ///< slots
+  KernelScene<Real, Store, W> tables_;
+  Kernels<Real, Store, W> kernels_;
+};
+
+template <int FloatWidth, int DoubleWidth>
+std::shared_ptr<const Accelerator> accelerator_of(
+    const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
+    const BuildOptions& options, const Kernels<float, float, FloatWidth>& single,
+    const Kernels<double, float, FloatWidth>& mixed,
+    const Kernels<double, double, DoubleWidth>& full) {
+  switch (precision) {
+    case Precision::f64:
+      return std::make_shared<const WavefrontAccelerator<double, double, DoubleWidth>>(
+          scene, precision, kind, isa, options, full);
+    case Precision::mixed:
+      return std::make_shared<const WavefrontAccelerator<double, float, FloatWidth>>(
+          scene, precision, kind, isa, options, mixed);
+    default:
+      return std::make_shared<const WavefrontAccelerator<float, float, FloatWidth>>(
+          scene, precision, kind, isa, options, single);
+  }
+}
+
+}  // namespace
+
+#define PARRAY_ACCELERATOR_OF(isa)                                                                 \
+  accelerator_of<isa::float_width, isa::double_width>(                                             \
+      scene, precision, kind, Isa::isa, options, {isa::trace, isa::find}, {isa::trace, isa::find}, \
+      {isa::trace, isa::find})
+
+std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene,
+                                                              Precision precision,
+                                                              AcceleratorKind kind, Isa isa,
+                                                              const BuildOptions& options) {
+  switch (isa) {
+#if defined(__x86_64__)
+    case Isa::avx512:
+      return PARRAY_ACCELERATOR_OF(avx512);
+    case Isa::avx2:
+      return PARRAY_ACCELERATOR_OF(avx2);
+#endif
+    default:
+      return PARRAY_ACCELERATOR_OF(scalar);
+  }
+}
+
+}  // namespace parray

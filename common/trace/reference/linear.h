@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/trace/sphere_search.h"
+
+namespace parray {
+
+/// Linear search: every sphere for every ray. The oracle of the other accelerators, and the
+/// fastest for a handful of spheres.
+template <typename Real>
+class Linear {
+ public:
+  explicit Linear(const std::vector<SphereShape<Real>>& spheres) : spheres_(spheres) {}
+
+  void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
+    for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
+      try_sphere(ray, spheres_[i], i, sides, best);
+    }
+  }
+
+  [[nodiscard]] std::size_t bytes() const { return spheres_.size() * sizeof(SphereShape<Real>); }
+
+ private:
+  std::vector<SphereShape<Real>> spheres_;
+};
+
+}  // namespace parray

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/scene/largest_radiance.h"
+#include "common/trace/integrator/path.h"
+#include "common/trace/integrator/scene_parts.h"
+
+namespace parray {
+
+/// One path after the other, by any search of sphere_search.h. What it computes is what every other
+/// tracer has to compute, to the bit. `S` outlives it, and so does `scene`: `self` owns both.
+template <typename Real, SphereSearch<Real> S>
+class ScalarTracer final : public PathTracer {
+ public:
+  ScalarTracer(std::shared_ptr<const Accelerator> self, const TraceScene<Real>& scene,
+               const S& search, PathEnds<Real> ends, const PictureSettings& picture)
+      : PathTracer(std::move(self)),
+        scene_(scene),
+        search_(search),
+        ends_(std::move(ends)),
+        scale_(largest_radiance(accelerator()->sky())),
+        width_(picture.width),
+        seed_(picture.seed),
+        sampler_(picture.sampler) {}
+
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    InsideStack<Real> sides;
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        const Vec3<Real> radiance =
+            trace_sample(scene_, ends_, search_, x, run.y, random(x, run.y, s), sides, counts);
+        add_sample(vec_cast<double>(radiance), scale_, s, sums[x - run.x_begin], counts);
+      }
+    }
+  }
+
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    InsideStack<Real> sides;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const std::uint32_t x = run.x_begin + static_cast<std::uint32_t>(i / samples.count());
+      const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
+      const Ray<Real> ray = ends_.view.template ray<Real>(x, run.y, random(x, run.y, s));
+      start_sides(scene_, ends_, ray.origin, sides);
+      const Hit<Real> hit = first_crossing(scene_, search_, ray, sides);
+      hits[i] =
+          hit.sphere == no_sphere ? FirstHit{} : first_hit(ray, hit, scene_.spheres[hit.sphere]);
+    }
+  }
+
+ private:
+  [[nodiscard]] SampleRandom random(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
+    return {seed_, y * width_ + x, sample, sampler_};
+  }
+
+  const TraceScene<Real>& scene_;
+  const S& search_;
+  PathEnds<Real> ends_;
+  RadianceScale scale_;
+  std::uint32_t width_;
+  std::uint64_t seed_;
+  Sampler sampler_;
+};
+
+/// `Store` is the type that positions are rounded to: float, with Real double, is precision mixed.
+template <typename Real, typename Store, SphereSearch<Real> S>
+class ScalarAccelerator final : public Accelerator {
+ public:
+  ScalarAccelerator(const Scene& scene, Precision precision, AcceleratorKind kind)
+      : Accelerator(scene, precision, kind, Isa::scalar),
+        scene_{{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+        search_(fill(scene)) {}
+
+  [[nodiscard]] std::size_t bytes() const override { return search_.bytes(); }
+
+ private:
+  [[nodiscard]] std::unique_ptr<PathTracer> tracer(std::shared_ptr<const Accelerator> self,
+                                                   const Camera& camera,
+                                                   const PictureSettings& picture,
+                                                   bool /*general*/) const override {
+    const Camera here = moved(camera, origin());
+    PathEnds<Real> ends{
+        CameraRays<Real>(here, picture.width, picture.height), {}, picture.max_depth};
+    const LensReach lens(here);
+    for (std::uint32_t i = 0; i < scene_.spheres.size(); ++i) {
+      if (lens.includes(scene_.spheres[i])) {
+        ends.around_lens.push_back(i);
+      }
+    }
+    return std::make_unique<ScalarTracer<Real, S>>(std::move(self), scene_, search_,
+                                                   std::move(ends), picture);
+  }
+
+  /// Returns the spheres, which the search is made from.
+  const std::vector<SphereShape<Real>>& fill(const Scene& scene) {
+    for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin())) {
+      scene_.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
+    }
+    for (const Sphere& sphere : scene.spheres) {
+      scene_.material_of.push_back(sphere.material);
+    }
+    return scene_.spheres;
+  }
+
+  TraceScene<Real> scene_;
+  S search_;
+};
+
+}  // namespace parray

@@ -1,0 +1,157 @@
+#include "coordinator/backroom.h"
+
+#include <utility>
+
+#include "common/math/float_mode.h"
+
+namespace parray {
+namespace {
+
+using Closures = std::vector<std::function<void()>>;
+
+void append(Closures& to, Closures from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+}  // namespace
+
+Backroom::Backroom(Store* store, Options options) : store_(store), options_(std::move(options)) {
+  if (options_.threaded) {
+    thread_ = std::thread([this] { lead(); });
+  }
+}
+
+Backroom::~Backroom() {
+  {
+    const std::scoped_lock lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void Backroom::give(Errand errand) {
+  if (!options_.threaded) {
+    run_errand(std::move(errand));
+    return;
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting_.push_back(std::move(errand));
+  }
+  changed_.notify_all();
+}
+
+void Backroom::run_errand(Errand errand) {
+  Outcome outcome = errand();
+  errand = nullptr;  // what it held goes here, not in the loop
+  const std::scoped_lock lock(mutex_);
+  if (outcome.done) {
+    finished_.push_back(std::move(outcome.done));
+  }
+  if (outcome.kept) {
+    (store_ == nullptr ? finished_ : uncommitted_).push_back(std::move(outcome.kept));
+  }
+}
+
+void Backroom::commit() {
+  if (store_ == nullptr) {
+    return;
+  }
+  Closures waiting;
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting = std::exchange(uncommitted_, {});
+  }
+  std::string blocked;
+  try {
+    store_->commit();
+  } catch (const StorageFull& full) {
+    blocked = full.what();
+  }
+  const std::scoped_lock lock(mutex_);
+  blocked_ = blocked;
+  append(blocked.empty() ? finished_ : uncommitted_, std::move(waiting));
+}
+
+void Backroom::run_finished() {
+  if (!options_.threaded) {
+    commit();
+  }
+  // Outcomes give errands, which without a thread are done at once.
+  for (;;) {
+    Closures finished;
+    {
+      const std::scoped_lock lock(mutex_);
+      if (failure_) {
+        std::rethrow_exception(failure_);
+      }
+      finished = std::exchange(finished_, {});
+    }
+    if (finished.empty()) {
+      return;
+    }
+    for (const auto& next : finished) {
+      next();
+    }
+    if (!options_.threaded) {
+      commit();
+    }
+  }
+}
+
+std::string Backroom::blocked() const {
+  const std::scoped_lock lock(mutex_);
+  return blocked_;
+}
+
+std::size_t Backroom::backlog() const {
+  const std::scoped_lock lock(mutex_);
+  return waiting_.size() + (busy_ ? 1 : 0);
+}
+
+void Backroom::lead() {
+  const FloatMode ieee;
+  const SteadyClock clock;
+  Time commit_at = never;
+  std::unique_lock lock(mutex_);
+  while (!quit_) {
+    const bool due = commit_at <= clock.now();
+    if (waiting_.empty() && !due) {
+      const Time pause = commit_at == never ? Time(seconds(3600)) : commit_at - clock.now();
+      changed_.wait_for(lock, pause, [this] { return quit_ || !waiting_.empty(); });
+      continue;
+    }
+    Errand errand;
+    if (!waiting_.empty() && !due) {
+      errand = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
+    busy_ = true;
+    lock.unlock();
+    try {
+      if (errand) {
+        run_errand(std::move(errand));
+        if (store_ != nullptr) {
+          commit_at = std::min(commit_at, clock.now() + options_.commit_interval);
+        }
+      } else {
+        commit();
+        commit_at = blocked().empty() ? never : clock.now() + seconds(1);
+      }
+    } catch (...) {
+      const std::scoped_lock guard(mutex_);
+      failure_ = std::current_exception();
+      quit_ = true;
+    }
+    if (options_.wake) {
+      options_.wake();
+    }
+    lock.lock();
+    busy_ = false;
+  }
+}
+
+}  // namespace parray

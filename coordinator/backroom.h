@@ -1,0 +1,80 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "coordinator/store/store.h"
+#include "proto/clock.h"
+
+namespace parray {
+
+/// What is too heavy for the coordinator's loop: decoding, digests, merging, the noise model,
+/// pictures, the disk. One errand after the other, in the order in which they were given, in a
+/// thread of its own or, for tests and simulations, at once.
+///
+/// What errands put into the store is committed every now and then, many errands together.
+class Backroom {
+ public:
+  /// What the loop is to do when an errand is done.
+  struct Outcome {
+    std::function<void()> done;  ///< as soon as may be; may be empty
+    std::function<void()> kept;  ///< once what the errand has put is committed; may be empty
+  };
+  /// Runs beside the loop: touches nothing of the loop's. It catches what may go wrong with a job;
+  /// what it throws all the same ends the coordinator.
+  using Errand = std::function<Outcome()>;
+
+  struct Options {
+    bool threaded = true;
+    std::function<void()> wake;  ///< called when there is something for run_finished()
+    /// The longest that anything waits for its commit.
+    Time commit_interval = milliseconds(100);
+  };
+  /// `store` may be null: nothing is kept, and everything counts as committed. It belongs to the
+  /// errands from now on.
+  Backroom(Store* store, Options options);
+  /// Waits for the errand under way; drops the others.
+  ~Backroom();
+  Backroom(const Backroom&) = delete;
+  Backroom& operator=(const Backroom&) = delete;
+
+  void give(Errand errand);
+
+  /// Runs outcomes; throws what an errand, or a commit, has thrown. Called by the loop's turn.
+  void run_finished();
+
+  /// Why nothing can be committed now: a full disk. Empty: all is well. It is tried again every
+  /// second.
+  [[nodiscard]] std::string blocked() const;
+  /// Errands that wait or are under way.
+  [[nodiscard]] std::size_t backlog() const;
+
+ private:
+  void run_errand(Errand errand);
+  void commit();
+  void lead();
+
+  Store* const store_;
+  const Options options_;
+
+  mutable std::mutex mutex_;  // guards the members down to quit_
+  std::condition_variable changed_;
+  std::deque<Errand> waiting_;
+  bool busy_ = false;
+  std::vector<std::function<void()>> finished_;
+  std::vector<std::function<void()>> uncommitted_;
+  std::string blocked_;
+  std::exception_ptr failure_;
+  bool quit_ = false;
+
+  std::thread thread_;
+};
+
+}  // namespace parray

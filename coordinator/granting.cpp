@@ -1,0 +1,167 @@
+// Who gets which leases, and which jobs get memory.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "coordinator/coordinator.h"
+
+namespace parray {
+namespace {
+
+/// What waits for the backroom stays within memory: beyond this many errands nothing is granted.
+constexpr std::size_t most_backlog = 4096;
+
+}  // namespace
+
+/// Leases to every worker with room, one at a time in turn, so that the first to be asked does not
+/// take all. Does nothing where nothing has changed since.
+void Coordinator::grant_leases(Time now) {
+  if (!grants_due_ || !storage_.empty() || backroom_.backlog() > most_backlog) {
+    return;
+  }
+  grants_due_ = false;
+  bool granted = true;
+  while (granted) {
+    granted = false;
+    for (auto& [peer, worker] : workers_) {
+      granted = (worker.has_room() && grant_one(now, worker)) || granted;
+    }
+  }
+}
+
+/// Pending work first, by the jobs' order; a job that holds no memory yet gets it when its turn
+/// comes. A copy of somebody else's lease only for a worker with nothing else to do.
+bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
+  bool room = true;
+  for (const JobId id : open_jobs_) {
+    Job& job = jobs_.at(id);
+    if (room && job.phase == JobPhase::waiting && job.record.state != JobState::paused) {
+      room = make_room(memory_of(job));
+      if (room) {
+        prepare(now, job);
+      }
+    }
+    if (may_trace(now, worker, job) && grant_from(now, worker, job, false)) {
+      return true;
+    }
+    if (job.phase == JobPhase::preparing) {
+      break;  // those behind it wait for their turn
+    }
+  }
+  return worker.held == 0 && std::any_of(open_jobs_.begin(), open_jobs_.end(), [&](JobId id) {
+           Job& job = jobs_.at(id);
+           return may_trace(now, worker, job) && grant_from(now, worker, job, true);
+         });
+}
+
+bool Coordinator::may_trace(Time now, WorkerRecord& worker, const Job& job) const {
+  if (!job.tracing() || job.record.state == JobState::paused) {
+    return false;
+  }
+  if (!job.pause_reason.empty() && !job.work->leases->has_check_for(worker.id)) {
+    return false;
+  }
+  const auto shunned = worker.shunned.find(job.record.id);
+  if (shunned != worker.shunned.end() && now < shunned->second) {
+    return false;
+  }
+  return true;
+}
+
+bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) {
+  LeaseTable& leases = *job.work->leases;
+  const Time deadline = now + options_.lease_timeout;
+  const auto lease =
+      copy ? leases.grant_copy(deadline, worker.id)
+           : leases.grant(deadline, worker.id, {worker.hello.threads, worker.samples_per_second},
+                          workers_.speed());
+  if (!lease) {
+    return false;
+  }
+  job.pause_reason.clear();
+  if (job.work->started == never) {
+    job.work->started = now;
+    job.work->pass_began = now;
+  }
+  if (job.record.state == JobState::queued) {
+    job.record.state = JobState::running;
+  }
+  ++tally_.granted;
+  ++worker.held;
+  send_grant(now, worker, job, *lease);
+  return true;
+}
+
+void Coordinator::send_grant(Time /*now*/, WorkerRecord& worker, Job& job, const Lease& lease) {
+  log_->debug("job {} lease {} to worker {} '{}': pass {} cells [{}, {})", job.record.id,
+              lease.epoch, worker.id, worker.hello.name, job.work->pass, lease.range.begin,
+              lease.range.end);
+  send(worker.peer,
+       msg::Grant{job.record.id, job.work->pass, lease.epoch, job.work->plan->batch(lease.range),
+                  job.record.scene, job.record.settings});
+}
+
+std::uint64_t Coordinator::memory_of(const Job& job) const {
+  return JobPicture::memory(job.record.settings) + (store_ != nullptr ? job.record.scene_bytes : 0);
+}
+
+std::uint64_t Coordinator::memory_in_use() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [id, job] : jobs_) {
+    bytes += job.work ? memory_of(job) : 0;
+    bytes += job.scene.size() + job.picture_bytes;
+  }
+  return bytes;
+}
+
+/// Whether each job that waits has room beside the scenes of all, with one more that needs so much,
+/// a scene of so many bytes included: else nobody's turn would come.
+bool Coordinator::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const {
+  std::uint64_t scenes = scene;
+  std::uint64_t largest = needed - scene;
+  for (const JobId id : open_jobs_) {
+    scenes += jobs_.at(id).scene.size();
+    largest = std::max(largest, JobPicture::memory(jobs_.at(id).record.settings));
+  }
+  return scenes + largest <= options_.memory;
+}
+
+/// What an unfinished job lacks, for people; empty: nothing.
+std::string Coordinator::waits_for(const Job& job) const {
+  if (job.ended() || job.record.state == JobState::paused) {
+    return {};
+  }
+  if (!storage_.empty()) {
+    return storage_;
+  }
+  if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) {
+    return {};
+  }
+  if (workers_.usable() == 0) {
+    return workers_.size() == 0 ? "no workers connected" : "no worker whose results can be trusted";
+  }
+  if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > options_.memory) {
+    return "memory: other jobs are being rendered";
+  }
+  return {};
+}
+
+/// A full disk holds all jobs until there is room; then they go on by themselves.
+void Coordinator::note_storage(Time now) {
+  const std::string blocked = backroom_.blocked();
+  if (blocked != storage_) {
+    storage_ = blocked;
+    grants_due_ = true;
+    blocked.empty() ? log_->info("there is room again: jobs go on")
+                    : log_->error("jobs wait: {}", blocked);
+  }
+  for (const JobId id : std::vector<JobId>(open_jobs_)) {
+    Job& job = jobs_.at(id);
+    if (job.retry_at <= now) {
+      job.retry_at = never;
+      finish_job(job);
+    }
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/adaptive/pass_controller.h"
+#include "common/image/framebuffer.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene.h"
+#include "coordinator/result_collector.h"
+
+namespace parray {
+
+/// What the coordinator needs to know of a scene.
+struct SceneFacts {
+  explicit SceneFacts(const Scene& scene);
+  Requirements requirements;
+  double largest_radiance;
+};
+
+/// A job's picture under way: framebuffer, passes, what is in of the pass that is being traced, and
+/// the log from which another life of the job goes on. The same under messages and over a window.
+///
+/// Plain state; one thread at a time.
+class JobPicture {
+ public:
+  /// `settings` are resolved. `begun`: samples of the passes of earlier lives. `tile`: see
+  /// WorkPlan.
+  JobPicture(const RenderSettings& settings, const SceneFacts& scene,
+             std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0);
+
+  /// Begins the first or, when all of a pass is in, the next pass; false when the picture is
+  /// complete.
+  bool begin_pass(const PassTimes& times = {});
+
+  /// Merges what `tracer` has traced of the current pass.
+  ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
+    return collector_->take(tracer, traced);
+  }
+
+  /// `tracer` has been found to return wrong bits: sets back what it alone has traced. Returns the
+  /// cells to trace again; none if it has touched nothing. A picture in passes starts all over
+  /// again (`restarted`), because what its passes are was decided by its sums.
+  struct Retraction {
+    std::vector<CellRange> cells;
+    bool restarted = false;
+  };
+  Retraction retract(TracerKey tracer);
+  /// Whether `tracer` has traced something, of this pass or an earlier one, that nobody else has.
+  [[nodiscard]] bool relies_on(TracerKey tracer) const;
+
+  /// Entries of the job's log. The first is for cells as pack_cells() has them.
+  [[nodiscard]] std::string cells_entry(TracerKey tracer, const CellRange& range,
+                                        std::string_view packed) const {
+    return cells_entry(passes_->pass(), tracer, range, packed);
+  }
+  /// The same of any pass.
+  static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
+                                 std::string_view packed);
+  [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
+  /// Everything of earlier lives is in.
+  void end_replay() { passes_->begin_timing(framebuffer_); }
+  /// Takes in an entry of an earlier life, in the order in which they were written; begins the
+  /// passes that the entries belong to. Throws DecodeError.
+  void replay(std::string_view entry);
+
+  /// Whether there is a pass; without one there is no collector and no plan.
+  [[nodiscard]] bool has_begun() const { return collector_ != nullptr; }
+  [[nodiscard]] const RenderSettings& settings() const { return settings_; }
+  [[nodiscard]] const SceneFacts& scene() const { return scene_; }
+  [[nodiscard]] const Framebuffer& framebuffer() const { return framebuffer_; }
+  [[nodiscard]] const PassController& passes() const { return *passes_; }
+  [[nodiscard]] ResultCollector& collector() { return *collector_; }
+  [[nodiscard]] const ResultCollector& collector() const { return *collector_; }
+  /// Of the pass under way.
+  [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const {
+    return collector_->shared_plan();
+  }
+  [[nodiscard]] FramebufferView view() const { return framebuffer_.view(scene_.largest_radiance); }
+
+  /// Bytes that a picture of these settings takes at most while it is under way, ending included.
+  static std::uint64_t memory(const RenderSettings& settings);
+
+ private:
+  void restart();
+
+  RenderSettings settings_;
+  SceneFacts scene_;
+  std::uint32_t tile_;
+  Framebuffer framebuffer_;
+  std::unique_ptr<PassController> passes_;
+  std::unique_ptr<ResultCollector> collector_;  ///< of the pass under way; null before the first
+  std::set<TracerKey> earlier_tracers_;         ///< of the passes before
+};
+
+/// Names whoever traces across lives of the coordinator: a process of a worker, or a rank.
+TracerKey tracer_key(std::string_view name, std::string_view instance);
+
+}  // namespace parray

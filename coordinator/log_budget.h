@@ -1,0 +1,49 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "proto/clock.h"
+
+namespace parray {
+
+/// Lines that a stranger can cause, so many in a time at most: the rest are counted.
+class LogBudget {
+ public:
+  /// `most`: lines in ten seconds.
+  explicit LogBudget(std::shared_ptr<spdlog::logger> log, std::uint32_t most = 20)
+      : log_(std::move(log)), most_(most) {}
+
+  void info(Time now, const std::string& line) { write(now, spdlog::level::info, line); }
+  void warn(Time now, const std::string& line) { write(now, spdlog::level::warn, line); }
+
+ private:
+  void write(Time now, spdlog::level::level_enum level, const std::string& line) {
+    constexpr Time period = seconds(10);
+    if (now - began_ >= period) {
+      if (swallowed_ > 0) {
+        log_->log(level, "{} more lines like these were left out", swallowed_);
+      }
+      began_ = now;
+      lines_ = 0;
+      swallowed_ = 0;
+    }
+    if (lines_ < most_) {
+      ++lines_;
+      log_->log(level, line);
+    } else {
+      ++swallowed_;
+    }
+  }
+
+  std::shared_ptr<spdlog::logger> log_;
+  std::uint32_t most_;
+  Time began_{};
+  std::uint32_t lines_ = 0;
+  std::uint64_t swallowed_ = 0;
+};
+
+}  // namespace parray

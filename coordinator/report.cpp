@@ -1,0 +1,110 @@
+#include "coordinator/report.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/adaptive/error_estimate.h"
+#include "common/image/image.h"
+
+namespace parray {
+
+using nlohmann::json;
+
+/// Pixels with samples that were not finite, in the report: enough to find the cause.
+static constexpr std::size_t most_located = 20;
+
+/// As asked for; the mean where pixels have different numbers.
+static json samples_per_pixel_of(const JobPicture& job) {
+  const RenderSettings& s = job.settings();
+  if (!s.in_passes()) {
+    return s.samples_per_pixel;
+  }
+  const std::uint64_t pixels = std::uint64_t{s.width} * s.height;
+  const std::uint64_t samples = job.framebuffer().counts().samples;
+  return samples % pixels == 0 ? json(samples / pixels)
+                               : json(static_cast<double>(samples) / static_cast<double>(pixels));
+}
+
+static json error_of(const JobPicture& job, const ErrorEstimate& estimate) {
+  const TraceCounts& counts = job.framebuffer().counts();
+  const auto known = [](double value) { return value < 0 ? json() : json(value); };
+  const double lost = counts.samples == 0
+                          ? 0
+                          : static_cast<double>(counts.lost) * TraceCounts::lost_unit /
+                                static_cast<double>(counts.samples);
+  return {{"rmse", known(estimate.rmse)},
+          {"low", known(estimate.low)},
+          {"high", known(estimate.high)},
+          {"half_width_p50", known(estimate.half_width_p50)},
+          {"half_width_p99", known(estimate.half_width_p99)},
+          {"method", error_method},
+          {"truncation", lost * job.scene().largest_radiance}};
+}
+
+static json make_report(const JobPicture& job, const JobRecord& record, const RenderFacts& facts,
+                        const std::string& image_sha256, const ErrorEstimate& estimate) {
+  const RenderSettings& s = job.settings();
+  const Framebuffer& framebuffer = job.framebuffer();
+  const TraceCounts& counts = framebuffer.counts();
+  json located = json::array();
+  for (const auto& [pixel, excluded] : framebuffer.excluded()) {
+    if (located.size() == most_located) {
+      break;
+    }
+    located.push_back({{"x", pixel.second},
+                       {"y", pixel.first},
+                       {"samples", excluded.count},
+                       {"first_sample", excluded.first}});
+  }
+  // Building is no tracing: it stands under its own name.
+  const double tracing = std::max(facts.render_seconds - facts.build_seconds, 0.0);
+  const double rate = tracing > 0 ? 1 / tracing : 0;
+  return {{"image_sha256", image_sha256},
+          {"width", s.width},
+          {"height", s.height},
+          {"samples_per_pixel", samples_per_pixel_of(job)},
+          {"error", error_of(job, estimate)},
+          {"adaptive", s.adaptive},
+          {"passes", job.passes().begun()},
+          {"stopped_by", name_of(job.passes().stopped_by())},
+          {"max_depth", s.max_depth},
+          {"seed", s.seed},
+          {"precision", name_of(s.precision)},
+          {"precision_reason", record.precision_reason},
+          {"accelerator", name_of(s.accelerator)},
+          {"isa", facts.isa},
+          {"sampler", name_of(s.sampler)},
+          {"schedule", name_of(s.schedule)},
+          {"row_order", name_of(s.row_order)},
+          {"scene_sha256", record.scene},
+          {"spheres", job.scene().requirements.spheres},
+          {"duplicates_removed", record.duplicates_removed},
+          {"features", job.scene().requirements.features()},
+          {"accelerator_bytes", facts.accelerator_bytes},
+          {"threads", facts.threads},
+          {"workers", facts.workers},
+          {"samples", counts.samples},
+          {"rays", counts.rays},
+          {"samples_per_second", static_cast<double>(counts.samples) * rate},
+          {"rays_per_second", static_cast<double>(counts.rays) * rate},
+          {"nonfinite_samples", counts.nonfinite},
+          {"nonfinite_pixels", framebuffer.excluded().size()},
+          {"nonfinite", std::move(located)},
+          {"seconds",
+           {{"load", record.load_seconds},
+            {"build", facts.build_seconds},
+            {"render", facts.render_seconds}}},
+          {"flag", record.flag},
+          {"version", PARRAY_VERSION}};
+}
+
+FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
+                               const RenderFacts& facts) {
+  Image image = resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
+  ErrorEstimate estimate = estimate_error(picture.view());
+  const json report = make_report(picture, record, facts, image_sha256(image), estimate);
+  return {{std::move(image), {picture.framebuffer().samples(), std::move(estimate.half_width)}},
+          report.dump()};
+}
+
+}  // namespace parray

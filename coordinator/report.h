@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "common/image/picture_bytes.h"
+#include "coordinator/job_picture.h"
+#include "coordinator/store/job_record.h"
+
+namespace parray {
+
+/// What a report says of how the work went.
+struct RenderFacts {
+  double render_seconds = 0;            ///< from the first lease to the last result
+  double trace_seconds = 0;             ///< of all workers, spent tracing, together
+  double build_seconds = 0;             ///< the longest of any worker
+  std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
+  std::string isa;
+  std::uint32_t threads = 0;
+  std::size_t workers = 0;
+};
+
+/// A picture that is complete.
+struct FinishedPicture {
+  PictureParts picture;
+  /// JSON; its fields are described in README.md, "The report": everything but what the client adds
+  /// (seconds spent writing).
+  std::string report;
+};
+FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
+                               const RenderFacts& facts);
+
+}  // namespace parray

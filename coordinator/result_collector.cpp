@@ -1,0 +1,194 @@
+#include "coordinator/result_collector.h"
+
+#include <algorithm>
+
+namespace parray {
+namespace {
+
+/// Neighbours joined.
+std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
+  std::sort(cells.begin(), cells.end());
+  std::vector<CellRange> ranges;
+  for (const std::uint64_t cell : cells) {
+    if (!ranges.empty() && cell < ranges.back().end) {
+      continue;  // named twice
+    }
+    if (!ranges.empty() && ranges.back().end == cell) {
+      ++ranges.back().end;
+    } else {
+      ranges.push_back({cell, cell + 1});
+    }
+  }
+  return ranges;
+}
+
+}  // namespace
+
+ResultCollector::ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuffer& framebuffer)
+    : plan_(std::move(plan)), framebuffer_(framebuffer), cells_(plan_->cells()) {}
+
+std::uint32_t ResultCollector::place_of(TracerKey tracer) {
+  const auto found = std::find(tracers_.begin(), tracers_.end(), tracer);
+  if (found != tracers_.end()) {
+    return static_cast<std::uint32_t>(found - tracers_.begin());
+  }
+  tracers_.push_back(tracer);
+  return static_cast<std::uint32_t>(tracers_.size() - 1);
+}
+
+ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced) {
+  const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
+  const std::uint32_t place = place_of(tracer);
+  Taken taken;
+  for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
+    const std::uint64_t index = traced.range.begin + i;
+    const auto record = std::span(traced.records).subspan(i * size, size);
+    const std::uint64_t digest = cell_digest(record);
+    Done& done = cells_[index];
+    if (done.digest == 0) {
+      merge(index, digest, record, place, taken);
+      if (cells_[index].nonfinite > 0) {
+        exclude_some(plan_->cell(index), traced.excluded);
+      }
+    } else if (done.digest != digest) {
+      ++taken.mismatches;
+    } else {
+      ++taken.duplicates;
+      done.tracer = done.tracer == place ? place : confirmed;
+    }
+  }
+  return taken;
+}
+
+void ResultCollector::merge(std::uint64_t index, std::uint64_t digest,
+                            std::span<const std::byte> record, std::uint32_t tracer, Taken& taken) {
+  const CellBatch batch = plan_->batch({index, index + 1});
+  const Cell cell = plan_->cell(index);
+  const CellHeader header = header_of(record);
+  sums_.resize(cell.pixels());
+  copy_sums(record, sums_);
+  framebuffer_.add(cell.y, cell.x_begin, sums_, batch.ranges_of(index));
+  const std::uint64_t samples = batch.sample_count();
+  framebuffer_.add(TraceCounts{samples, header.rays, header.nonfinite, header.lost});
+  cells_[index] = {digest, header.rays, header.lost, static_cast<std::uint32_t>(header.nonfinite),
+                   tracer};
+  ++done_;
+  ++taken.fresh;
+  taken.fresh_samples += samples;
+}
+
+/// Those of one cell: others may be in already.
+void ResultCollector::exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded) {
+  for (const ExcludedSamples& some : excluded) {
+    if (some.y == cell.y && some.x >= cell.x_begin && some.x < cell.x_end &&
+        some.first >= cell.samples.begin && some.first < cell.samples.end) {
+      framebuffer_.exclude(some);
+    }
+  }
+}
+
+ResultCollector::Taken ResultCollector::compare(const CellRange& range,
+                                                const std::vector<std::uint64_t>& digests) {
+  Taken taken;
+  for (std::uint64_t i = 0; i < range.count(); ++i) {
+    Done& done = cells_[range.begin + i];
+    if (done.digest == 0) {
+      continue;
+    }
+    if (done.digest == digests[i]) {
+      ++taken.duplicates;
+      done.tracer = confirmed;
+    } else {
+      ++taken.mismatches;
+    }
+  }
+  return taken;
+}
+
+std::vector<std::uint64_t> ResultCollector::digests(const CellRange& range) const {
+  std::vector<std::uint64_t> digests;
+  for (std::uint64_t index = range.begin; index < range.end; ++index) {
+    digests.push_back(cells_[index].digest);
+  }
+  return digests;
+}
+
+std::optional<TracerKey> ResultCollector::tracer_of(
+    const CellRange& range, const std::vector<std::uint64_t>& digests) const {
+  for (std::uint64_t i = 0; i < range.count(); ++i) {
+    const Done& done = cells_[range.begin + i];
+    if (done.digest != 0 && done.digest != digests[i]) {
+      return done.tracer == confirmed ? std::nullopt : std::optional(tracers_[done.tracer]);
+    }
+  }
+  return {};
+}
+
+void ResultCollector::clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared) {
+  TraceCounts counts;
+  for (const std::uint64_t same : plan_->grid()->cells_of_same_pixels(index)) {
+    Done& done = cells_[same];
+    if (done.digest != 0) {
+      counts += TraceCounts{plan_->batch({same, same + 1}).sample_count(), done.rays,
+                            done.nonfinite, done.lost};
+      done = {};
+      --done_;
+      cleared.push_back(same);
+    }
+  }
+  const Cell cell = plan_->cell(index);
+  framebuffer_.clear(cell.y, cell.x_begin, cell.x_end, counts);
+}
+
+std::vector<CellRange> ResultCollector::retract(TracerKey tracer) {
+  const std::uint32_t place = place_of(tracer);
+  std::vector<std::uint64_t> cleared;
+  for (std::uint64_t index = 0; index < cells_.size(); ++index) {
+    if (cells_[index].digest != 0 && cells_[index].tracer == place) {
+      clear_pixels(index, cleared);
+    }
+  }
+  return ranges_of(std::move(cleared));
+}
+
+std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ranges) {
+  std::vector<std::uint64_t> cleared;
+  for (const CellRange& range : ranges) {
+    for (std::uint64_t index = range.begin; index < range.end; ++index) {
+      if (cells_[index].digest != 0) {
+        clear_pixels(index, cleared);
+      }
+    }
+  }
+  return ranges_of(std::move(cleared));
+}
+
+bool ResultCollector::relies_on(TracerKey tracer) const {
+  const auto found = std::find(tracers_.begin(), tracers_.end(), tracer);
+  const auto place = static_cast<std::uint32_t>(found - tracers_.begin());
+  return found != tracers_.end() && std::any_of(cells_.begin(), cells_.end(), [&](const Done& d) {
+           return d.digest != 0 && d.tracer == place;
+         });
+}
+
+CellRange ResultCollector::next_missing(std::uint64_t from, std::uint64_t most) const {
+  while (from < cells_.size() && cells_[from].digest != 0) {
+    ++from;
+  }
+  CellRange range{from, from};
+  while (range.end < cells_.size() && cells_[range.end].digest == 0 && range.count() < most) {
+    ++range.end;
+  }
+  return range;
+}
+
+std::vector<CellRange> ResultCollector::missing() const {
+  std::vector<CellRange> all;
+  for (CellRange range = next_missing(0, cells_.size()); range.count() > 0;
+       range = next_missing(range.end, cells_.size())) {
+    all.push_back(range);
+  }
+  return all;
+}
+
+}  // namespace parray

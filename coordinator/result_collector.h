@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/image/framebuffer.h"
+#include "common/schedule/traced_cells.h"
+#include "common/schedule/work_plan.h"
+
+namespace parray {
+
+/// Whoever traces, in every life of a coordinator: see tracer_key().
+using TracerKey = std::uint64_t;
+
+/// Takes in what has been traced of a pass, whichever way it came: merges what is new, compares
+/// what comes again, and remembers who traced what. Every cell is merged exactly once.
+///
+/// Plain state; one thread at a time.
+class ResultCollector {
+ public:
+  /// `framebuffer` outlives the object and holds no samples of the plan's.
+  ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuffer& framebuffer);
+
+  /// How many cells were new, came again with the same bits, or came again with others.
+  struct Taken {
+    std::uint64_t fresh = 0;
+    std::uint64_t duplicates = 0;
+    std::uint64_t mismatches = 0;
+    std::uint64_t fresh_samples = 0;
+  };
+  /// `traced` has gone through fault_of() or unpack_cells(): its numbers are possible ones. Cells
+  /// that are in are only compared.
+  Taken take(TracerKey tracer, const TracedCells& traced);
+  /// Compares alone, and notes whose cells two have traced alike. `digests` are the range's.
+  Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests);
+
+  /// Digests of what has been merged; 0 where nothing has.
+  [[nodiscard]] std::vector<std::uint64_t> digests(const CellRange& range) const;
+
+  /// Who has traced the first cell of the range that differs from `digests`; none if two agree on
+  /// it.
+  [[nodiscard]] std::optional<TracerKey> tracer_of(const CellRange& range,
+                                                   const std::vector<std::uint64_t>& digests) const;
+
+  /// Sets back all pixels of which `tracer` alone has traced cells. Returns the cells that are no
+  /// longer in, among them others of the same pixels.
+  std::vector<CellRange> retract(TracerKey tracer);
+  /// Sets back the pixels of some cells.
+  std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
+  /// Whether `tracer` has traced something that nobody else has.
+  [[nodiscard]] bool relies_on(TracerKey tracer) const;
+
+  /// All who have sent something.
+  [[nodiscard]] const std::vector<TracerKey>& tracers() const { return tracers_; }
+  [[nodiscard]] const WorkPlan& plan() const { return *plan_; }
+  [[nodiscard]] const std::shared_ptr<const WorkPlan>& shared_plan() const { return plan_; }
+  [[nodiscard]] std::uint64_t done_cells() const { return done_; }
+  [[nodiscard]] bool done() const { return done_ == plan_->cells(); }
+  [[nodiscard]] bool has(std::uint64_t cell) const { return cells_[cell].digest != 0; }
+  /// The first run of cells from `from` on that are not in, `most` at most; empty if there is none.
+  [[nodiscard]] CellRange next_missing(std::uint64_t from, std::uint64_t most) const;
+  /// All such runs.
+  [[nodiscard]] std::vector<CellRange> missing() const;
+
+ private:
+  struct Done {
+    std::uint64_t digest = 0;  ///< 0: not in
+    std::uint64_t rays = 0;
+    std::uint64_t lost = 0;
+    std::uint32_t nonfinite = 0;
+    std::uint32_t tracer = 0;  ///< place in tracers_; confirmed: a second one agrees
+  };
+  static constexpr std::uint32_t confirmed = 0xFFFFFFFF;
+
+  void merge(std::uint64_t index, std::uint64_t digest, std::span<const std::byte> record,
+             std::uint32_t tracer, Taken& taken);
+  void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
+  void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
+  [[nodiscard]] std::uint32_t place_of(TracerKey tracer);
+
+  std::shared_ptr<const WorkPlan> plan_;
+  Framebuffer& framebuffer_;
+  std::vector<Done> cells_;
+  std::vector<TracerKey> tracers_;
+  std::uint64_t done_ = 0;
+  std::vector<PixelSums> sums_;  ///< of one cell, while it is merged
+};
+
+}  // namespace parray

@@ -1,0 +1,120 @@
+#include "coordinator/store/database.h"
+
+#include <sqlite3.h>
+
+#include "common/base/error.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+namespace {
+
+/// Whether an extended result code says that the disk did not take what was written.
+bool is_full(int code) {
+  switch (code) {
+    case SQLITE_IOERR_WRITE:
+    case SQLITE_IOERR_FSYNC:
+    case SQLITE_IOERR_DIR_FSYNC:
+    case SQLITE_IOERR_TRUNCATE:
+    case SQLITE_IOERR_SHMSIZE:
+      return true;
+    default:
+      return (code & 0xff) == SQLITE_FULL;
+  }
+}
+
+}  // namespace
+
+Database::Database(const std::filesystem::path& file) : directory_(file.parent_path()) {
+  if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) {
+    const std::string why = sqlite3_errmsg(db_);
+    close();
+    throw InputError("--state " + directory_.string() + ": opening " + file.string() + ": " + why);
+  }
+  sqlite3_extended_result_codes(db_, 1);
+}
+
+Database::~Database() { close(); }
+
+void Database::close() { sqlite3_close(db_); }
+
+void Database::run(const std::string& sql) {
+  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) {
+    fail();
+  }
+}
+
+std::uint64_t Database::number(const char* sql) {
+  Statement statement(*this, sql);
+  return statement.step() ? statement.number(0) : 0;
+}
+
+void Database::fail() const {
+  const int code = sqlite3_extended_errcode(db_);
+  const std::string place = "--state " + directory_.string() + ": ";
+  const std::string why = sqlite3_errmsg(db_);
+  if ((code & 0xff) == SQLITE_BUSY) {
+    throw InputError(place + "another coordinator uses it: stop it, or name another directory");
+  }
+  if ((code & 0xff) == SQLITE_CANTOPEN || (code & 0xff) == SQLITE_READONLY) {
+    throw InputError(place + why + ": name a directory that can be written");
+  }
+  if (is_full(code)) {
+    throw StorageFull(place + "nothing more can be kept (" + why + "): make room there");
+  }
+  throw RunError(place + "parray.sqlite: " + why);
+}
+
+Statement::Statement(Database& database, const char* sql) : database_(database) {
+  check(sqlite3_prepare_v2(database.db_, sql, -1, &statement_, nullptr));
+}
+
+Statement::~Statement() { sqlite3_finalize(statement_); }
+
+void Statement::check(int result) const {
+  if (result != SQLITE_OK && result != SQLITE_ROW && result != SQLITE_DONE) {
+    database_.fail();
+  }
+}
+
+Statement& Statement::bind(std::uint64_t value) {
+  check(sqlite3_bind_int64(statement_, ++bound_, static_cast<sqlite3_int64>(value)));
+  return *this;
+}
+
+Statement& Statement::bind(std::string_view text) {
+  check(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_STATIC,
+                            SQLITE_UTF8));
+  return *this;
+}
+
+bool Statement::step() {
+  const int result = sqlite3_step(statement_);
+  check(result);
+  return result == SQLITE_ROW;
+}
+
+std::uint64_t Statement::number(int column) {
+  return static_cast<std::uint64_t>(sqlite3_column_int64(statement_, column));
+}
+
+std::string_view Statement::bytes(int column) {
+  const void* data = sqlite3_column_blob(statement_, column);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
+  return data == nullptr ? std::string_view()
+                         : std::string_view(static_cast<const char*>(data), size);
+}
+
+Transaction::Transaction(Database& database) : database_(database) {
+  database_.run("BEGIN IMMEDIATE");
+}
+
+Transaction::~Transaction() {
+  // Some failures have rolled it back already.
+  if (sqlite3_get_autocommit(database_.db_) == 0) {
+    sqlite3_exec(database_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+}
+
+void Transaction::commit() { database_.run("COMMIT"); }
+
+}  // namespace parray

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "coordinator/store/database.h"
+#include "coordinator/store/disk.h"
+#include "coordinator/store/state_files.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+
+/// A job's log of finished rows.
+struct RowLog {
+  std::uint64_t number = 0;     ///< of its file
+  std::uint64_t committed = 0;  ///< bytes of its file
+  std::string fresh{};          ///< entries that are to follow them
+};
+
+struct KeptPicture {
+  std::uint64_t number = 0;  ///< of its file
+  WholeFile file;
+};
+
+/// Keeps everything below one directory: records in DIR/parray.sqlite (SQLite, write-ahead log,
+/// synced at every commit), bulk data in the plain files of state_files.h, each byte written once.
+///
+/// What commit() has returned for survives the death of the process and of the machine at any
+/// moment. A commit makes the bulk data durable first and names it in the database last; a file
+/// goes only after the commit that forgets it. So whatever a crash leaves, the database names only
+/// what is there, and what it does not name is removed on opening.
+///
+/// On a full disk a commit holds back the jobs whose rows found no room, keeps the rest, and so
+/// frees what was dropped, before it throws.
+///
+/// Rows are checked when they are read, so that the damaged file of one job is no other's trouble.
+class DiskStore final : public Store {
+ public:
+  /// Makes the directory if need be. Reads no bulk data. A state of version 1 is converted (see
+  /// schema.h). `disk` outlives this.
+  ///
+  /// Throws InputError when the directory cannot be used, another coordinator uses it or it lacks
+  /// even the room to open; RunError when the database is damaged or of a later version.
+  explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
+  ~DiskStore() override;
+  DiskStore(const DiskStore&) = delete;
+  DiskStore& operator=(const DiskStore&) = delete;
+
+  void put_job(const JobRecord& job) override;
+  void put_scene(const std::string& digest, std::string_view bytes) override;
+  void append_rows(JobId job, std::string_view entry) override;
+  void drop_rows(JobId job) override;
+  void put_picture(JobId job, std::span<const std::string_view> pieces) override;
+  void drop_work(JobId job) override;
+  void drop_job(JobId job) override;
+  void commit() override;
+
+  std::vector<JobRecord> jobs() override;
+  std::optional<std::string> scene(const std::string& digest) override;
+  void each_rows(JobId job, const RowsVisitor& visit) override;
+  std::optional<std::string> picture(JobId job) override;
+  std::uint64_t picture_bytes(JobId job) override;
+
+ private:
+  struct JobEntry {
+    std::string scene;  ///< digest
+    bool unfinished = false;
+    std::optional<RowLog> log{};
+    std::optional<KeptPicture> picture{};
+  };
+  /// What the database does not know yet of a job.
+  struct Change {
+    bool record = false;
+    std::string text{};  ///< of the record; empty: the job is dropped
+    bool log = false;
+    bool picture = false;
+    std::vector<std::filesystem::path> doomed{};  ///< files to remove once it is committed
+  };
+
+  void load();
+  void remove_leftovers() const;
+  void drop_log(JobId job, JobEntry& entry);
+  void drop_picture(JobId job, JobEntry& entry);
+  std::set<JobId> write_logs(std::exception_ptr& failure);
+  [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
+  [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
+  void record(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void record_change(JobId job, const Change& change);
+  void record_log(JobId job, const JobEntry* entry);
+  void record_picture(JobId job, const JobEntry* entry);
+  void settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  [[nodiscard]] const JobEntry* find(JobId job) const;
+
+  StateFiles files_;
+  std::unique_ptr<Database> database_;
+
+  // What there is, with everything that was put and dropped since the last commit.
+  std::map<JobId, JobEntry> jobs_;
+  std::map<std::string, WholeFile> scenes_;
+
+  // What of it the database does not know yet.
+  std::map<JobId, Change> changes_;
+  std::set<std::string> new_scenes_;
+  bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
+};
+
+}  // namespace parray

@@ -1,0 +1,78 @@
+#include "coordinator/store/job_record.h"
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "proto/settings_json.h"
+
+namespace parray {
+
+using nlohmann::json;
+
+static constexpr std::array<std::string_view, 6> state_names = {"queued", "running", "paused",
+                                                                "done",   "failed",  "cancelled"};
+
+std::string_view name_of(JobState state) { return state_names[static_cast<std::size_t>(state)]; }
+
+bool is_unfinished(JobState state) {
+  return state == JobState::queued || state == JobState::running || state == JobState::paused;
+}
+
+std::string record_to_json(const JobRecord& job) {
+  const json map = {{"token", job.token},
+                    {"name", job.name},
+                    {"priority", job.priority},
+                    {"settings", settings_to_json(job.settings)},
+                    {"tile", job.tile},
+                    {"precision_reason", job.precision_reason},
+                    {"duplicates_removed", job.duplicates_removed},
+                    {"load_seconds", job.load_seconds},
+                    {"scene", job.scene},
+                    {"life", job.life},
+                    {"passes", job.passes},
+                    {"state", static_cast<int>(job.state)},
+                    {"reason", job.reason},
+                    {"report", job.report},
+                    {"scene_bytes", job.scene_bytes},
+                    {"flag", job.flag}};
+  return map.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+static JobState state_from(const json& value) {
+  const auto number = value.get<std::size_t>();
+  if (!value.is_number_unsigned() || number >= state_names.size()) {
+    throw RunError("there is no state " + value.dump());
+  }
+  return static_cast<JobState>(number);
+}
+
+JobRecord record_from_json(JobId id, std::string_view text) {
+  try {
+    const json map = json::parse(text);
+    JobRecord job;
+    job.id = id;
+    job.token = map.at("token");
+    job.name = map.at("name");
+    job.priority = map.at("priority");
+    job.settings = settings_from_json(map.at("settings"));
+    job.tile = map.value("tile", std::uint32_t{0});
+    job.precision_reason = map.at("precision_reason");
+    job.duplicates_removed = map.value("duplicates_removed", std::uint64_t{0});
+    job.load_seconds = map.at("load_seconds");
+    job.scene = map.at("scene");
+    job.life = map.at("life");
+    job.passes = map.value("passes", std::vector<std::uint64_t>());
+    job.state = state_from(map.at("state"));
+    job.reason = map.at("reason");
+    job.report = map.at("report");
+    job.scene_bytes = map.value("scene_bytes", std::uint64_t{0});
+    job.flag = map.value("flag", std::string());
+    return job;
+  } catch (const std::exception& error) {
+    throw RunError("the state's record of job " + std::to_string(id) +
+                   " is damaged: " + error.what());
+  }
+}
+
+}  // namespace parray

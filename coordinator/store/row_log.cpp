@@ -1,0 +1,98 @@
+#include "coordinator/store/row_log.h"
+
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+
+#include "common/base/bytes.h"
+
+namespace parray {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
+};
+
+constexpr std::uint64_t header_bytes = 16;
+
+/// The committed part of a rows file, read from its beginning to its end.
+class LogReader {
+ public:
+  LogReader(const std::filesystem::path& path, std::uint64_t bytes)
+      : path_(path), left_(bytes), file_(std::fopen(path.c_str(), "rbe")) {
+    if (!file_) {
+      damaged(std::generic_category().message(errno));
+    }
+    std::error_code error;
+    if (std::filesystem::file_size(path, error) < bytes || error) {
+      damaged("it is shorter than what was kept");
+    }
+  }
+
+  [[nodiscard]] bool done() const { return left_ == 0; }
+
+  std::string_view next() {
+    ByteReader header(read(header_bytes));
+    const auto length = header.get<std::uint64_t>();
+    const auto checksum = header.get<std::uint64_t>();
+    const std::string_view entry = read(length);
+    if (XXH3_64bits(entry.data(), entry.size()) != checksum) {
+      damaged("an entry fails its checksum");
+    }
+    return entry;
+  }
+
+ private:
+  std::string_view read(std::uint64_t size) {
+    if (size > left_) {  // before anything of that size is allocated
+      damaged("an entry goes on after the end");
+    }
+    left_ -= size;
+    buffer_.resize(size);
+    if (std::fread(buffer_.data(), 1, size, file_.get()) != size) {
+      damaged(std::generic_category().message(errno));
+    }
+    return buffer_;
+  }
+
+  [[noreturn]] void damaged(const std::string& why) const {
+    throw RunError("the rows kept in " + path_.string() + " are damaged: " + why);
+  }
+
+  std::filesystem::path path_;
+  std::uint64_t left_;  ///< bytes
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::string buffer_;
+};
+
+}  // namespace
+
+void append_entry(std::string& log, std::string_view entry) {
+  ByteWriter header;
+  header.put<std::uint64_t>(entry.size());
+  header.put<std::uint64_t>(XXH3_64bits(entry.data(), entry.size()));
+  log.append(header.take()).append(entry);
+}
+
+void each_entry(std::string_view log, const Store::RowsVisitor& visit) {
+  for (ByteReader reader(log); reader.left() > 0;) {
+    const auto length = reader.get<std::uint64_t>();
+    reader.get<std::uint64_t>();  // memory needs no check
+    visit(reader.get_bytes(length));
+  }
+}
+
+void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
+                   const Store::RowsVisitor& visit) {
+  if (bytes == 0) {
+    return;
+  }
+  for (LogReader reader(file, bytes); !reader.done();) {
+    visit(reader.next());
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,291 @@
+#include "coordinator/store/state_files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "coordinator/store/store.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view temporary_suffix = ".partial";
+
+/// An open file, closed with its scope; -1: it could not be opened, and errno says why.
+class OpenFile {
+ public:
+  OpenFile(const fs::path& path, int flags) : fd_(open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~OpenFile() {
+    if (fd_ >= 0) {
+      close(fd_);
+    }
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+bool is_digest(std::string_view name) {
+  return name.size() == 64 && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+bool is_number(std::string_view name) {
+  return !name.empty() && name.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool is_kept_name(std::string_view name) {
+  if (name.ends_with(temporary_suffix)) {
+    name.remove_suffix(temporary_suffix.size());
+  }
+  for (const std::string_view kind : {"rows", "picture"}) {
+    if (name == kind || (name.starts_with(kind) && name[kind.size()] == '.' &&
+                         is_number(name.substr(kind.size() + 1)))) {
+      return true;
+    }
+  }
+  return is_digest(name);
+}
+
+fs::path numbered(fs::path file, std::uint64_t number) {
+  if (number > 0) {
+    file += "." + std::to_string(number);
+  }
+  return file;
+}
+
+/// Entries of a directory, none if it is not there.
+fs::directory_iterator entries_of(const fs::path& directory) {
+  std::error_code ignored;
+  return {directory, ignored};
+}
+
+void remove_unnamed(const fs::path& directory, const std::set<fs::path>& named) {
+  for (const fs::directory_entry& entry : entries_of(directory)) {
+    if (is_kept_name(entry.path().filename().string()) && !named.contains(entry.path())) {
+      std::error_code ignored;
+      fs::remove(entry.path(), ignored);
+    }
+  }
+}
+
+}  // namespace
+
+/// Absolute and without a slash at its end, so that paths below it compare equal.
+static fs::path normal(const fs::path& directory) {
+  const fs::path path = fs::absolute(directory).lexically_normal();
+  return path.has_filename() || path == path.root_path() ? path : path.parent_path();
+}
+
+StateFiles::StateFiles(const fs::path& directory, Disk& disk)
+    : directory_(normal(directory)), disk_(disk), unsynced_({directory_}) {
+  std::error_code error;
+  if (fs::create_directories(directory_, error)) {
+    unsynced_.insert(directory_.parent_path());
+  }
+  if (error) {
+    throw InputError("--state " + directory_.string() + ": " + error.message() +
+                     ": name a directory that can be written");
+  }
+  reserved_ = fs::exists(directory_ / "reserve", error);
+}
+
+fs::path StateFiles::scene(const std::string& digest) const {
+  if (!is_digest(digest)) {
+    throw std::logic_error("a scene is kept by its digest of 64 hexadecimal digits");
+  }
+  return directory_ / "scenes" / digest;
+}
+
+fs::path StateFiles::job(JobId job) const { return directory_ / "jobs" / std::to_string(job); }
+
+fs::path StateFiles::rows(JobId job, std::uint64_t number) const {
+  return numbered(this->job(job) / "rows", number);
+}
+
+fs::path StateFiles::picture(JobId job, std::uint64_t number) const {
+  return numbered(this->job(job) / "picture", number);
+}
+
+void StateFiles::fail(const fs::path& file, int error) const {
+  constexpr std::array<int, 5> of_full_disks = {ENOSPC, EDQUOT, EFBIG, EIO, 0};
+  const std::string why =
+      error == 0 ? "nothing was written" : std::generic_category().message(error);
+  if (std::find(of_full_disks.begin(), of_full_disks.end(), error) != of_full_disks.end()) {
+    throw StorageFull("--state " + directory_.string() + ": nothing more can be kept (" + why +
+                      "): make room there");
+  }
+  throw RunError("keeping state in " + file.string() + ": " + why);
+}
+
+void StateFiles::make_directory(const fs::path& directory) {
+  if (directory == directory_) {
+    return;
+  }
+  make_directory(directory.parent_path());
+  std::error_code error;
+  if (fs::create_directory(directory, error)) {
+    unsynced_.insert(directory.parent_path());
+  } else if (error) {
+    fail(directory, error.value());
+  }
+}
+
+void StateFiles::put_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
+                         const fs::path& path) {
+  for (std::string_view piece : pieces) {
+    while (!piece.empty()) {
+      const ssize_t written = disk_.write(file, piece, offset);
+      if (written < 0 && errno == EINTR) {
+        continue;
+      }
+      if (written <= 0) {
+        fail(path, written < 0 ? errno : 0);
+      }
+      offset += static_cast<std::uint64_t>(written);
+      piece.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+  if (disk_.sync(file) != 0) {
+    fail(path, errno);
+  }
+}
+
+WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_view> pieces) {
+  make_directory(file.parent_path());
+  const fs::path temporary = file.string() + std::string(temporary_suffix);
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash(XXH3_createState(),
+                                                                      &XXH3_freeState);
+  XXH3_64bits_reset(hash.get());
+  WholeFile made;
+  for (const std::string_view piece : pieces) {
+    made.bytes += piece.size();
+    XXH3_64bits_update(hash.get(), piece.data(), piece.size());
+  }
+  made.checksum = XXH3_64bits_digest(hash.get());
+  try {
+    const OpenFile out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    if (out.get() < 0) {
+      fail(temporary, errno);
+    }
+    put_all(out.get(), pieces, 0, temporary);
+    if (disk_.rename(temporary.c_str(), file.c_str()) != 0) {
+      fail(file, errno);
+    }
+  } catch (const RunError&) {
+    unlink(temporary.c_str());  // its room is what others need now
+    throw;
+  }
+  unsynced_.insert(file.parent_path());
+  return made;
+}
+
+void StateFiles::write_at(const fs::path& file, std::uint64_t offset, std::string_view bytes) {
+  if (offset == 0) {
+    make_directory(file.parent_path());
+    unsynced_.insert(file.parent_path());
+  }
+  const OpenFile out(file, O_WRONLY | O_CREAT);
+  if (out.get() < 0) {
+    fail(file, errno);
+  }
+  try {
+    put_all(out.get(), std::span(&bytes, 1), offset, file);
+  } catch (const RunError&) {
+    if (ftruncate(out.get(), static_cast<off_t>(offset)) != 0) {
+      // What was written in part keeps its room until it is written again.
+    }
+    throw;
+  }
+}
+
+void StateFiles::sync_directories() {
+  while (!unsynced_.empty()) {
+    const fs::path& directory = *unsynced_.begin();
+    const OpenFile open_directory(directory, O_RDONLY | O_DIRECTORY);
+    // EINVAL: a file system that cannot do it, and needs it no more than we can help it.
+    if (open_directory.get() < 0 ||
+        (disk_.sync_directory(open_directory.get()) != 0 && errno != EINVAL)) {
+      fail(directory, errno);
+    }
+    unsynced_.erase(unsynced_.begin());
+  }
+}
+
+void StateFiles::keep_reserve() {
+  if (reserved_) {
+    return;
+  }
+  constexpr std::size_t reserve_bytes = 262'144;  // some ten commits of the database
+  const std::string reserve(reserve_bytes, '\0');
+  const std::string_view whole = reserve;
+  try {
+    write(directory_ / "reserve", std::span(&whole, 1));
+    reserved_ = true;
+  } catch (const RunError&) {
+    // The commit that asks for it has succeeded; the next one tries again.
+  }
+}
+
+bool StateFiles::release_reserve() {
+  std::error_code ignored;
+  return std::exchange(reserved_, false) && fs::remove(directory_ / "reserve", ignored);
+}
+
+std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
+  const auto damaged = [&](const std::string& why) {
+    return RunError(file.string() + " is damaged: " + why);
+  };
+  const OpenFile in(file, O_RDONLY);
+  if (in.get() < 0) {
+    throw damaged(std::generic_category().message(errno));
+  }
+  std::error_code error;
+  if (fs::file_size(file, error) != expected.bytes || error) {
+    throw damaged("it has another size than what was kept");
+  }
+  std::string bytes(expected.bytes, '\0');
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
+    if (got <= 0) {
+      throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
+    }
+    at += static_cast<std::size_t>(got);
+  }
+  if (XXH3_64bits(bytes.data(), bytes.size()) != expected.checksum) {
+    throw damaged("it fails its checksum");
+  }
+  return bytes;
+}
+
+void StateFiles::cut(const fs::path& file, std::uint64_t bytes) {
+  std::error_code error;
+  if (fs::file_size(file, error) > bytes && !error) {
+    fs::resize_file(file, bytes, error);
+  }
+}
+
+void StateFiles::remove_leftovers(const std::set<fs::path>& named) const {
+  remove_unnamed(directory_ / "scenes", named);
+  for (const fs::directory_entry& entry : entries_of(directory_ / "jobs")) {
+    if (is_number(entry.path().filename().string())) {
+      remove_unnamed(entry.path(), named);
+      std::error_code not_empty;
+      fs::remove(entry.path(), not_empty);
+    }
+  }
+}
+
+}  // namespace parray

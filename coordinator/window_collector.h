@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "coordinator/job_picture.h"
+#include "proto/clock.h"
+#include "proto/window.h"
+
+namespace parray {
+
+/// Of all ranks of all mpiruns: a window's log does not say who has traced what.
+TracerKey rank_tracer();
+
+/// The coordinator's side of leases over a window, for one pass: takes in what ranks have logged,
+/// checks it against its digest, merges it, and has missing cells traced again by ranks that have
+/// nothing left to do.
+///
+/// Plain state: `now` is an argument. One thread. Never waits for anybody.
+class WindowCollector {
+ public:
+  /// What comes of a job, pass after pass.
+  struct Totals {
+    std::uint64_t entries = 0;     ///< results taken in
+    std::uint64_t duplicates = 0;  ///< cells that came again with the same bits
+    std::uint64_t mismatches = 0;  ///< cells that came again with other bits
+    std::uint64_t corrupt = 0;     ///< results that did not match their digest, or cannot be
+    std::uint64_t copies = 0;      ///< ranges issued once more
+    /// Time that each row of the image took to trace, on one thread.
+    std::vector<std::uint64_t> row_nanoseconds{};
+  };
+  struct Hooks {
+    /// Which samples of a batch of one cell are not finite; asked where its record says that some
+    /// are. Sorted.
+    std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
+    /// Gets every result that has brought something new, when it is merged.
+    std::function<void(TracedCells)> merged;
+  };
+
+  /// `picture` has begun the pass. `window` is for writing, `memory` for reading the same window in
+  /// place; all references outlive the object.
+  WindowCollector(JobPicture& picture, const WindowLayout& layout, Window& window,
+                  std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks);
+
+  /// Takes in logged results, about `most_cells` at a time. True if it found any.
+  bool collect(Time now, std::uint64_t most_cells);
+  [[nodiscard]] bool done() const { return picture_.collector().done(); }
+  /// Share of the pass's cells that are in, those of earlier lives included, 0 .. 1.
+  [[nodiscard]] double progress() const;
+
+  /// Issues copies of missing cells to ranks that wait for them. Each round over the missing cells
+  /// starts at least twice the time later that the one before took: a copy costs, too.
+  void issue_copies(Time now);
+  /// Tells all ranks to stop.
+  void finish() { window_.store(WindowLayout::finished, 1); }
+
+  /// Looks at every rank's beat, and shows that rank 0 is alive.
+  void listen(Time now);
+  /// Ranks at work that have not traced anything for `patience`.
+  [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
+  /// When a result came in, or any rank was seen to get on, last.
+  [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
+  /// Changes whenever a rank takes or hands in something.
+  [[nodiscard]] std::uint64_t activity() const;
+  /// A word of a rank's own.
+  [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
+    return load(WindowLayout::rank_word(rank, word));
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t index;
+    Time since;  ///< when it was claimed, as far as we know
+  };
+  bool read_entry(Time now, const Entry& entry);
+  bool take(const CellRange& range, std::uint64_t digest);
+  bool complete(TracedCells& traced, const CellBatch& batch) const;
+  [[nodiscard]] std::uint64_t load(std::size_t word) const;
+
+  JobPicture& picture_;
+  const WindowLayout& layout_;
+  Window& window_;
+  std::span<const std::byte> memory_;
+  Totals& totals_;
+  const Hooks hooks_;
+  std::uint64_t next_entry_ = 0;
+  std::vector<Entry> waiting_;  ///< claimed, but not valid when last looked at
+  bool behind_ = false;         ///< collect() has left results for the next time
+  std::uint64_t copies_issued_ = 0;
+  std::uint64_t copy_cursor_ = 0;
+  Time hungry_since_ = never;
+  Time round_began_{};
+  Time next_round_{};
+  struct Life {
+    std::uint64_t beat = 0;
+    Time changed{};
+  };
+  std::vector<Life> lives_;
+  Time last_life_;
+};
+
+}  // namespace parray

@@ -1,0 +1,97 @@
+#include "coordinator/worker_registry.h"
+
+#include <algorithm>
+
+#include "coordinator/job_picture.h"
+
+namespace parray {
+
+WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
+  const auto found = workers_.find(peer);
+  return found == workers_.end() ? nullptr : &found->second;
+}
+
+WorkerRecord* WorkerRegistry::by_id(WorkerId id) {
+  const auto found = peers_.find(id);
+  return found == peers_.end() ? nullptr : at(found->second);
+}
+
+WorkerRecord* WorkerRegistry::by_key(TracerKey key) {
+  const auto found = std::find_if(workers_.begin(), workers_.end(),
+                                  [key](const auto& w) { return w.second.key == key; });
+  return found == workers_.end() ? nullptr : &found->second;
+}
+
+WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello& hello) {
+  WorkerRecord record;
+  record.id = next_id_++;
+  record.peer = peer;
+  record.hello = hello;
+  record.key = tracer_key(hello.name, hello.instance);
+  record.last_heard = now;
+  record.traced_at = now;
+  peers_[record.id] = peer;
+  count(record, true);
+  return workers_.emplace(peer, std::move(record)).first->second;
+}
+
+void WorkerRegistry::remove(const PeerId& peer) {
+  const auto found = workers_.find(peer);
+  if (found == workers_.end()) {
+    return;
+  }
+  if (found->second.quarantined.empty()) {
+    count(found->second, false);
+  }
+  peers_.erase(found->second.id);
+  workers_.erase(found);
+}
+
+std::size_t WorkerRegistry::usable() const { return speed_.workers; }
+
+/// Takes a worker into the sums of speeds, or out of them.
+void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
+  const auto change = [in](auto& sum, auto by) { sum = in ? sum + by : sum - std::min(sum, by); };
+  change(speed_.workers, 1U);
+  change(speed_.threads, std::uint64_t{worker.hello.threads});
+  if (worker.samples_per_second > 0) {
+    change(speed_.measured_threads, std::uint64_t{worker.hello.threads});
+    change(speed_.samples_per_second, worker.samples_per_second);
+  }
+}
+
+void WorkerRegistry::measure(WorkerRecord& worker, std::uint64_t samples, double took) {
+  // What is shorter than any clock measures says nothing.
+  constexpr double shortest = 1e-6;
+  if (samples == 0 || !worker.quarantined.empty()) {
+    return;
+  }
+  const double speed = static_cast<double>(samples) / std::max(took, shortest);
+  count(worker, false);
+  worker.samples_per_second =
+      worker.samples_per_second > 0 ? (worker.samples_per_second + speed) / 2 : speed;
+  count(worker, true);
+}
+
+void WorkerRegistry::quarantine(WorkerRecord& worker, const std::string& why) {
+  if (worker.quarantined.empty()) {
+    count(worker, false);
+    worker.quarantined = why;
+  }
+}
+
+std::vector<PeerId> WorkerRegistry::silent(Time now, Time silence) {
+  std::vector<PeerId> silent;
+  if (now < next_look_) {
+    return silent;
+  }
+  next_look_ = now + milliseconds(100);
+  for (const auto& [peer, worker] : workers_) {
+    if (worker.last_heard + silence <= now) {
+      silent.push_back(peer);
+    }
+  }
+  return silent;
+}
+
+}  // namespace parray

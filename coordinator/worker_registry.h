@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <utility>
+#include <vector>
+
+#include "common/schedule/chunk_sizer.h"
+#include "coordinator/lease_table.h"
+#include "coordinator/result_collector.h"
+#include "proto/clock.h"
+#include "proto/link.h"
+#include "proto/messages.h"
+
+namespace parray {
+
+/// A worker, as long as it is connected.
+struct WorkerRecord {
+  WorkerId id = 0;
+  PeerId peer;
+  msg::Hello hello;
+  TracerKey key = 0;
+  Time last_heard{};
+  std::uint64_t traced = 0;
+  Time traced_at{};  ///< when `traced` last grew
+  Time preparing_since = never;
+  std::string scene_sent;  ///< digest of the last one, and when it may be sent again
+  Time scene_again_at{};
+  double samples_per_second = 0;          ///< measured; 0: not yet
+  std::uint64_t accepted = 0;             ///< results
+  std::size_t held = 0;                   ///< leases, of all jobs
+  /// Job and epoch of the lease that it was tracing when it was last heard.
+  std::optional<std::pair<std::uint64_t, Epoch>> tracing;
+  std::string quarantined;                ///< why it gets no more leases; empty: it does
+  std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
+                                          ///< none of their leases
+
+  [[nodiscard]] bool has_room() const { return quarantined.empty() && held < hello.capacity; }
+};
+
+/// All workers that are connected. Plain state; one thread.
+class WorkerRegistry {
+ public:
+  WorkerRecord* at(const PeerId& peer);
+  WorkerRecord* by_id(WorkerId id);
+  WorkerRecord* by_key(TracerKey key);
+  /// `hello.name` and `.instance` are not known yet.
+  WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello);
+  void remove(const PeerId& peer);
+  [[nodiscard]] std::size_t size() const { return workers_.size(); }
+  /// Of those that may trace.
+  [[nodiscard]] std::size_t usable() const;
+
+  /// A result of `samples` took so many seconds: a worker's speed is the mean of the last few.
+  void measure(WorkerRecord& worker, std::uint64_t samples, double took);
+  void quarantine(WorkerRecord& worker, const std::string& why);
+  [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
+
+  /// Those from whom nothing has been heard since `since`. Looked for at most ten times a second.
+  std::vector<PeerId> silent(Time now, Time silence);
+
+  [[nodiscard]] auto begin() { return workers_.begin(); }
+  [[nodiscard]] auto end() { return workers_.end(); }
+  [[nodiscard]] auto begin() const { return workers_.begin(); }
+  [[nodiscard]] auto end() const { return workers_.end(); }
+
+ private:
+  void count(const WorkerRecord& worker, bool in);
+
+  std::map<PeerId, WorkerRecord> workers_;
+  std::map<WorkerId, PeerId> peers_;
+  WorkerId next_id_ = 1;
+  FarmSpeed speed_{0, 0, 0, 0};
+  Time next_look_{};
+};
+
+}  // namespace parray

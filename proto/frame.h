@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace parray {
+
+/// Bytes of a message as they travel: shared, so that handing them on copies nothing. Immutable.
+class Frame {
+ public:
+  Frame() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): a frame is a string that can be shared
+  Frame(std::string bytes) {
+    auto owned = std::make_shared<const std::string>(std::move(bytes));
+    view_ = *owned;
+    owner_ = std::move(owned);
+  }
+  /// `view` stays good as long as `owner` lives.
+  Frame(std::shared_ptr<const void> owner, std::string_view view)
+      : owner_(std::move(owner)), view_(view) {}
+
+  [[nodiscard]] std::string_view view() const { return view_; }
+  [[nodiscard]] std::size_t size() const { return view_.size(); }
+  [[nodiscard]] const std::shared_ptr<const void>& owner() const { return owner_; }
+
+  friend bool operator==(const Frame& a, const Frame& b) { return a.view_ == b.view_; }
+
+ private:
+  std::shared_ptr<const void> owner_;
+  std::string_view view_;
+};
+
+/// A message as it travels: 1 or 2 frames, see PROTOCOL.md.
+using Frames = std::vector<Frame>;
+
+}  // namespace parray

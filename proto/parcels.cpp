@@ -1,0 +1,90 @@
+#include "proto/parcels.h"
+
+#include <xxhash.h>
+
+#include "common/base/bytes.h"
+#include "common/scene/scene_bytes.h"
+
+namespace parray {
+
+std::string_view Bulk::verified() const {
+  if (XXH3_64bits(data.view().data(), data.size()) != checksum) {
+    throw ChecksumError("bulk frame has a wrong checksum");
+  }
+  return data.view();
+}
+
+Bulk Bulk::of(std::string bytes) {
+  const std::uint64_t checksum = XXH3_64bits(bytes.data(), bytes.size());
+  return {Frame(std::move(bytes)), checksum};
+}
+
+std::shared_ptr<const Scene> SceneParcel::scene() const {
+  if (const auto* scene = std::get_if<0>(&content_)) {
+    return *scene;
+  }
+  return std::make_shared<const Scene>(scene_from_bytes(std::get<Bulk>(content_).verified()));
+}
+
+Bulk SceneParcel::bytes() const {
+  if (const auto* scene = std::get_if<0>(&content_)) {
+    return Bulk::of(scene_to_bytes(**scene));
+  }
+  (void)std::get<Bulk>(content_).verified();
+  return std::get<Bulk>(content_);
+}
+
+std::uint64_t SceneParcel::size() const {
+  if (const auto* scene = std::get_if<0>(&content_)) {
+    return *scene ? (*scene)->spheres.size() * sizeof(Sphere) : 0;
+  }
+  return std::get<Bulk>(content_).data.size();
+}
+
+std::shared_ptr<const TracedCells> CellsParcel::open(const CellBatch& batch,
+                                                     std::uint32_t max_depth) const {
+  if (const auto* bulk = std::get_if<Bulk>(&content_)) {
+    return std::make_shared<const TracedCells>(unpack_cells(bulk->verified(), batch, max_depth));
+  }
+  const auto& cells = std::get<0>(content_);
+  if (const std::string fault = fault_of(*cells, batch, max_depth); !fault.empty()) {
+    throw DecodeError(fault);
+  }
+  return cells;
+}
+
+Bulk CellsParcel::packed(const CellGrid& grid) const {
+  if (const auto* cells = std::get_if<0>(&content_)) {
+    return Bulk::of(pack_cells(**cells, grid));
+  }
+  (void)std::get<Bulk>(content_).verified();
+  return std::get<Bulk>(content_);
+}
+
+std::uint64_t CellsParcel::size() const {
+  if (const auto* cells = std::get_if<0>(&content_)) {
+    return *cells ? (*cells)->records.size() : 0;
+  }
+  return std::get<Bulk>(content_).data.size();
+}
+
+std::shared_ptr<const PictureParts> PictureParcel::picture(std::uint32_t width,
+                                                           std::uint32_t height) const {
+  if (const auto* picture = std::get_if<0>(&content_)) {
+    return *picture;
+  }
+  return std::make_shared<const PictureParts>(
+      picture_from_bytes(width, height, std::get<Bulk>(content_).verified()));
+}
+
+Bulk PictureParcel::bytes(bool statistics) const {
+  if (const auto* picture = std::get_if<0>(&content_)) {
+    const PictureParts& parts = **picture;
+    return Bulk::of(
+        picture_to_bytes(parts.image, statistics ? parts.statistics : PictureStatistics{}));
+  }
+  (void)std::get<Bulk>(content_).verified();
+  return std::get<Bulk>(content_);
+}
+
+}  // namespace parray

@@ -1,0 +1,236 @@
+// A job that cannot be traced fails by itself, and nobody else is the worse for it.
+#include <doctest/doctest.h>
+
+#include "tests/support/crash_store.h"
+#include "tests/support/service.h"
+
+namespace parray::test {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Fails at one job, and traces others.
+Manner failing_at(JobId job) {
+  return [job](Hand& hand, const msg::Grant& grant) {
+    grant.job == job ? hand.send_failure(grant) : hand.send_honest(grant);
+  };
+}
+
+}  // namespace
+
+TEST_CASE("a job that three workers cannot trace fails with the reason, and others go on") {
+  Service service;
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  Hand cid(service, "cid");
+  const JobId bad = service.submit(small_scene(), many_leases(), 90);
+  const JobId good = service.submit(small_scene(), many_leases());
+  const Manner manner = failing_at(bad);
+  work(service, {{&ann, manner}, {&bob, manner}, {&cid, manner}}, bad, 1000);
+  CHECK(service.state(bad) == "failed");
+  const std::string reason = service.job(bad).at("reason");
+  CHECK(contains(reason, "not enough memory"));
+  CHECK(contains(reason, "3 workers"));
+  CHECK(service.state(good) != "failed");
+  work(service, {{&ann, honest}, {&bob, honest}, {&cid, honest}}, good);
+  CHECK(service.sha256(good) == reference_sha256(small_scene(), many_leases()));
+  CHECK(service.worker("ann").at("state") == "ready");
+}
+
+TEST_CASE("with fewer workers, a job fails when each has failed twice at the same cells") {
+  for (const int workers : {1, 2}) {
+    CAPTURE(workers);
+    Service service;
+    Hand ann(service, "ann");
+    Hands hands{{&ann, failing}};
+    std::unique_ptr<Hand> bob;
+    if (workers == 2) {
+      bob = std::make_unique<Hand>(service, "bob");
+      hands.emplace_back(bob.get(), failing);
+    }
+    const JobId job = service.submit(small_scene(), many_leases());
+    work(service, hands, job, 1000);
+    CHECK(service.state(job) == "failed");
+    CHECK(service.tally().failed >= static_cast<std::uint64_t>(2 * workers));
+    CHECK(contains(service.job(job).at("reason"), "twice") == (workers == 1));
+  }
+}
+
+TEST_CASE("workers that fail in step, each at cells of its own, fail the job all the same") {
+  for (const auto policy : {SchedulePolicy::weighted, SchedulePolicy::guided}) {
+    Service service;
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    Hand cid(service, "cid");
+    RenderSettings settings = many_leases();
+    settings.schedule = policy;
+    const JobId job = service.submit(small_scene(), settings);
+    work(service, {{&ann, failing}, {&bob, failing}, {&cid, failing}}, job, 1000);
+    CHECK(service.state(job) == "failed");
+  }
+}
+
+TEST_CASE("one worker that can trace nothing fails no job: the others trace it") {
+  Service service;
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, failing}, {&bob, honest}}, job);
+  CHECK(service.tally().failed > 0);
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+}
+
+TEST_CASE("who has failed at a job works on another meanwhile, and is not asked at once again") {
+  Service service;
+  Hand ann(service, "ann");
+  const JobId bad = service.submit(small_scene(), many_leases(), 90);
+  const JobId good = service.submit(small_scene(), many_leases());
+  service.turn();
+  ann.listen();
+  REQUIRE(ann.held.begin()->first.first == bad);
+  ann.send_failure(ann.put_down());
+  service.turn();
+  ann.listen();
+  REQUIRE(ann.held.size() == 1);
+  CHECK(ann.held.begin()->first.first == good);
+  ann.send_honest(ann.put_down());
+  service.turn(seconds(2));
+  ann.listen();
+  REQUIRE(ann.held.size() == 1);
+  CHECK(ann.held.begin()->first.first == bad);
+}
+
+TEST_CASE("a scene that kills whoever traces it fails, although its workers start again each time") {
+  Service service;
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  Hand cid(service, "cid");
+  const JobId bad = service.submit(small_scene(), many_leases(), 90);
+  int seconds_passed = 0;
+  for (; service.state(bad) != "failed" && seconds_passed < 100; ++seconds_passed) {
+    service.turn(seconds(1));
+    for (Hand* hand : {&ann, &bob, &cid}) {
+      hand->listen();
+      hand->beat();
+      if (!hand->held.empty()) {
+        service.turn(Time(0));
+        hand->join();
+      }
+    }
+  }
+  CHECK(service.state(bad) == "failed");
+  CHECK(seconds_passed < 30);
+  CHECK(contains(service.job(bad).at("reason"), "lost while it traced"));
+  service.turn(seconds(6));
+  const JobId good = service.submit(small_scene(), many_leases());
+  ann.join();
+  work(service, {{&ann, honest}}, good);
+  CHECK(service.state(good) == "done");
+}
+
+TEST_CASE("only the lease that was being traced is blamed for a death, and none for a goodbye") {
+  CoordinatorOptions options = service_options();
+  options.max_failures = 1;
+  SUBCASE("goodbye") {
+    Service service(options);
+    Hand ann(service, "ann");
+    const JobId job = service.submit(small_scene(), many_leases());
+    service.turn();
+    ann.listen();
+    ann.beat();
+    ann.say(msg::Bye{"stopped"});
+    service.turn(seconds(6));
+    CHECK(service.state(job) == "running");
+  }
+  SUBCASE("a worker without a lease at hand") {
+    Service service(options);
+    Hand ann(service, "ann");
+    const JobId job = service.submit(small_scene(), many_leases());
+    service.turn();
+    ann.say(msg::Heartbeat{});  // the grant has not come yet
+    service.turn(seconds(6));
+    CHECK(service.job(job).at("waits_for") == "no workers connected");
+    CHECK(service.state(job) == "running");
+  }
+  SUBCASE("two leases") {
+    Service service(options);
+    const JobId bad = service.submit(small_scene(), many_leases(), 90);
+    RenderSettings one_lease = many_leases();
+    one_lease.schedule = SchedulePolicy::static_split;
+    const JobId first = service.submit(small_scene(), one_lease, 95);
+    Hand ann(service, "ann", 2);
+    service.turn();
+    service.turn();
+    ann.listen();
+    REQUIRE(ann.held.size() == 2);
+    msg::Heartbeat heartbeat{1, false, {}};
+    for (const auto& [lease, grant] : ann.held) {
+      heartbeat.epochs.insert(
+          lease.first == bad ? heartbeat.epochs.begin() : heartbeat.epochs.end(), lease);
+    }
+    ann.say(heartbeat);
+    service.turn(seconds(6));
+    CHECK(service.state(bad) == "failed");
+    CHECK(service.state(first) == "running");
+  }
+}
+
+TEST_CASE("a job that has failed stays so in another life, and needs nothing but its record") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, failing}}, job, 1000);
+  service.restart();
+  CHECK(service.state(job) == "failed");
+  CHECK(contains(service.job(job).at("reason"), "not enough memory"));
+  CHECK(store.committed_rows(job).empty());
+}
+
+TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on when it may") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases(), 90);
+  const JobId other = service.submit(small_scene(), many_leases());
+  service.turn();
+  ann.listen();
+  CHECK(service.ask<msg::Job>(msg::Pause{1, job}).job.at("state") == "paused");
+  CHECK(contains(service.job(job).at("reason"), "parray resume"));
+  ann.send_honest(ann.put_down());
+  service.turn();
+  ann.listen();
+  CHECK(ann.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
+  CHECK(service.state(job) == "paused");
+  CHECK(service.job(job).at("progress") > 0);
+  work(service, {{&ann, honest}}, other);
+  CHECK(service.state(other) == "done");
+  service.restart();  // it is still paused in another life
+  ann.join();
+  CHECK(service.state(job) == "paused");
+  service.turn(seconds(1));
+  ann.listen();
+  CHECK(ann.held.empty());
+  CHECK(service.ask<msg::Job>(msg::Resume{1, job}).job.at("state") == "queued");
+  work(service, {{&ann, honest}}, job);
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+  CHECK(service.ask<msg::Job>(msg::Pause{1, job}).job.at("state") == "done");
+}
+
+TEST_CASE("a job that is paused before it began holds nobody up") {
+  CoordinatorOptions options = service_options();
+  options.memory = JobPicture::memory(many_leases()) + (1 << 20);  // of one job
+  Service service(options);
+  const JobId first = service.submit(small_scene(), many_leases(), 90);
+  const JobId second = service.submit(small_scene(), many_leases());
+  service.ask<msg::Job>(msg::Pause{1, first});
+  Hand ann(service, "ann");
+  work(service, {{&ann, honest}}, second);
+  CHECK(service.state(second) == "done");
+  CHECK(service.state(first) == "paused");
+  CHECK(service.ask<msg::Job>(msg::Cancel{1, first}).job.at("state") == "cancelled");
+}
+
+}  // namespace parray::test

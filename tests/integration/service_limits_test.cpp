@@ -1,0 +1,367 @@
+// What one client, one worker or one disk can do to a coordinator, and what it cannot.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "tests/support/crash_store.h"
+#include "tests/support/memory.h"
+#include "tests/support/service.h"
+
+namespace parray::test {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+RenderSettings huge() {
+  RenderSettings settings = many_leases();
+  settings.width = settings.height = 4096;
+  return settings;
+}
+
+/// A link at whose door messages have piled up.
+class PiledLink final : public Link {
+ public:
+  bool send(const PeerId& /*to*/, Envelope /*content*/) override {
+    ++sent;
+    return true;
+  }
+  std::optional<Delivery> receive() override {
+    if (arrived.empty()) {
+      return {};
+    }
+    Delivery first = std::move(arrived.front());
+    arrived.pop_front();
+    return first;
+  }
+  void wait(Time /*timeout*/) override {}
+  void wake() noexcept override {}
+
+  std::deque<Delivery> arrived;
+  std::size_t sent = 0;
+};
+
+}  // namespace
+
+TEST_CASE("1000 waiting jobs of 4096 x 4096 hold no pictures, before and after a restart") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  const std::uint64_t before = peak_address_space();
+  REQUIRE(JobPicture::memory(huge()) > std::uint64_t{1} << 30);
+  for (int i = 0; i < 1000; ++i) {
+    REQUIRE(service.submit(small_scene(), huge()) > 0);
+  }
+  CHECK(peak_address_space() - before < std::uint64_t{256} << 20);
+  service.restart();
+  const auto jobs = service.ask<msg::Jobs>(msg::ListJobs{1}).jobs;
+  CHECK(jobs.size() == 1000);
+  CHECK(jobs.back().at("state") == "queued");
+  CHECK(jobs.back().at("waits_for") == "no workers connected");
+  CHECK(peak_address_space() - before < std::uint64_t{256} << 20);
+}
+
+TEST_CASE("a job beyond the memory that there is is refused at submit, with the figures") {
+  CoordinatorOptions options = service_options();
+  options.memory = std::uint64_t{1} << 30;
+  Service service(options);
+  const auto error = service.ask<msg::Error>(service.submission(small_scene(), huge()));
+  CHECK(error.status == 2);
+  CHECK(contains(error.message, "2854 MB"));
+  CHECK(contains(error.message, "1074 MB"));
+  CHECK(contains(error.message, "--memory"));
+  CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
+}
+
+TEST_CASE("without a store, scenes that wait leave room for every job's picture, or are refused") {
+  CoordinatorOptions options = service_options();
+  Scene large = small_scene();
+  for (int i = 0; i < 20'000; ++i) {  // 0.7 MB as it travels
+    large.spheres.push_back({{100.0 + i % 100, 50.0 + i / 100, 30}, 0.1, 0});
+  }
+  options.memory = JobPicture::memory(many_leases()) + 3'000'000;
+  Service service(options);
+  std::vector<JobId> jobs;
+  for (JobId job = 1; job > 0; jobs.push_back(job)) {
+    job = service.submit(large, many_leases());
+  }
+  jobs.pop_back();
+  CHECK(jobs.size() >= 2);
+  CHECK(jobs.size() <= 4);
+  const auto error = service.ask<msg::Error>(service.submission(large, many_leases()));
+  CHECK(contains(error.message, "waiting scenes"));
+  Hand ann(service, "ann");
+  const auto trace = [&large](Hand& hand, const msg::Grant& grant) {
+    hand.say(Hand::result(grant, Hand::trace(large, grant)));
+  };
+  for (const JobId job : jobs) {
+    work(service, {{&ann, trace}}, job);
+    CHECK(service.state(job) == "done");
+  }
+}
+
+TEST_CASE("jobs beyond the memory wait for their turn, say so, and get it") {
+  CoordinatorOptions options = service_options();
+  options.memory = 2 * JobPicture::memory(many_leases()) + (1 << 16);
+  CrashStore store(0, 1);
+  Service service(options, &store);
+  Hand ann(service, "ann", 16);
+  std::vector<JobId> jobs;
+  for (int i = 0; i < 4; ++i) {
+    jobs.push_back(service.submit(small_scene(), many_leases()));
+  }
+  for (int round = 0; round < 5; ++round) {
+    service.turn();
+    ann.listen();
+    for (const auto& [lease, grant] : ann.held) {
+      CHECK((lease.first == jobs[0] || lease.first == jobs[1]));
+    }
+  }
+  CHECK(service.job(jobs[3]).at("state") == "queued");
+  work(service, {{&ann, honest}}, jobs[0]);
+  work(service, {{&ann, honest}}, jobs[3]);
+  for (const JobId job : jobs) {
+    CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+  }
+}
+
+TEST_CASE("without a store, finished pictures make room for jobs: the oldest go") {
+  RenderSettings settings = many_leases();
+  settings.width = 250;
+  settings.height = 200;
+  settings.samples_per_pixel = 1;
+  settings.max_depth = 2;
+  CoordinatorOptions options = service_options();
+  options.memory = JobPicture::memory(settings) + (1 << 16);
+  SUBCASE("as many as fit with a job under way") { options.memory += 5'000'000; }
+  SUBCASE("not even the last, where there is room for one job alone") {}
+  Service service(options);
+  Hand ann(service, "ann");
+  std::vector<JobId> jobs;
+  for (int i = 0; i < 9; ++i) {  // a picture has 1.4 MB
+    jobs.push_back(service.submit(small_scene(), settings));
+    work(service, {{&ann, honest}}, jobs.back());
+    REQUIRE(service.state(jobs.back()) == "done");
+    CHECK(service.sha256(jobs.back()) == service.fetch(jobs.back()).report.at("image_sha256"));
+  }
+  CHECK(contains(service.ask<msg::Error>(msg::Fetch{1, jobs[0]}).message, "no longer kept"));
+  CHECK(service.state(jobs[0]) == "done");
+}
+
+TEST_CASE("a full disk holds jobs and says why; nothing is lost, and they go on by themselves") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}, {&bob, honest}}, job, 2);
+  ann.listen();
+  bob.listen();
+  const auto accepted = ann.verdicts.size() + bob.verdicts.size();
+  store.fill(true);
+  work(service, {{&ann, honest}, {&bob, honest}}, job, 20);
+  CHECK(contains(service.job(job).at("waits_for"), "disk full"));
+  CHECK(service.state(job) == "running");
+  CHECK(ann.held.empty());  // nothing more is granted
+  CHECK(ann.verdicts.size() + bob.verdicts.size() == accepted);
+  const auto refused = service.ask<msg::Error>(service.submission(small_scene(), many_leases()));
+  CHECK(refused.status == 1);
+  CHECK(contains(refused.message, "disk full"));
+  store.fill(false);
+  work(service, {{&ann, honest}, {&bob, honest}}, job);
+  CHECK(ann.verdicts.size() + bob.verdicts.size() > accepted);
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+}
+
+TEST_CASE("a picture that finds no room on the disk is finished when there is some") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  RenderSettings one_lease = many_leases();
+  one_lease.schedule = SchedulePolicy::static_split;
+  const JobId job = service.submit(small_scene(), one_lease);
+  service.turn();
+  ann.listen();
+  store.fill(true);
+  ann.send_honest(ann.put_down());
+  for (int i = 0; i < 5; ++i) {
+    service.turn(seconds(1));
+    ann.beat();
+    CHECK(service.state(job) == "finishing");
+  }
+  CHECK(contains(service.job(job).at("reason").get<std::string>() +
+                     service.job(job).at("waits_for").get<std::string>(),
+                 "full"));
+  store.fill(false);
+  service.turn(seconds(2));
+  service.turn();
+  CHECK(service.state(job) == "done");
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), one_lease));
+}
+
+TEST_CASE("a coordinator that stood still for 30 s loses no worker whose words lie at its door") {
+  Service service;
+  PiledLink link;
+  constexpr int workers = 1000;
+  for (int i = 0; i < workers; ++i) {
+    const std::string name = "w" + std::to_string(i);
+    service.say(name, msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
+  }
+  service.turn();
+  for (int beat = 0; beat < 3; ++beat) {
+    for (int i = 0; i < workers; ++i) {
+      link.arrived.push_back({"w" + std::to_string(i), Message(msg::Heartbeat{})});
+    }
+  }
+  int turns = 0;
+  for (const Time now = service.now() + seconds(30); !link.arrived.empty(); ++turns) {
+    take_turn(service.coordinator(), link, now);
+  }
+  CHECK(turns > 5);
+  service.turn(seconds(30));
+  CHECK(link.sent == 3 * workers);  // a pulse each: nobody was asked who he is
+  service.turn(seconds(6));
+  CHECK(service.ask<msg::Workers>(msg::ListWorkers{1}).total == 0);  // now they are silent
+}
+
+TEST_CASE("a lease is not taken back while the word that it goes on lies at the door") {
+  Service service;
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  service.turn();
+  ann.listen();
+  service.turn(seconds(30), false);
+  ann.beat();
+  service.turn(milliseconds(1));
+  ann.listen();
+  CHECK(ann.held.size() == 1);
+  ann.send_honest(ann.put_down());
+  service.turn();
+  ann.listen();
+  CHECK(ann.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
+  CHECK(service.job(job).at("progress") > 0);
+}
+
+TEST_CASE("no time that a worker states makes it infinitely fast or leaves others nothing") {
+  Service service;
+  Hand odd(service, "odd");
+  Hand ann(service, "ann");
+  RenderSettings settings = many_leases();
+  settings.schedule = SchedulePolicy::weighted;
+  settings.height = 4000;
+  settings.samples_per_pixel = 1;
+  service.submit(small_scene(), settings);
+  service.turn();
+  odd.listen();
+  REQUIRE_FALSE(odd.held.empty());
+  const msg::Grant grant = odd.put_down();
+  msg::Result result = Hand::result(grant, Hand::trace(small_scene(), grant));
+  for (const double seconds : {-1.0, -5e-324, 1e300}) {  // not heard at all
+    result.seconds = seconds;
+    service.say(odd.peer(), result);
+  }
+  CHECK(service.tally().malformed == 3);
+  result.seconds = 5e-324;
+  service.say(odd.peer(), result);
+  service.turn();
+  CHECK(service.tally().accepted == 1);
+  const double speed = service.worker("odd").at("samples_per_second");
+  CHECK(speed <= 1.001e6 * static_cast<double>(grant.cells.sample_count()));
+  ann.listen();
+  if (!ann.held.empty()) {
+    ann.send_honest(ann.put_down());
+  }
+  service.turn();
+  ann.listen();
+  REQUIRE_FALSE(ann.held.empty());
+  CHECK(ann.held.begin()->second.cells.range.count() > 0);
+}
+
+TEST_CASE("a list of workers says how many there are in all") {
+  Service service;
+  for (int i = 0; i < 1500; ++i) {
+    const std::string name = "w" + std::to_string(i);
+    service.say(name, msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
+  }
+  service.turn();
+  const auto answer = service.ask<msg::Workers>(msg::ListWorkers{1});
+  CHECK(answer.workers.size() == 1000);
+  CHECK(answer.total == 1500);
+}
+
+TEST_CASE("a worker beyond those that are served is refused, by the option's name") {
+  CoordinatorOptions options = service_options();
+  options.max_workers = 2;
+  Service service(options);
+  for (const char* name : {"a", "b", "c"}) {
+    service.say(name, msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
+  }
+  service.turn();
+  const auto refusals = service.heard<msg::Refuse>("c");
+  REQUIRE(refusals.size() == 1);
+  CHECK(contains(refusals[0].reason, "--max-workers"));
+  CHECK(service.heard<msg::Refuse>("b").empty());
+}
+
+TEST_CASE("30 000 hellos of ever new processes, or messages without sense, write little log") {
+  Service service;
+  for (int i = 0; i < 30'000; ++i) {
+    service.say("w", msg::Hello{protocol_version, "w", std::to_string(i), 1, 1, trace_version,
+                                "same"});
+    service.say("x", msg::Hello{protocol_version, "x", "x", 1, 1, trace_version, "another"});
+    service.say_frames("y", {std::string("no message")});
+  }
+  service.turn();
+  const std::string log = service.log();
+  CHECK(std::count(log.begin(), log.end(), '\n') < 200);
+  service.turn(seconds(20));
+  service.say_frames("y", {std::string("no message")});
+  CHECK(contains(service.log(), "left out"));
+}
+
+TEST_CASE("a job says what it waits for") {
+  Service service;
+  const JobId job = service.submit(small_scene(), many_leases());
+  CHECK(service.job(job).at("waits_for") == "no workers connected");
+  Hand ann(service, "ann");
+  service.turn();
+  CHECK(service.job(job).at("waits_for") == "");
+  CHECK(service.state(job) == "running");
+}
+
+TEST_CASE("a scene that is none, or was damaged on its way, makes no job and harms none") {
+  CrashStore store(0, 1);
+  for (Store* kept : {static_cast<Store*>(nullptr), static_cast<Store*>(&store)}) {
+    Service service(service_options(), kept);
+    msg::Submit bad = service.submission(small_scene(), many_leases());
+    bad.scene = SceneParcel(Bulk::of("no scene"));
+    CHECK(service.ask<msg::Error>(bad).status == 2);
+    Frames frames = encode(service.submission(small_scene(), many_leases()));
+    std::string bulk(frames[1].view());
+    bulk[bulk.size() / 2] = static_cast<char>(bulk[bulk.size() / 2] ^ 1);
+    frames[1] = std::move(bulk);
+    service.say_frames("client", frames);
+    service.turn();
+    CHECK(service.heard<msg::Error>("client").size() == 1);
+    CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
+  }
+}
+
+TEST_CASE("a job whose kept rows are damaged fails by itself when its turn comes") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId bad = service.submit(small_scene(), many_leases(), 90);
+  const JobId good = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, bad, 3);
+  store.append_rows(bad, "rubbish");
+  service.restart();
+  ann.join();
+  work(service, {{&ann, honest}}, good);
+  CHECK(service.state(bad) == "failed");
+  CHECK(contains(service.job(bad).at("reason"), "taking it up"));
+  CHECK(service.sha256(good) == reference_sha256(small_scene(), many_leases()));
+}
+
+}  // namespace parray::test

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "coordinator/store/disk.h"
+
+namespace parray::test {
+
+/// A disk that fills up, fails to sync, fails to rename, or stops at any step.
+class FaultyDisk final : public Disk {
+ public:
+  static constexpr std::uint64_t endless = std::numeric_limits<std::uint64_t>::max();
+
+  std::uint64_t room = endless;  ///< bytes that it takes before ENOSPC; the last write is cut short
+  /// Syncs that fail with EIO. As on Linux, what was written since the last sync is lost then, and
+  /// the next sync knows nothing of it.
+  int failing_syncs = 0;
+  int failing_renames = 0;         ///< with ENOSPC
+  std::function<void()> before{};  ///< called before every step; what it throws ends the step
+
+  ssize_t write(int file, std::string_view bytes, std::uint64_t offset) override {
+    step();
+    if (room == 0 && !bytes.empty()) {
+      errno = ENOSPC;
+      return -1;
+    }
+    const ssize_t written =
+        Disk::write(file, bytes.substr(0, std::min(room, bytes.size())), offset);
+    if (written > 0 && room != endless) {
+      room -= static_cast<std::uint64_t>(written);
+    }
+    unsynced_.emplace_back(offset, written);
+    return written;
+  }
+  int sync(int file) override {
+    step();
+    const auto unsynced = std::exchange(unsynced_, {});
+    if (failing_syncs == 0) {
+      return Disk::sync(file);
+    }
+    --failing_syncs;
+    for (const auto& [offset, size] : unsynced) {
+      Disk::write(file, std::string(static_cast<std::size_t>(size), '\0'), offset);
+    }
+    errno = EIO;
+    return -1;
+  }
+  int sync_directory(int directory) override {
+    step();
+    return Disk::sync_directory(directory);
+  }
+  int rename(const char* from, const char* onto) override {
+    step();
+    if (failing_renames > 0) {
+      --failing_renames;
+      errno = ENOSPC;
+      return -1;
+    }
+    return Disk::rename(from, onto);
+  }
+
+ private:
+  void step() const {
+    if (before) {
+      before();
+    }
+  }
+
+  std::vector<std::pair<std::uint64_t, ssize_t>> unsynced_;  ///< offset, bytes
+};
+
+}  // namespace parray::test

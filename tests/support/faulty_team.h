@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstring>
+#include <memory>
+#include <utility>
+
+#include "common/image/cell_records.h"
+#include "tests/support/dice.h"
+#include "tests/support/sim_team.h"
+
+namespace parray::test {
+
+/// Makes the sums of a cell wrong in a way that its samples could have had.
+inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
+  std::byte* const at = cells.records.data() + cell * record_bytes + sizeof(CellHeader);
+  PixelSums pixel;
+  std::memcpy(&pixel, at, sizeof pixel);
+  const bool less = pixel.odd[0] > 0;
+  pixel.odd[0] -= less ? 1 : 0;
+  pixel.sum[0] += pixel.sum[0] > 0 ? ~std::uint64_t{0} : 1;
+  std::memcpy(at, &pixel, sizeof pixel);
+}
+
+inline std::shared_ptr<const TracedCells> lie_of(const TracedCells& honest, const CellGrid& grid) {
+  auto cells = std::make_shared<TracedCells>(honest);
+  tell_a_lie(*cells, record_bytes(grid.shape().cell_pixels));
+  return cells;
+}
+
+/// What is wrong with a worker, each with its probability for a lease.
+struct Ailments {
+  double lies = 0;   ///< one cell has other sums
+  double fails = 0;  ///< it says that it cannot trace it
+};
+
+/// A simulated team with ailments.
+class FaultyTeam final : public Team {
+ public:
+  FaultyTeam(const SimNetwork& network, double samples_per_second, Ailments ailments,
+             std::uint64_t seed)
+      : team_(network, samples_per_second), ailments_(ailments), dice_(seed) {}
+
+  void start(Assignment assignment) override { team_.start(std::move(assignment)); }
+  [[nodiscard]] bool idle() const override { return team_.idle(); }
+  std::optional<Finished> take() override {
+    auto finished = team_.take();
+    if (finished && dice_.unit() < ailments_.fails) {
+      finished->cells = nullptr;
+      finished->failure = "not enough memory";
+    } else if (finished && dice_.unit() < ailments_.lies) {
+      finished->cells = lie_of(*finished->cells, *finished->grid);
+    }
+    return finished;
+  }
+  void abandon() override { team_.abandon(); }
+  [[nodiscard]] std::uint64_t traced() const override { return team_.traced(); }
+  [[nodiscard]] bool preparing() const override { return false; }
+  [[nodiscard]] Time due() const { return team_.due(); }
+
+ private:
+  SimTeam team_;
+  const Ailments ailments_;
+  Dice dice_;
+};
+
+}  // namespace parray::test

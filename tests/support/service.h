@@ -1,0 +1,255 @@
+#pragma once
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/ostream_sink.h>
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "coordinator/coordinator.h"
+#include "tests/support/faulty_team.h"
+#include "tests/support/sample_scenes.h"
+#include "worker/cell_tracer.h"
+
+namespace parray::test {
+
+inline CoordinatorOptions service_options() {
+  CoordinatorOptions options;
+  options.fingerprint = "same";
+  options.backroom.threaded = false;
+  return options;
+}
+
+/// A coordinator in virtual time, whose peers are played by hand: every message is encoded, none is
+/// lost.
+class Service {
+ public:
+  explicit Service(CoordinatorOptions options = service_options(), Store* store = nullptr)
+      : options_(std::move(options)), store_(store) {
+    restart();
+  }
+
+  /// Another coordinator on what the store has; peers are not told.
+  void restart() {
+    coordinator_.reset();
+    inbox_.clear();
+    coordinator_ = std::make_unique<Coordinator>(options_, store_, log_);
+  }
+
+  void say(const PeerId& peer, const Message& message) { say_frames(peer, encode(message)); }
+  void say_frames(const PeerId& peer, Frames frames) {
+    coordinator_->receive(now_, {peer, std::move(frames)});
+  }
+  void turn(Time by = milliseconds(10), bool drained = true) {
+    now_ += by;
+    coordinator_->tick(now_, drained);
+    for (Delivery& delivery : coordinator_->take_outbox()) {
+      inbox_[delivery.peer].push_back(decode(delivery.content.frames()));
+    }
+  }
+
+  /// All messages of type M that a peer has got and not heard yet.
+  template <typename M>
+  std::vector<M> heard(const PeerId& peer) {
+    std::vector<M> found;
+    auto& inbox = inbox_[peer];
+    for (Message& message : inbox) {
+      if (auto* m = std::get_if<M>(&message)) {
+        found.push_back(std::move(*m));
+      }
+    }
+    std::erase_if(inbox, [](const Message& m) { return std::holds_alternative<M>(m); });
+    return found;
+  }
+  /// The answer to a client's request.
+  template <typename M>
+  M ask(const Message& request) {
+    say("client", request);
+    turn(Time(0));
+    auto answers = heard<M>("client");
+    return answers.empty() ? M{} : std::move(answers.back());
+  }
+
+  JobId submit(const Scene& scene, const RenderSettings& settings, std::uint32_t priority = 50) {
+    return ask<msg::Submitted>(submission(scene, settings, priority)).job;
+  }
+  msg::Submit submission(const Scene& scene, const RenderSettings& settings,
+                         std::uint32_t priority = 50) {
+    msg::Submit submit;
+    submit.token = "token " + std::to_string(next_token_++);
+    submit.name = "scene";
+    submit.priority = priority;
+    submit.settings = settings;
+    submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
+    return submit;
+  }
+  nlohmann::json job(JobId id) { return ask<msg::Job>(msg::ShowJob{1, id}).job; }
+  std::string state(JobId id) { return job(id).at("state"); }
+  nlohmann::json worker(const std::string& name) {
+    for (const auto& worker : ask<msg::Workers>(msg::ListWorkers{1}).workers) {
+      if (worker.at("name") == name) {
+        return worker;
+      }
+    }
+    return {};
+  }
+  /// Of a job that is done.
+  msg::ImageData fetch(JobId id) { return ask<msg::ImageData>(msg::Fetch{1, id, false, false}); }
+  std::string sha256(JobId id) {
+    const auto image = fetch(id);
+    return image.width == 0
+               ? "no picture"
+               : image_sha256(image.picture.picture(image.width, image.height)->image);
+  }
+
+  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] const Coordinator::Tally& tally() const { return coordinator_->tally(); }
+  Coordinator& coordinator() { return *coordinator_; }
+  /// What it has logged.
+  [[nodiscard]] std::string log() const { return lines_->str(); }
+
+ private:
+  std::shared_ptr<std::ostringstream> lines_ = std::make_shared<std::ostringstream>();
+  std::shared_ptr<spdlog::logger> log_ = std::make_shared<spdlog::logger>(
+      "log", std::make_shared<spdlog::sinks::ostream_sink_st>(*lines_));
+  const CoordinatorOptions options_;
+  Store* const store_;
+  std::unique_ptr<Coordinator> coordinator_;
+  std::map<PeerId, std::vector<Message>> inbox_;
+  Time now_ = seconds(1000);
+  int next_token_ = 1;
+};
+
+/// A worker that is played by hand: what it makes of a lease is up to the test.
+class Hand {
+ public:
+  Hand(Service& service, std::string name, std::uint32_t capacity = 1)
+      : service_(service), name_(std::move(name)), capacity_(capacity) {
+    join();
+  }
+
+  /// As a process that has just been started.
+  void join() {
+    ++instance_;
+    peer_ = name_ + " " + std::to_string(instance_);
+    held.clear();
+    say(msg::Hello{protocol_version, name_, std::to_string(instance_), 1, capacity_, trace_version,
+                   "same"});
+    service_.turn(Time(0));
+  }
+  void say(const Message& message) { service_.say(peer_, message); }
+
+  /// Takes in what has come: grants, and what is no longer its own.
+  void listen() {
+    for (auto& grant : service_.heard<msg::Grant>(peer_)) {
+      held[{grant.job, grant.epoch}] = std::move(grant);
+    }
+    for (const auto& revoke : service_.heard<msg::Revoke>(peer_)) {
+      held.erase({revoke.job, revoke.epoch});
+    }
+    for (const auto& verdict : service_.heard<msg::ResultVerdict>(peer_)) {
+      verdicts.push_back(verdict.verdict);
+    }
+  }
+  /// It is alive, traces the lease with the lowest epoch, and gets on with it.
+  void beat() {
+    msg::Heartbeat heartbeat;
+    heartbeat.traced = ++beats_;
+    for (const auto& [key, grant] : held) {
+      heartbeat.epochs.push_back(key);
+    }
+    say(heartbeat);
+  }
+  /// The first lease that it holds, which it holds no more.
+  msg::Grant put_down() {
+    msg::Grant grant = held.begin()->second;
+    held.erase(held.begin());
+    return grant;
+  }
+
+  static TracedCells trace(const Scene& scene, const msg::Grant& grant) {
+    std::atomic<std::uint64_t> count = 0;
+    return trace_cells(*make_path_tracer(scene, grant.settings), grant.cells, 1, count, false);
+  }
+  static msg::Result result(const msg::Grant& grant, TracedCells cells) {
+    msg::Result result;
+    result.job = grant.job;
+    result.epoch = grant.epoch;
+    result.seconds = 0.01;
+    result.isa = "scalar";
+    result.grid = grant.cells.grid;
+    result.cells = CellsParcel(std::make_shared<const TracedCells>(std::move(cells)));
+    return result;
+  }
+  void send_honest(const msg::Grant& grant) { say(result(grant, trace(small_scene(), grant))); }
+  void send_lie(const msg::Grant& grant) {
+    TracedCells cells = trace(small_scene(), grant);
+    tell_a_lie(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
+    say(result(grant, std::move(cells)));
+  }
+  void send_failure(const msg::Grant& grant) {
+    say(msg::Failed{grant.job, grant.epoch, "not enough memory"});
+  }
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const PeerId& peer() const { return peer_; }
+
+  std::map<std::pair<JobId, Epoch>, msg::Grant> held;
+  std::vector<msg::Verdict> verdicts;
+
+ private:
+  Service& service_;
+  std::string name_;
+  std::uint32_t capacity_;
+  PeerId peer_;
+  int instance_ = 0;
+  std::uint64_t beats_ = 0;
+};
+
+/// What a hand makes of a lease.
+using Manner = std::function<void(Hand& hand, const msg::Grant& grant)>;
+using Hands = std::vector<std::pair<Hand*, Manner>>;
+inline void honest(Hand& hand, const msg::Grant& grant) { hand.send_honest(grant); }
+inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_lie(grant); }
+inline void failing(Hand& hand, const msg::Grant& grant) { hand.send_failure(grant); }
+inline void idle(Hand& /*hand*/, const msg::Grant& /*grant*/) {}
+
+/// Lets everybody work, each in a manner of its own, a lease a round of `pace`, until the job has
+/// ended, or for so many rounds. Returns the rounds that it took.
+inline int work(Service& service, const Hands& hands, JobId job, int most_rounds = 500,
+                Time pace = milliseconds(10)) {
+  for (int round = 0; round < most_rounds; ++round) {
+    service.turn(pace);
+    for (const auto& [hand, manner] : hands) {
+      hand->listen();
+      hand->beat();
+      if (!hand->held.empty()) {
+        manner(*hand, hand->put_down());
+      }
+    }
+    service.turn(Time(0));
+    const std::string state = service.state(job);
+    if (state == "done" || state == "failed" || state == "cancelled") {
+      return round;
+    }
+  }
+  return most_rounds;
+}
+
+/// A picture that is cut into many leases.
+inline RenderSettings many_leases() {
+  RenderSettings settings = small_settings(small_scene());
+  settings.height = 48;
+  settings.samples_per_pixel = 4;
+  settings.schedule = SchedulePolicy::factoring;
+  return settings;
+}
+
+}  // namespace parray::test

@@ -1,0 +1,424 @@
+// What is left of a DiskStore when the process, the machine or the disk gives up at any moment.
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include "tests/support/faulty_disk.h"
+#include "tests/support/message_of.h"
+#include "tests/support/stored_state.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Strings = std::vector<std::string>;
+
+/// An unfinished and a finished job, committed.
+void put_first(Store& store) {
+  store.put_scene(digest('a'), "scene a");
+  store.put_job(stored_job(1));
+  store.append_rows(1, "row 1");
+  store.append_rows(1, "row 2");
+  store.put_job(stored_job(2, JobState::done, 'b'));
+  put_picture(store, 2, "picture 2");
+  store.commit();
+}
+
+/// Changes of every kind, to be committed together.
+void put_second(Store& store) {
+  store.append_rows(1, "row 3");
+  store.put_job(stored_job(1, JobState::running));
+  store.put_scene(digest('c'), "scene c");
+  store.put_job(stored_job(3, JobState::queued, 'c'));
+  store.append_rows(3, "row of 3");
+  put_picture(store, 2, "picture 2, again");
+}
+
+/// What the limit on the size of files makes of a disk: no file may grow beyond it.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(std::uint64_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+}  // namespace
+
+TEST_CASE("an append cut at any byte leaves exactly the committed rows") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path before = directory.path() / "before";
+  const fs::path crashed = directory.path() / "crashed";
+  const fs::path rows = fs::path("jobs") / "1" / "rows";
+  std::string longer;
+  {
+    DiskStore store(before);
+    put_first(store);
+  }
+  copy_state(before, crashed);
+  {
+    DiskStore store(crashed);
+    store.append_rows(1, "row 3");
+    store.append_rows(1, std::string(40, 'x'));
+    store.commit();
+    longer = file_bytes(crashed / rows);
+  }
+  const std::size_t committed = file_bytes(before / rows).size();
+  REQUIRE(longer.size() == committed + 16 + 5 + 16 + 40);
+  for (std::size_t size = committed; size <= longer.size(); ++size) {
+    CAPTURE(size);
+    copy_state(before, crashed);
+    write_bytes(crashed / rows, longer.substr(0, size));
+    DiskStore store(crashed);
+    CHECK(fs::file_size(crashed / rows) == committed);
+    REQUIRE(rows_of(store, 1) == Strings{"row 1", "row 2"});
+    store.append_rows(1, "again");
+    store.commit();
+    REQUIRE(rows_of(store, 1) == Strings{"row 1", "row 2", "again"});
+  }
+}
+
+TEST_CASE("committed rows that were cut or changed anywhere are damage, of their job alone") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    put_first(store);
+    store.put_job(stored_job(4));
+    store.append_rows(4, "row of 4");
+    store.commit();
+  }
+  const fs::path rows = directory.path() / "jobs" / "1" / "rows";
+  const std::string whole = file_bytes(rows);
+  const auto check_damaged = [&] {
+    DiskStore store(directory.path());
+    const auto message = message_of<RunError>([&] { rows_of(store, 1); });
+    CHECK(message.find("jobs/1/rows are damaged") != std::string::npos);
+    CHECK(rows_of(store, 4) == Strings{"row of 4"});
+    CHECK(store.jobs().size() == 3);
+  };
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    CAPTURE(at);
+    write_bytes(rows, whole.substr(0, at));
+    check_damaged();
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ 0x10);
+    write_bytes(rows, changed);
+    check_damaged();
+  }
+  write_bytes(rows, std::string(whole.size(), '\0'));  // as a file system may leave it
+  check_damaged();
+  fs::remove(rows);
+  check_damaged();
+}
+
+TEST_CASE("a damaged picture or scene is told from a good one") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    put_first(store);
+  }
+  for (const std::string& name : {std::string("jobs/2/picture"), "scenes/" + digest('a')}) {
+    const fs::path file = directory.path() / name;
+    const std::string whole = file_bytes(file);
+    const auto check_damaged = [&] {
+      DiskStore store(directory.path());
+      const auto message = message_of<RunError>([&] {
+        store.picture(2);
+        store.scene(digest('a'));
+      });
+      CHECK_MESSAGE(message.find(file.string() + " is damaged") == 0, message);
+    };
+    write_bytes(file, whole.substr(1));
+    check_damaged();
+    write_bytes(file, whole + "x");
+    check_damaged();
+    write_bytes(file, "P" + whole.substr(1, whole.size() - 2) + "\1");
+    check_damaged();
+    fs::remove(file);
+    check_damaged();
+    fs::create_directories(file.parent_path());  // which went when it was empty
+    write_bytes(file, whole);
+  }
+}
+
+TEST_CASE("a process killed at any step of a commit leaves the state before it or after it") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path state = directory.path() / "state";
+  const fs::path crashed = directory.path() / "crashed";
+  FaultyDisk disk;
+  DiskStore store(state, disk);
+  put_first(store);
+  const StoredState before = stored_state(store);
+  int steps = 0;
+  disk.before = [&] {
+    ++steps;
+    copy_state(state, crashed);
+    CHECK(stored_state(crashed) == before);
+    CHECK(bulk_files(crashed).size() == 3);
+  };
+  put_second(store);
+  store.commit();
+  CHECK(steps > 10);
+  const StoredState after = stored_state(store);
+  CHECK(after.rows.at(1).size() == 3);
+  copy_state(state, crashed);
+  CHECK(stored_state(crashed) == after);
+}
+
+TEST_CASE("a disk that fills up at any byte loses nothing, and has it all once there is room") {
+  const TemporaryDirectory directory(in_memory());
+  StoredState before;
+  StoredState after;
+  std::uint64_t whole = 1;
+  for (std::uint64_t room = 0; room <= whole; ++room) {
+    CAPTURE(room);
+    const fs::path state = directory.path() / "state";
+    const fs::path crashed = directory.path() / "crashed";
+    fs::remove_all(state);
+    FaultyDisk disk;
+    DiskStore store(state, disk);
+    put_first(store);
+    if (room == 0) {  // the first time only measures
+      before = stored_state(store);
+      constexpr std::uint64_t plenty = 1'000'000;
+      disk.room = plenty;
+      put_second(store);
+      store.commit();
+      after = stored_state(store);
+      whole = plenty - disk.room;
+      REQUIRE(whole > 50);
+      continue;
+    }
+    disk.room = room - 1;
+    const auto message = message_of<StorageFull>([&] {
+      put_second(store);
+      store.commit();
+    });
+    CHECK(message.find("--state " + state.string()) == 0);
+    CHECK(message.find('\n') == std::string::npos);
+    copy_state(state, crashed);
+    const StoredState left = stored_state(crashed);
+    for (const JobId id : {JobId{1}, JobId{2}}) {  // of each job all or nothing
+      const StoredState& whole_job = left.records.at(id) == before.records.at(id) ? before : after;
+      CHECK(left.rows.at(id).size() <= after.rows.at(id).size());
+      CHECK(left.rows.at(id).size() >= before.rows.at(id).size());
+      if (id == 1) {
+        CHECK(left.rows.at(id) == whole_job.rows.at(id));
+      }
+    }
+    disk.room = FaultyDisk::endless;
+    store.commit();  // once more, with room
+    CHECK(rows_of(store, 1) == after.rows.at(1));
+    put_picture(store, 2, "picture 2, again");
+    store.put_scene(digest('c'), "scene c");
+    store.put_job(stored_job(3, JobState::queued, 'c'));
+    if (rows_of(store, 3).empty()) {
+      store.append_rows(3, "row of 3");
+    }
+    store.commit();
+    CHECK(stored_state(store) == after);
+    copy_state(state, crashed);
+    CHECK(stored_state(crashed) == after);
+    CHECK(bulk_files(crashed).size() == 5);
+  }
+}
+
+TEST_CASE("rows without room hold back their own job, and what is dropped makes room") {
+  const TemporaryDirectory directory;
+  FaultyDisk disk;
+  DiskStore store(directory.path(), disk);
+  put_first(store);
+  disk.room = 0;
+  store.append_rows(1, "row 3");
+  store.put_job(stored_job(1, JobState::running));
+  store.drop_job(2);
+  CHECK_THROWS_AS(store.commit(), StorageFull);
+  CHECK(bulk_files(directory.path()) == Strings{"jobs/1/rows", "scenes/" + digest('a')});
+  const fs::path crashed = directory.path() / "crashed";
+  fs::create_directory(crashed);
+  for (const char* name : {"parray.sqlite", "parray.sqlite-wal", "jobs", "scenes"}) {
+    fs::copy(directory.path() / name, crashed / name, fs::copy_options::recursive);
+  }
+  {
+    DiskStore left(crashed);
+    REQUIRE(left.jobs().size() == 1);
+    CHECK(left.jobs()[0].state == JobState::queued);
+    CHECK(rows_of(left, 1).size() == 2);
+  }
+  disk.room = FaultyDisk::endless;
+  store.commit();
+  CHECK(rows_of(store, 1) == Strings{"row 1", "row 2", "row 3"});
+  CHECK(store.jobs()[0].state == JobState::running);
+}
+
+TEST_CASE("what a failed sync has lost is written again") {
+  const TemporaryDirectory directory;
+  FaultyDisk disk;
+  {
+    DiskStore store(directory.path(), disk);
+    put_first(store);
+    store.append_rows(1, "row 3");
+    disk.failing_syncs = 2;
+    CHECK_THROWS_AS(store.commit(), StorageFull);
+    store.append_rows(1, "row 4");
+    CHECK_THROWS_AS(store.commit(), StorageFull);
+    store.append_rows(1, "row 5");
+    store.commit();
+    disk.failing_syncs = 1;
+    CHECK_THROWS_AS(put_picture(store, 2, "new"), StorageFull);
+    CHECK(store.picture(2) == "picture 2");
+    disk.failing_renames = 1;
+    CHECK_THROWS_AS(put_picture(store, 2, "new"), StorageFull);
+    CHECK(store.picture(2) == "picture 2");
+    put_picture(store, 2, "new");
+    store.commit();
+  }
+  DiskStore store(directory.path());
+  CHECK(rows_of(store, 1) == Strings{"row 1", "row 2", "row 3", "row 4", "row 5"});
+  CHECK(store.picture(2) == "new");
+  CHECK(bulk_files(directory.path()).size() == 3);
+}
+
+TEST_CASE("a database without room keeps nothing of a commit, and all of it later") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path state = directory.path() / "state";
+  const fs::path crashed = directory.path() / "crashed";
+  DiskStore store(state);
+  put_first(store);
+  const StoredState before = stored_state(store);
+  const std::uint64_t log_bytes = files_below(state)["parray.sqlite-wal"];
+  REQUIRE(log_bytes > 10'000);
+  put_second(store);
+  const StoredState after = stored_state(store);
+  for (std::uint64_t more = 0; more < 12'000; more += 512) {
+    CAPTURE(more);
+    bool failed = false;
+    {
+      const FileSizeLimit limit(log_bytes + more);
+      try {
+        store.commit();
+      } catch (const StorageFull&) {
+        failed = true;
+      }
+    }
+    if (!failed) {
+      CHECK(more > 0);
+      break;
+    }
+    copy_state(state, crashed);
+    CHECK(stored_state(crashed) == before);
+    CHECK(stored_state(store) == after);
+  }
+  store.commit();
+  copy_state(state, crashed);
+  CHECK(stored_state(crashed) == after);
+}
+
+TEST_CASE("a disk that is full to the last byte can still be cleared") {
+  const TemporaryDirectory directory(in_memory());
+  DiskStore store(directory.path());
+  put_first(store);
+  const auto full_at = [&] { return files_below(directory.path())["parray.sqlite-wal"]; };
+  store.put_job(stored_job(5));
+  CHECK(fs::exists(directory.path() / "reserve"));
+  {
+    const FileSizeLimit limit(full_at());
+    CHECK_THROWS_AS(store.commit(), StorageFull);  // frees nothing: the reserve is not for it
+    CHECK(fs::exists(directory.path() / "reserve"));
+    store.drop_job(2);
+    CHECK_THROWS_AS(store.commit(), StorageFull);  // this limit, unlike a disk, knows no reserve
+    CHECK_FALSE(fs::exists(directory.path() / "reserve"));
+    CHECK(fs::exists(directory.path() / "jobs" / "2" / "picture"));
+  }
+  store.commit();
+  CHECK(fs::exists(directory.path() / "reserve"));
+  CHECK_FALSE(fs::exists(directory.path() / "jobs" / "2"));
+}
+
+TEST_CASE("a state opens, and is read, where nothing can be written") {
+  const TemporaryDirectory directory;
+  StoredState before;
+  {
+    DiskStore store(directory.path());
+    put_first(store);
+    before = stored_state(store);
+  }
+  const FileSizeLimit limit(0);
+  DiskStore store(directory.path());
+  CHECK(stored_state(store) == before);
+  store.append_rows(1, "row 3");
+  CHECK_THROWS_AS(store.commit(), StorageFull);
+  CHECK_THROWS_AS(put_picture(store, 1, "picture"), StorageFull);
+}
+
+TEST_CASE("a new state that has no room is refused with the reason") {
+  const TemporaryDirectory directory;
+  const FileSizeLimit limit(0);
+  CHECK_THROWS_WITH_AS(DiskStore{directory.path()}, doctest::Contains("make room"), InputError);
+}
+
+TEST_CASE("a killed process has kept every commit that it has told of") {
+  const TemporaryDirectory directory;
+  std::uint64_t next = 0;  // row that the next process starts with
+  for (int life = 0; life < 12; ++life) {
+    CAPTURE(life);
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      DiskStore store(directory.path());
+      store.put_job(stored_job(1));
+      for (std::uint64_t row = next;; ++row) {
+        store.append_rows(1, std::to_string(row) + std::string(row % 7 * 1000, '.'));
+        if (row % 5 == 0) {
+          put_picture(store, 1, "picture of " + std::to_string(row));
+        }
+        store.commit();
+        if (write(ends[1], &row, sizeof(row)) != sizeof(row)) {
+          _exit(1);
+        }
+      }
+    }
+    close(ends[1]);
+    std::uint64_t told = 0;
+    REQUIRE(read(ends[0], &told, sizeof(told)) == sizeof(told));
+    std::this_thread::sleep_for(std::chrono::milliseconds(3 * life));
+    kill(child, SIGKILL);
+    REQUIRE(waitpid(child, nullptr, 0) == child);
+    for (std::uint64_t row = 0; read(ends[0], &row, sizeof(row)) == sizeof(row);) {
+      told = row;
+    }
+    close(ends[0]);
+    DiskStore store(directory.path());
+    const Strings rows = rows_of(store, 1);
+    CHECK(rows.size() > told);
+    CHECK(rows.size() <= told + 2);
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      CHECK(rows[row] == std::to_string(row) + std::string(row % 7 * 1000, '.'));
+    }
+    CHECK(store.picture(1) == "picture of " + std::to_string((rows.size() - 1) / 5 * 5));
+    CHECK(bulk_files(directory.path()).size() == 2);
+    next = rows.size();
+  }
+}
+
+}  // namespace parray::test

@@ -1,0 +1,398 @@
+#include "coordinator/store/disk_store.h"
+
+#include <doctest/doctest.h>
+#include <sqlite3.h>
+
+#include <random>
+
+#include "common/base/error.h"
+#include "tests/support/crash_store.h"
+#include "tests/support/stored_state.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+void run_sql(const std::filesystem::path& directory, const char* sql) {
+  sqlite3* db = nullptr;
+  REQUIRE(sqlite3_open((directory / "parray.sqlite").c_str(), &db) == SQLITE_OK);
+  CHECK(sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK);
+  sqlite3_close(db);
+}
+
+std::uint64_t total_bytes(const std::filesystem::path& directory) {
+  std::uint64_t total = 0;
+  for (const auto& [name, size] : files_below(directory)) {
+    total += size;
+  }
+  return total;
+}
+
+}  // namespace
+
+TEST_CASE("what was committed is there after a restart, what was not is gone") {
+  const TemporaryDirectory directory;
+  const auto state = directory.path() / "deep" / "state";  // made if need be
+  {
+    DiskStore store(state);
+    store.put_job(stored_job(7));
+    store.put_scene(digest('a'), std::string_view("scene\0bytes", 11));
+    store.append_rows(7, "first");
+    store.append_rows(7, "");
+    store.append_rows(7, std::string_view("\0second", 7));
+    store.commit();
+    store.append_rows(7, "never committed");
+    store.put_job(stored_job(8));
+    store.put_scene(digest('b'), "never committed");
+    put_picture(store, 7, "never committed");
+  }
+  DiskStore store(state);
+  const auto jobs = store.jobs();
+  REQUIRE(jobs.size() == 1);
+  const JobRecord expected = stored_job(7);
+  CHECK(jobs[0].id == 7);
+  CHECK(jobs[0].token == expected.token);
+  CHECK(jobs[0].name == expected.name);
+  CHECK(jobs[0].priority == expected.priority);
+  CHECK(jobs[0].settings == expected.settings);
+  CHECK(jobs[0].duplicates_removed == expected.duplicates_removed);
+  CHECK(jobs[0].load_seconds == expected.load_seconds);
+  CHECK(jobs[0].scene == expected.scene);
+  CHECK(jobs[0].life == expected.life);
+  CHECK(jobs[0].state == JobState::queued);
+  CHECK(store.scene(digest('a')) == std::string("scene\0bytes", 11));
+  CHECK_FALSE(store.scene(digest('b')).has_value());
+  CHECK(rows_of(store, 7) == Strings{"first", "", std::string("\0second", 7)});
+  CHECK_FALSE(store.picture(7).has_value());
+  CHECK(store.picture_bytes(7) == 0);
+  CHECK(bulk_files(state) == Strings{"jobs/7/rows", "scenes/" + digest('a')});
+}
+
+TEST_CASE("what was put is read before it is committed") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  store.put_job(stored_job(1));
+  store.append_rows(1, "a");
+  store.put_scene(digest('a'), "scene");
+  put_picture(store, 1, "picture");
+  CHECK(store.jobs().size() == 1);
+  CHECK(rows_of(store, 1) == Strings{"a"});
+  CHECK(store.scene(digest('a')) == "scene");
+  CHECK(store.picture(1) == "picture");
+  store.commit();
+  store.append_rows(1, "b");
+  CHECK(rows_of(store, 1) == Strings{"a", "b"});
+  store.drop_job(1);
+  CHECK(store.jobs().empty());
+  CHECK(rows_of(store, 1).empty());
+  CHECK_FALSE(store.picture(1).has_value());
+}
+
+TEST_CASE("a picture is its pieces, and may have none") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1, JobState::done));
+    store.put_job(stored_job(2, JobState::done));
+    const std::vector<std::string_view> pieces = {"float", "", "samples", "widths"};
+    store.put_picture(1, pieces);
+    store.put_picture(2, {});
+    store.commit();
+  }
+  DiskStore store(directory.path());
+  CHECK(store.picture(1) == "floatsampleswidths");
+  CHECK(store.picture_bytes(1) == 18);
+  CHECK(store.picture(2) == "");
+}
+
+TEST_CASE("a finished job keeps its picture and drops its rows and its scene") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  store.put_job(stored_job(1));
+  store.put_scene(digest('a'), "scene");
+  store.append_rows(1, "row");
+  store.commit();
+  put_picture(store, 1, "picture");
+  store.put_job(stored_job(1, JobState::done));
+  store.drop_work(1);
+  store.commit();
+  CHECK(rows_of(store, 1).empty());
+  CHECK_FALSE(store.scene(digest('a')).has_value());
+  CHECK(store.picture(1) == "picture");
+  CHECK(bulk_files(directory.path()) == Strings{"jobs/1/picture"});
+  store.drop_job(1);
+  store.commit();
+  CHECK(store.jobs().empty());
+  CHECK_FALSE(store.picture(1).has_value());
+  CHECK(bulk_files(directory.path()).empty());
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "1"));
+}
+
+TEST_CASE("a scene stays while an unfinished job uses it, a paused one too") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  store.put_scene(digest('a'), "scene");
+  store.put_job(stored_job(1));
+  store.put_job(stored_job(2, JobState::paused));
+  store.commit();
+  store.put_job(stored_job(1, JobState::failed));
+  store.drop_work(1);
+  store.commit();
+  CHECK(store.scene(digest('a')) == "scene");
+  store.drop_job(2);
+  store.commit();
+  CHECK_FALSE(store.scene(digest('a')).has_value());
+}
+
+TEST_CASE("dropped rows are gone, and what is appended after them is a log of its own") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1));
+    store.append_rows(1, "early");
+    store.drop_rows(1);
+    store.append_rows(1, "one");
+    store.commit();
+    store.drop_rows(1);
+    store.append_rows(1, "two");
+    CHECK(rows_of(store, 1) == Strings{"two"});
+  }
+  {
+    DiskStore store(directory.path());
+    CHECK(rows_of(store, 1) == Strings{"one"});  // neither drop nor append was committed
+    store.drop_rows(1);
+    store.append_rows(1, "three");
+    store.commit();
+    store.append_rows(1, "four");
+    store.commit();
+  }
+  CHECK(bulk_files(directory.path()).size() == 1);
+  DiskStore store(directory.path());
+  CHECK(rows_of(store, 1) == Strings{"three", "four"});
+  store.drop_rows(1);
+  store.commit();
+  CHECK(rows_of(store, 1).empty());
+  CHECK(bulk_files(directory.path()).empty());
+}
+
+TEST_CASE("a picture is replaced whole, or not at all") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1, JobState::done));
+    put_picture(store, 1, "old");
+    store.commit();
+    put_picture(store, 1, "never committed");
+    CHECK(store.picture(1) == "never committed");
+  }
+  DiskStore store(directory.path());
+  CHECK(store.picture(1) == "old");
+  put_picture(store, 1, "newer");
+  put_picture(store, 1, "newest");
+  store.commit();
+  CHECK(store.picture(1) == "newest");
+  CHECK(bulk_files(directory.path()).size() == 1);
+}
+
+TEST_CASE("only a digest becomes the name of a scene") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  for (const std::string& name :
+       {std::string("../jobs/1/picture"), std::string(), std::string(63, 'a'), std::string(65, 'a'),
+        std::string(64, 'A'), std::string(64, '/'), std::string(64, '.'),
+        "../" + std::string(61, 'a'), std::string(63, 'a') + '\0'}) {
+    CHECK_THROWS_AS(store.put_scene(name, "scene"), std::logic_error);
+    CHECK_FALSE(store.scene(name).has_value());
+  }
+  CHECK(bulk_files(directory.path()).empty());
+}
+
+TEST_CASE("a second coordinator on the same state is refused") {
+  const TemporaryDirectory directory;
+  const DiskStore store(directory.path());
+  CHECK_THROWS_WITH_AS(DiskStore{directory.path()}, doctest::Contains("another coordinator"),
+                       InputError);
+}
+
+TEST_CASE("a state of a later version, a damaged record and a file that is none are told apart") {
+  const TemporaryDirectory later;
+  { const DiskStore store(later.path()); }
+  run_sql(later.path(), "PRAGMA user_version = 999");
+  CHECK_THROWS_WITH_AS(DiskStore{later.path()}, doctest::Contains("later version"), RunError);
+
+  for (const char* record : {"{\"token\": 5}", "", "[", "{}"}) {
+    const TemporaryDirectory damaged;
+    {
+      DiskStore store(damaged.path());
+      store.put_job(stored_job(1));
+      store.commit();
+    }
+    run_sql(damaged.path(), ("UPDATE jobs SET record = '" + std::string(record) + "'").c_str());
+    DiskStore store(damaged.path());
+    CHECK_THROWS_WITH_AS(store.jobs(), doctest::Contains("job 1 is damaged"), RunError);
+  }
+
+  const TemporaryDirectory garbage;
+  write_bytes(garbage.path() / "parray.sqlite", std::string(5000, 'x'));
+  CHECK_THROWS_AS(DiskStore{garbage.path()}, RunError);
+}
+
+TEST_CASE("a state that no job can be in is a damaged record") {
+  std::string text = record_to_json(stored_job(1, JobState::cancelled));
+  CHECK(record_from_json(1, text).state == JobState::cancelled);
+  const std::size_t at = text.find("\"state\":5");
+  REQUIRE(at != std::string::npos);
+  CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":6")), RunError);
+  CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":-1")), RunError);
+}
+
+TEST_CASE("a directory that cannot be made is refused with its name") {
+  CHECK_THROWS_WITH_AS(DiskStore{"/dev/null/state"}, doctest::Contains("/dev/null/state"),
+                       InputError);
+}
+
+TEST_CASE("leftovers of a crash go on opening, and what is not ours stays") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1));
+    store.put_scene(digest('a'), "scene");
+    store.append_rows(1, "row");
+    store.commit();
+  }
+  const Strings kept = bulk_files(directory.path());
+  for (const char* job : {"1", "2", "33"}) {
+    const auto place = directory.path() / "jobs" / job;
+    std::filesystem::create_directories(place);
+    for (const char* name : {"rows.1", "picture", "picture.2", "picture.partial"}) {
+      write_bytes(place / name, "left");
+    }
+  }
+  std::filesystem::create_directories(directory.path() / "jobs" / "4");
+  write_bytes(directory.path() / "scenes" / digest('b'), "left");
+  write_bytes(directory.path() / "scenes" / (digest('c') + ".partial"), "left");
+  {
+    DiskStore store(directory.path());
+    CHECK(rows_of(store, 1) == Strings{"row"});
+  }
+  CHECK(bulk_files(directory.path()) == kept);
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "2"));
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "4"));
+
+  const Strings foreign = {"jobs/1/notes", "jobs/mine/rows", "picture", "scenes/README"};
+  for (const std::string& name : foreign) {
+    std::filesystem::create_directories((directory.path() / name).parent_path());
+    write_bytes(directory.path() / name, "somebody else's");
+  }
+  { const DiskStore store(directory.path()); }
+  for (const std::string& name : foreign) {
+    CHECK(std::filesystem::exists(directory.path() / name));
+  }
+}
+
+TEST_CASE("a dropped job's room is free at once, in the database too") {
+  const TemporaryDirectory directory(in_memory());
+  DiskStore store(directory.path());
+  store.commit();
+  const auto put_all = [&] {
+    for (JobId id = 1; id <= 200; ++id) {
+      JobRecord job = stored_job(id, JobState::done);
+      job.report = std::string(50'000, 'r');
+      store.put_job(job);
+      put_picture(store, id, std::string(10'000, 'p'));
+    }
+    store.commit();
+  };
+  put_all();
+  CHECK(total_bytes(directory.path()) > 12'000'000);
+  for (JobId id = 1; id <= 200; ++id) {
+    store.drop_job(id);
+  }
+  store.commit();
+  CHECK(bulk_files(directory.path()).empty());
+  store.put_job(stored_job(1));  // the log of the database is emptied when it is written again
+  store.commit();
+  CHECK(files_below(directory.path())["parray.sqlite"] < 100'000);
+  CHECK(files_below(directory.path())["parray.sqlite-wal"] <= 4'194'304);
+}
+
+TEST_CASE("any course of puts, drops, commits and crashes leaves what a model says") {
+  using Dice = std::mt19937_64;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    Dice dice(seed);
+    const auto roll = [&](std::uint64_t sides) { return dice() % sides; };
+    const TemporaryDirectory directory(in_memory());
+    auto store = std::make_unique<DiskStore>(directory.path());
+    CrashStore model(0, seed);
+    const auto both = [&](const auto& action) {
+      action(static_cast<Store&>(*store));
+      action(static_cast<Store&>(model));
+    };
+    for (int step = 0; step < 150; ++step) {
+      const JobId id = 1 + roll(4);
+      const std::string bytes(roll(300), static_cast<char>('a' + roll(26)));
+      const auto scene = static_cast<char>('a' + roll(3));
+      const auto state = static_cast<JobState>(roll(6));
+      switch (roll(12)) {
+        case 0:
+        case 1:
+          both([&](Store& s) { s.put_job(stored_job(id, state, scene)); });
+          break;
+        case 2:
+          both([&](Store& s) { s.put_scene(digest(scene), "scene"); });
+          break;
+        case 3:
+        case 4:
+        case 5:
+          both([&](Store& s) { s.append_rows(id, bytes); });
+          break;
+        case 6:
+          both([&](Store& s) { s.drop_rows(id); });
+          break;
+        case 7:
+          both([&](Store& s) { put_picture(s, id, bytes); });
+          break;
+        case 8:
+          both([&](Store& s) { s.drop_work(id); });
+          break;
+        case 9:
+          both([&](Store& s) { s.drop_job(id); });
+          break;
+        case 10:
+          both([&](Store& s) { s.commit(); });
+          break;
+        default:
+          store.reset();
+          store = std::make_unique<DiskStore>(directory.path());
+          model.crash();
+      }
+      REQUIRE(stored_state(*store) == stored_state(model));
+    }
+  }
+}
+
+TEST_CASE("long: a picture larger than a database would take" * doctest::skip()) {
+  const TemporaryDirectory directory;
+  const std::string piece(1'000'000, '\0');
+  const std::vector<std::string_view> pieces(1100, piece);
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1, JobState::done));
+    store.put_picture(1, pieces);
+    store.commit();
+  }
+  DiskStore store(directory.path());
+  CHECK(store.picture_bytes(1) == 1'100'000'000);
+  const auto picture = store.picture(1);
+  REQUIRE(picture.has_value());
+  CHECK(picture->size() == 1'100'000'000);
+  CHECK(picture->find_first_not_of('\0') == std::string::npos);
+  store.drop_job(1);
+  store.commit();
+  CHECK(total_bytes(directory.path()) < 1'000'000);
+}
+
+}  // namespace parray::test

@@ -1,0 +1,179 @@
+// The passes of a picture, whoever traces them; their sizes: passes_test.cpp.
+#include "common/adaptive/pass_controller.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "common/scene/largest_radiance.h"
+#include "tests/support/sample_scenes.h"
+
+namespace parray::test {
+namespace {
+
+RenderSettings adaptive_settings() {
+  RenderSettings settings = small_settings(small_scene());
+  settings.samples_per_pixel = 300;
+  settings.adaptive = true;
+  return settings;
+}
+
+/// A picture that is traced pass by pass.
+struct Picture {
+  explicit Picture(const RenderSettings& its_settings, std::vector<std::uint64_t> begun = {})
+      : settings(its_settings),
+        passes(settings, largest_radiance(small_scene()), std::move(begun)) {}
+
+  /// False: complete.
+  bool trace_pass(const PassTimes& times = {}) {
+    const auto pass = passes.next(framebuffer, times);
+    if (!pass) {
+      return false;
+    }
+    std::vector<SampleRange> ranges(framebuffer.pixels().size());
+    for (const SampleRange& stage : pass->stages) {
+      for (std::size_t i = 0; i < ranges.size(); ++i) {
+        ranges[i] = pass->samples.empty() ? stage : common_of(stage, pass->samples[i]);
+      }
+      trace_into(framebuffer, *tracer, ranges);
+    }
+    return true;
+  }
+  [[nodiscard]] std::uint64_t samples() const { return framebuffer.counts().samples; }
+  [[nodiscard]] std::string sha256() const {
+    return image_sha256(resolve_image(framebuffer, largest_radiance(small_scene())));
+  }
+
+  RenderSettings settings;
+  std::shared_ptr<const PathTracer> tracer = make_path_tracer(small_scene(), settings);
+  Framebuffer framebuffer{settings.width, settings.height};
+  PassController passes;
+};
+
+}  // namespace
+
+TEST_CASE("a picture without targets has one pass, of all samples") {
+  RenderSettings settings = small_settings(small_scene());
+  Picture picture(settings);
+  const auto pass = picture.passes.next(picture.framebuffer);
+  REQUIRE(pass);
+  CHECK(pass->stages == std::vector<SampleRange>{{0, 6}});
+  CHECK(pass->samples.empty());
+  CHECK(picture.passes.pass() == 0);
+  CHECK_FALSE(picture.passes.next(picture.framebuffer));
+  CHECK(picture.passes.begun().empty());
+}
+
+TEST_CASE("a progressive picture begins with one sample of every pixel, then some, then all") {
+  RenderSettings settings = small_settings(small_scene());
+  settings.progressive = true;
+  const auto stages_of = [&](std::uint32_t samples) {
+    settings.samples_per_pixel = samples;
+    Picture picture(settings);
+    return picture.passes.next(picture.framebuffer)->stages;
+  };
+  CHECK(stages_of(100) == std::vector<SampleRange>{{0, 1}, {1, 16}, {16, 100}});
+  CHECK(stages_of(16) == std::vector<SampleRange>{{0, 1}, {1, 16}});
+  CHECK(stages_of(1) == std::vector<SampleRange>{{0, 1}});
+}
+
+TEST_CASE("a picture in passes is that of one tracer, pass by pass") {
+  Picture picture(adaptive_settings());
+  std::uint32_t passes = 0;
+  for (std::uint64_t before = 0; picture.trace_pass(); ++passes) {
+    CHECK(picture.passes.pass() == passes);
+    REQUIRE(picture.passes.begun().size() == passes + 1);
+    CHECK(picture.passes.begun()[passes] == picture.samples() - before);
+    CHECK_FALSE(picture.passes.repeats());
+    before = picture.samples();
+  }
+  CHECK(passes >= 3);
+  CHECK(picture.passes.stopped_by() == StopReason::samples);
+  CHECK(picture.sha256() == reference_passes_sha256(small_scene(), adaptive_settings()));
+}
+
+TEST_CASE("passes of an earlier life are repeated and not decided anew; the next are decided") {
+  Picture first(adaptive_settings());
+  while (first.trace_pass()) {
+  }
+  std::vector<std::uint64_t> begun = first.passes.begun();
+  begun.resize(2);
+  begun[1] += 100;  // not what would be decided now
+  Picture second(adaptive_settings(), begun);
+  for (int pass = 0; second.trace_pass(); ++pass) {
+    CHECK(second.passes.repeats() == (pass < 2));
+  }
+  CHECK(second.passes.begun()[1] == begun[1]);
+  CHECK(second.passes.begun().size() > 2);
+  RenderSettings settings = adaptive_settings();
+  settings.passes = second.passes.begun();
+  CHECK(second.sha256() == reference_passes_sha256(small_scene(), settings));
+}
+
+TEST_CASE("a picture with a target is expected to end as soon as its first pass tells") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.target_error = 0.004;
+  Picture picture(settings);
+  REQUIRE(picture.trace_pass());
+  std::vector<double> progress;
+  while (picture.trace_pass()) {
+    const std::uint64_t before = picture.samples() - picture.passes.begun()[picture.passes.pass()];
+    REQUIRE(picture.passes.expected_samples() > 0);
+    progress.push_back(static_cast<double>(before) /
+                       static_cast<double>(picture.passes.expected_samples()));
+  }
+  REQUIRE(progress.size() >= 2);
+  CHECK(progress.front() > 0.01);
+  for (std::size_t i = 1; i < progress.size(); ++i) {
+    CHECK(progress[i] > progress[i - 1]);
+  }
+  CHECK(progress.back() < 1);
+  CHECK(picture.passes.stopped_by() == StopReason::error);
+  CHECK(picture.passes.expected_samples() == picture.samples());
+}
+
+TEST_CASE("passes under a time limit are sized by the speed of the pass before") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.time_limit = 1000;
+  const auto second_pass = [&](const PassTimes& times) {
+    Picture picture(settings);
+    REQUIRE(picture.trace_pass());
+    return picture.passes.next(picture.framebuffer, times) ? picture.passes.begun()[1] : 0;
+  };
+  const std::uint64_t slow = second_pass({800, 700});
+  CHECK(slow > 0);
+  CHECK(second_pass({100, 1}) > slow);
+  CHECK(second_pass({1001, 1}) == 0);
+  CHECK(second_pass({100, 0}) == 0);  // it cannot be told how fast that was
+}
+
+TEST_CASE("a picture with a time limit that is taken up between passes does not run away") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.time_limit = 1000;
+  Picture picture(settings);
+  REQUIRE(picture.trace_pass());
+  const auto next = picture.passes.next(picture.framebuffer, {});  // nothing is known of its speed
+  REQUIRE(next);
+  CHECK(picture.passes.begun()[1] <= picture.passes.begun()[0]);
+}
+
+TEST_CASE("what was merged of an earlier life does not count as this life's speed") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.time_limit = 1000;
+  const auto second_pass = [&](bool replayed) {
+    Picture picture(settings);
+    REQUIRE(picture.trace_pass());
+    if (replayed) {
+      picture.passes.begin_timing(picture.framebuffer);
+    }
+    return picture.passes.next(picture.framebuffer, {10, 1}) ? picture.passes.begun()[1] : 0;
+  };
+  CHECK(second_pass(true) < second_pass(false));
+}
+
+}  // namespace parray::test

@@ -1,0 +1,219 @@
+#include "coordinator/result_collector.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/support/dice.h"
+#include "tests/support/faulty_team.h"
+#include "tests/support/window_rig.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+using test::made_cells;
+using Ranges = std::vector<CellRange>;
+
+constexpr TracerKey ann = 11;
+constexpr TracerKey bob = 22;
+constexpr TracerKey liar = 66;
+
+/// A picture of made-up samples: 40 x 12 pixels of 300 samples, in stages.
+struct Rig {
+  explicit Rig(bool ragged = false)
+      : settings(test::made_settings(40, 12, 300)),
+        framebuffer(settings.width, settings.height),
+        plan(make_plan(settings, ragged)),
+        collector(plan, framebuffer) {}
+
+  static std::shared_ptr<const WorkPlan> make_plan(const RenderSettings& settings, bool ragged) {
+    Pass pass{{{0, 1}, {1, 16}, {16, 300}}, {}};
+    if (ragged) {
+      Dice dice(9);
+      pass = {{{0, 300}}, test::ragged_ranges(dice, std::vector<std::uint32_t>(480), 300)};
+    }
+    return std::make_shared<const WorkPlan>(settings, std::move(pass));
+  }
+  ResultCollector::Taken take(TracerKey tracer, const CellRange& range) {
+    return collector.take(tracer, made_cells(plan->batch(range)));
+  }
+  /// The first cell is wrong.
+  ResultCollector::Taken take_lie(const CellRange& range) {
+    TracedCells cells = made_cells(plan->batch(range));
+    test::tell_a_lie(cells, record_bytes(plan->grid()->shape().cell_pixels));
+    return collector.take(liar, cells);
+  }
+  std::vector<std::uint64_t> honest(const CellRange& range) const {
+    return cell_digests(made_cells(plan->batch(range)).records,
+                        record_bytes(plan->grid()->shape().cell_pixels));
+  }
+  void take_missing(TracerKey tracer) {
+    for (const CellRange& range : collector.missing()) {
+      take(tracer, range);
+    }
+  }
+  [[nodiscard]] bool complete() const {
+    Framebuffer expected(settings.width, settings.height);
+    std::vector<SampleRange> ranges = plan->pixel_samples();
+    if (ranges.empty()) {
+      ranges.assign(480, {0, 300});
+    }
+    test::make_into(expected, ranges);
+    return collector.done() && test::same_sums(framebuffer, expected);
+  }
+
+  RenderSettings settings;
+  Framebuffer framebuffer;
+  std::shared_ptr<const WorkPlan> plan;
+  ResultCollector collector;
+};
+
+std::uint64_t cells_in(const Ranges& ranges) {
+  std::uint64_t cells = 0;
+  for (const CellRange& range : ranges) {
+    cells += range.count();
+  }
+  return cells;
+}
+
+}  // namespace
+
+TEST_CASE("every cell is merged once, whatever comes again, in any order, from anybody") {
+  for (const bool ragged : {false, true}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      CAPTURE(seed);
+      Dice dice(seed);
+      Rig rig(ragged);
+      ResultCollector::Taken all;
+      while (!rig.collector.done()) {
+        const std::uint64_t begin = dice.below(rig.plan->cells());
+        const std::uint64_t most = rig.plan->cells() - begin;
+        const std::uint64_t missing = rig.plan->cells() - rig.collector.done_cells();
+        const auto taken = rig.take(1 + dice.below(4), {begin, begin + 1 + dice.below(most)});
+        CHECK(taken.mismatches == 0);
+        CHECK(taken.fresh + rig.plan->cells() - missing == rig.collector.done_cells());
+        all.fresh += taken.fresh;
+        all.duplicates += taken.duplicates;
+        all.fresh_samples += taken.fresh_samples;
+      }
+      CHECK(all.fresh == rig.plan->cells());
+      CHECK(all.fresh_samples == rig.plan->samples());
+      CHECK(all.duplicates > 0);
+      CHECK(rig.complete());
+    }
+  }
+}
+
+TEST_CASE("other bits for cells that are in are counted and change nothing") {
+  Rig rig;
+  rig.take(ann, {0, 5});
+  const auto taken = rig.take_lie({0, 7});
+  CHECK(taken.mismatches == 1);
+  CHECK(taken.duplicates == 4);
+  CHECK(taken.fresh == 2);
+  rig.take_missing(ann);
+  CHECK(rig.complete());
+}
+
+TEST_CASE("a comparison merges nothing") {
+  Rig rig;
+  rig.take(ann, {0, 3});
+  auto digests = rig.honest({0, 5});
+  digests[1] ^= 1;
+  const auto taken = rig.collector.compare({0, 5}, digests);
+  CHECK(taken.duplicates == 2);
+  CHECK(taken.mismatches == 1);
+  CHECK(taken.fresh == 0);
+  CHECK(rig.collector.done_cells() == 3);
+  CHECK(rig.collector.digests({1, 4}) == std::vector<std::uint64_t>{digests[1] ^ 1, digests[2], 0});
+}
+
+TEST_CASE("the one whose bits are in is known, until a second agrees") {
+  Rig rig;
+  rig.take(bob, {0, 1});
+  rig.take(ann, {1, 4});
+  auto digests = rig.honest({0, 4});
+  CHECK_FALSE(rig.collector.tracer_of({0, 4}, digests));  // nothing differs
+  digests[2] ^= 1;
+  CHECK(rig.collector.tracer_of({0, 4}, digests) == ann);
+  rig.take(ann, {1, 4});  // her own again says nothing
+  CHECK(rig.collector.tracer_of({0, 4}, digests) == ann);
+  rig.collector.compare({1, 4}, rig.honest({1, 4}));
+  CHECK_FALSE(rig.collector.tracer_of({0, 4}, digests));
+}
+
+TEST_CASE(
+    "what a liar alone has traced can be set back: all of it, and the picture is as without") {
+  for (const bool ragged : {false, true}) {
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+      CAPTURE(seed);
+      Dice dice(seed);
+      Rig rig(ragged);
+      for (std::uint64_t at = 0; at < rig.plan->cells();) {
+        const CellRange range{at, std::min(at + 1 + dice.below(9), rig.plan->cells())};
+        at = range.end + dice.below(3);  // some are not in yet
+        at = std::min(at, rig.plan->cells());
+        dice.one_in(3) ? rig.take_lie(range) : rig.take(dice.one_in(2) ? ann : bob, range);
+      }
+      const std::uint64_t done = rig.collector.done_cells();
+      const bool relied = rig.collector.relies_on(liar);
+      const Ranges gone = rig.collector.retract(liar);
+      CHECK(relied == !gone.empty());
+      CHECK(cells_in(gone) == done - rig.collector.done_cells());
+      CHECK_FALSE(rig.collector.relies_on(liar));
+      for (const CellRange& range : gone) {
+        for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
+          CHECK_FALSE(rig.collector.has(cell));
+          for (const std::uint64_t same : rig.plan->grid()->cells_of_same_pixels(cell)) {
+            CHECK_FALSE(rig.collector.has(same));  // sums of a pixel cannot be told apart
+          }
+        }
+      }
+      CHECK(rig.collector.retract(liar).empty());
+      rig.take_missing(ann);
+      CHECK(rig.complete());
+    }
+  }
+}
+
+TEST_CASE("what a second has confirmed stays when the first is found to lie") {
+  Rig rig;
+  rig.take(liar, {0, 6});
+  rig.collector.compare({2, 4}, rig.honest({2, 4}));
+  CHECK(rig.collector.relies_on(liar));
+  rig.collector.retract(liar);
+  CHECK_FALSE(rig.collector.has(1));
+  CHECK(rig.collector.has(2));
+  CHECK(rig.collector.has(3));
+  CHECK_FALSE(rig.collector.has(4));
+  CHECK_FALSE(rig.collector.relies_on(99));  // never heard of
+  CHECK(rig.collector.retract(99).empty());
+}
+
+TEST_CASE("ranges can be set back, as an earlier life has noted them") {
+  Rig rig;
+  rig.take(ann, {0, 20});
+  const Ranges gone = rig.collector.retract(Ranges{{3, 5}, {4, 6}});
+  CHECK(gone == Ranges{{3, 6}});
+  CHECK(rig.collector.retract(Ranges{{3, 6}}).empty());
+  rig.take_missing(bob);
+  CHECK(rig.complete());
+}
+
+TEST_CASE("what is missing is named in runs, and no longer than asked for") {
+  Rig rig;
+  CHECK(rig.collector.missing() == Ranges{{0, rig.plan->cells()}});
+  CHECK(rig.collector.next_missing(0, 7) == CellRange{0, 7});
+  rig.take(ann, {2, 4});
+  rig.take(ann, {9, rig.plan->cells()});
+  CHECK(rig.collector.missing() == Ranges{{0, 2}, {4, 9}});
+  CHECK(rig.collector.next_missing(2, 100) == CellRange{4, 9});
+  CHECK(rig.collector.next_missing(9, 100).count() == 0);
+  rig.take_missing(bob);
+  CHECK(rig.collector.missing().empty());
+  CHECK(rig.complete());
+}
+
+}  // namespace parray

@@ -1,0 +1,208 @@
+#include "worker/message_source.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/bytes.h"
+#include "common/scene/scene_bytes.h"
+
+namespace parray {
+
+/// Scenes kept at hand: the current job's and the next one's.
+static constexpr std::size_t scenes_kept = 2;
+
+static LeaseKey key_of(const msg::Grant& grant) { return {grant.job, grant.epoch}; }
+
+void MessageSource::receive(Time now, const Envelope& content) {
+  try {
+    Message message = content.open();
+    last_heard_ = now;
+    std::visit([&](auto& m) { on(now, m); }, message);
+  } catch (const ProtocolError&) {
+    // Dropped: whatever it was, the protocol repeats it.
+  }
+}
+
+LeaseSource::Taken MessageSource::take(Time now, double /*samples_per_second*/, bool /*idle*/) {
+  if (waiting_.empty()) {
+    return {};
+  }
+  const auto scene = std::find_if(scenes_.begin(), scenes_.end(), [&](const KnownScene& known) {
+    return known.id == waiting_.front().scene;
+  });
+  if (scene == scenes_.end()) {
+    ask_for_scene(now);
+    return {};
+  }
+  std::rotate(scene, scene + 1, scenes_.end());
+  msg::Grant grant = std::move(waiting_.front());
+  waiting_.pop_front();
+  tracing_ = key_of(grant);
+  return {Answer::lease,
+          {grant.job, grant.pass, grant.epoch, std::move(grant.cells), grant.settings,
+           std::move(grant.scene), scenes_.back().scene}};
+}
+
+void MessageSource::complete(Time now, Finished finished) {
+  const LeaseKey lease = finished.key();
+  if (tracing_ == lease) {
+    tracing_.reset();
+  }
+  Message message = msg::Failed{finished.job, finished.epoch, finished.failure};
+  if (finished.cells) {
+    message = msg::Result{finished.job,
+                          finished.epoch,
+                          finished.cells->seconds,
+                          finished.build_seconds,
+                          finished.accelerator_bytes,
+                          std::move(finished.isa),
+                          CellsParcel(std::move(finished.cells)),
+                          std::move(finished.grid)};
+  }
+  // Encoded once, however often it is sent; inside one process never.
+  Envelope envelope = options_.in_process ? Envelope(std::move(message)) : encode(message);
+  if (connected_) {
+    outbox_.push_back({{}, envelope});
+  }
+  unacknowledged_[lease] = {std::move(envelope), now + silence_};
+}
+
+Time MessageSource::tick(Time now, const TeamState& team) {
+  if (!refusal_.empty()) {
+    return never;
+  }
+  if (connected_ && last_heard_ + silence_ <= now) {
+    reconnect(now);
+  }
+  if (next_beat_ <= now) {
+    beat(now, team);
+  }
+  return connected_ ? std::min(next_beat_, repeat_unacknowledged(now)) : next_beat_;
+}
+
+/// Returns when the next is due.
+Time MessageSource::repeat_unacknowledged(Time now) {
+  Time next = never;
+  for (auto& [lease, waiting] : unacknowledged_) {
+    if (waiting.resend_at <= now) {
+      outbox_.push_back({{}, waiting.message});
+      waiting.resend_at = now + silence_;
+    }
+    next = std::min(next, waiting.resend_at);
+  }
+  return next;
+}
+
+std::vector<Delivery> MessageSource::take_outbox() { return std::exchange(outbox_, {}); }
+
+void MessageSource::leave(const std::string& reason) {
+  waiting_.clear();
+  tracing_.reset();
+  unacknowledged_.clear();
+  send(msg::Bye{reason});
+  connected_ = false;
+}
+
+void MessageSource::reconnect(Time now) {
+  connected_ = false;
+  next_beat_ = now;
+}
+
+void MessageSource::forgotten(Time now) {
+  waiting_.clear();
+  reconnect(now);
+}
+
+void MessageSource::on(Time now, msg::Welcome& m) {
+  heartbeat_ = milliseconds(m.heartbeat_ms);
+  silence_ = milliseconds(m.silence_ms);
+  if (!connected_) {
+    connected_ = true;
+    next_beat_ = now;
+  }
+}
+
+void MessageSource::on(Time /*now*/, msg::Refuse& m) {
+  if (!connected_) {  // a refusal repeated late cannot undo a welcome
+    refusal_ = m.reason.empty() ? "no reason given" : m.reason;
+  }
+}
+
+void MessageSource::on(Time /*now*/, msg::Pulse& /*m*/) {}
+
+void MessageSource::on(Time now, msg::Who& /*m*/) { forgotten(now); }
+
+void MessageSource::on(Time now, msg::Bye& /*m*/) { forgotten(now); }
+
+void MessageSource::on(Time now, msg::Grant& m) {
+  // More than was asked for is left alone: its deadline will pass.
+  if (connected_ && !holds(key_of(m)) && waiting_.size() < options_.capacity) {
+    waiting_.push_back(std::move(m));
+    next_beat_ = now;  // say at once that the lease has come
+  }
+}
+
+void MessageSource::on(Time /*now*/, msg::SceneData& m) {
+  const bool known = std::any_of(scenes_.begin(), scenes_.end(),
+                                 [&](const KnownScene& scene) { return scene.id == m.scene; });
+  if (known) {
+    return;
+  }
+  try {
+    if (options_.in_process || scene_identity(m.content.bytes().data.view()) == m.scene) {
+      scenes_.push_back({m.scene, m.content.scene()});
+    }
+  } catch (const DecodeError&) {
+    return;  // never from our own coordinator: it has read the same bytes
+  }
+  while (scenes_.size() > scenes_kept) {
+    scenes_.pop_front();
+  }
+}
+
+void MessageSource::on(Time /*now*/, msg::ResultVerdict& m) {
+  unacknowledged_.erase({m.job, m.epoch});
+}
+
+void MessageSource::on(Time /*now*/, msg::Revoke& m) {
+  const LeaseKey lease{m.job, m.epoch};
+  unacknowledged_.erase(lease);
+  std::erase_if(waiting_, [&](const msg::Grant& grant) { return key_of(grant) == lease; });
+  if (tracing_ == lease) {
+    tracing_.reset();  // whoever traces it asks wants()
+  }
+}
+
+bool MessageSource::holds(const LeaseKey& lease) const {
+  return tracing_ == lease || unacknowledged_.contains(lease) ||
+         std::any_of(waiting_.begin(), waiting_.end(),
+                     [&](const msg::Grant& grant) { return key_of(grant) == lease; });
+}
+
+void MessageSource::ask_for_scene(Time now) {
+  if (next_scene_request_ <= now) {
+    send(msg::NeedScene{waiting_.front().scene});
+    next_scene_request_ = now + heartbeat_;
+  }
+}
+
+void MessageSource::beat(Time now, const TeamState& team) {
+  next_beat_ = now + heartbeat_;
+  if (!connected_) {
+    send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
+                    options_.capacity, trace_version, options_.fingerprint});
+    return;
+  }
+  msg::Heartbeat heartbeat;
+  heartbeat.traced = team.traced;
+  heartbeat.preparing = team.preparing || (!tracing_ && !waiting_.empty());
+  if (tracing_) {
+    heartbeat.epochs.push_back(*tracing_);
+  }
+  for (const msg::Grant& grant : waiting_) {
+    heartbeat.epochs.push_back(key_of(grant));
+  }
+  send(std::move(heartbeat));
+}
+
+}  // namespace parray

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/schedule/cell_list.h"
+#include "common/schedule/chunk_sizer.h"
+#include "common/schedule/work_plan.h"
+#include "proto/window.h"
+#include "worker/lease_source.h"
+
+/// Leases of the ranks of one mpirun, without anybody's help: see PROTOCOL.md, "The window".
+namespace parray {
+
+/// What a rank traces for, through all passes.
+struct RankJob {
+  RenderSettings settings;  ///< resolved
+  std::string scene_id;
+  std::shared_ptr<const Scene> scene;  ///< let go when the first result is there
+};
+
+/// A pass, as every rank that takes part knows it.
+struct RankPass {
+  std::uint32_t number = 0;
+  std::shared_ptr<const WorkPlan> plan;
+  CellList missing;  ///< cells to trace: not those that an earlier life of the job has kept
+};
+
+/// What the leases of all ranks have in common, whichever way they come. Ranks do not outlive a
+/// failure: complete() throws it.
+class RankSource : public LeaseSource {
+ public:
+  /// References outlive the object.
+  RankSource(RankJob& job, const RankPass& pass) : job_(job), pass_(pass) {}
+
+  Taken take(Time now, double samples_per_second, bool idle) final;
+  void complete(Time now, Finished finished) final;
+  Time tick(Time now, const TeamState& team) final;
+  void report(const WorkTally& tally) final;
+
+  struct Part {
+    Answer answer = Answer::none;
+    CellRange cells;
+    bool fresh = true;
+  };
+  /// As take() has it. A part has no more cells than one result may have.
+  virtual Part take_part(double samples_per_second, bool idle) = 0;
+  /// Hands in the records of a part.
+  virtual void put(const CellRange& cells, std::span<const std::byte> records) = 0;
+  /// Writes a word of this rank's own.
+  virtual void publish(WindowLayout::RankWord word, std::uint64_t value) = 0;
+
+ private:
+  RankJob& job_;
+  const RankPass& pass_;
+  std::uint64_t parts_taken_ = 0;
+  Time next_beat_{};
+};
+
+/// How a rank sizes its leases; the same on every rank, but for `rank` and `threads`.
+struct WindowOptions {
+  SchedulePolicy policy = SchedulePolicy::weighted;
+  std::uint32_t rank = 0;
+  std::uint32_t threads = 1;
+  std::uint32_t all_threads = 1;  ///< of all ranks
+  LeaseLength length{};
+};
+
+/// Leases over a window: the rank takes a step number, or a run of cells, by an atomic addition and
+/// computes its chunk. Long leases come in parts, so that results come in steadily and buffers stay
+/// small. When nothing is left it draws a ticket and waits for a copy of cells that others have not
+/// finished.
+class WindowSource final : public RankSource {
+ public:
+  /// References outlive the object.
+  WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
+               const WindowOptions& options);
+
+  Part take_part(double samples_per_second, bool idle) override;
+  void put(const CellRange& cells, std::span<const std::byte> records) override;
+  void publish(WindowLayout::RankWord word, std::uint64_t value) override;
+
+  /// The log entry of `cells`, whose records are in the window: the second half of put(), for
+  /// results that came another way.
+  void log(const CellRange& cells, std::uint64_t digest);
+
+ private:
+  std::optional<CellRange> take_step();
+  std::optional<CellRange> take_weighted(double samples_per_second);
+  Part take_copy();
+  SpeedSum publish_speed(double samples_per_second);
+  void cut(const CellRange& places, double samples_per_second);
+
+  const WorkPlan& plan_;
+  const CellList& missing_;
+  const WindowLayout& layout_;
+  Window& window_;
+  const WindowOptions options_;
+  const ChunkSizer sizer_;
+  std::vector<std::uint64_t> starts_;  ///< of the chunks; empty if weighted
+  std::deque<CellRange> parts_;        ///< of the lease, not taken yet
+  SpeedSum published_;                 ///< this rank's part of the sum
+  bool exhausted_ = false;
+  std::optional<std::uint64_t> ticket_;
+};
+
+}  // namespace parray
