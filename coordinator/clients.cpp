@@ -46,6 +46,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     return;  // its answer is on its way
   }
   const auto accepted = std::make_shared<Accepted>();
+  accepted->job.next_epoch = options_.first_epoch;
   JobRecord& record = accepted->job.record;
   record.token = m.token;
   record.name = m.name;

@@ -186,6 +186,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
       worker->scene_again_at =
           now + options_.heartbeat + std::chrono::duration_cast<Time>(transfer);
       send(peer, msg::SceneData{m.scene, job.work->scene});
+      log_->debug("scene sent to worker {} '{}'", worker->id, worker->hello.name);
       return;
     }
   }
@@ -242,7 +243,7 @@ void Coordinator::expire_leases(Time now) {
       }
       warnings_.warn(now, fmt::format("job {} lease {}: worker {} made no progress in time; the "
                                       "lease goes to another",
-                                      id, expired.lease.epoch, expired.worker));
+                                      id, lease_number(expired.lease.epoch), expired.worker));
     }
   }
 }

@@ -37,6 +37,9 @@ struct CoordinatorOptions {
   std::uint32_t max_failures = 3;
   /// Share of the leases, 0 .. 1, that a second worker traces, too.
   double spot_checks = 0;
+  /// Where the epochs of every job begin. Another for every life of a coordinator, far from all
+  /// others: a worker may still have a result for the one before.
+  Epoch first_epoch = 1;
   /// trace_fingerprint() of this build; workers must have the same.
   std::string fingerprint;
   Backroom::Options backroom{};
@@ -90,6 +93,8 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
   void send(const PeerId& peer, Message message);
+  /// For people: from 1.
+  [[nodiscard]] Epoch lease_number(Epoch epoch) const { return epoch - options_.first_epoch + 1; }
   void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                     const std::string& message);
   [[nodiscard]] std::string refusal_of(const msg::Hello& hello) const;

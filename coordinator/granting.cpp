@@ -94,8 +94,8 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
 
 void Coordinator::send_grant(Time /*now*/, WorkerRecord& worker, Job& job, const Lease& lease) {
   log_->debug("job {} lease {} to worker {} '{}': pass {} cells [{}, {})", job.record.id,
-              lease.epoch, worker.id, worker.hello.name, job.work->pass, lease.range.begin,
-              lease.range.end);
+              lease_number(lease.epoch), worker.id, worker.hello.name, job.work->pass,
+              lease.range.begin, lease.range.end);
   send(worker.peer,
        msg::Grant{job.record.id, job.work->pass, lease.epoch, job.work->plan->batch(lease.range),
                   job.record.scene, job.record.settings});

@@ -53,7 +53,6 @@ struct JobWork {
   std::shared_ptr<const WorkPlan> plan;  ///< of the pass under way
   std::uint32_t pass = 0;
   std::optional<LeaseTable> leases;
-  Epoch next_epoch = 1;
   std::uint64_t generation = 0;  ///< names this work among all that there has been
   std::uint32_t errands = 0;     ///< in the backroom, without which a pass cannot end
 
@@ -76,6 +75,7 @@ struct Job {
   JobRecord record;
   JobPhase phase = JobPhase::waiting;
   SceneParcel scene;  ///< where no store keeps it
+  Epoch next_epoch = 1;
   std::uint64_t spheres = 0;
   std::unique_ptr<JobWork> work;  ///< null while waiting, and once ended
   std::string pause_reason;       ///< of a pause that ends by itself
@@ -85,9 +85,6 @@ struct Job {
 
   [[nodiscard]] bool ended() const { return phase == JobPhase::ended; }
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
-  /// Once it has been prepared. Epochs of every life are apart, so that a grant of an earlier one is
-  /// never taken for current.
-  [[nodiscard]] Epoch first_epoch() const { return (Epoch{record.life - 1} << 32) + 1; }
   /// Share of the work that is done, 0 .. 1. Of a picture that has a target to meet nobody knows
   /// the end: 0 in its first pass, then as the error so far says. It may fall.
   [[nodiscard]] double progress(Time now) const;

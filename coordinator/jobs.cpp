@@ -43,6 +43,7 @@ void Coordinator::restore_jobs() {
   for (JobRecord& record : store_->jobs()) {
     Job job;
     job.record = std::move(record);
+    job.next_epoch = options_.first_epoch;
     const JobId id = job.record.id;
     next_job_ = std::max(next_job_, id + 1);
     if (job.record.state == JobState::running) {
@@ -98,11 +99,9 @@ bool take_up(JobPicture& picture, Store* store, JobId id) {
 
 /// Gives a job the memory that it needs.
 void Coordinator::prepare(Time /*now*/, Job& job) {
-  ++job.record.life;
   job.phase = JobPhase::preparing;
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
-  job.work->next_epoch = job.first_epoch();
   const auto prepared = std::make_shared<Prepared>();
   backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
                   id = job.record.id,
@@ -169,10 +168,10 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   const std::uint64_t most_cells =
       most_bytes / record_bytes(work.plan->grid()->shape().cell_pixels);
   if (work.leases) {
-    work.next_epoch = work.leases->next_epoch();
+    job.next_epoch = work.leases->next_epoch();
   }
   work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, options_.lease_length),
-                      prepared.missing, work.next_epoch, most_cells);
+                      prepared.missing, job.next_epoch, most_cells);
   grants_due_ = true;
   if (prepared.complete) {
     work.started = work.started == never ? now_ : work.started;

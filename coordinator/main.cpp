@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <random>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
@@ -105,6 +106,12 @@ Time from_seconds(double value) {
   return std::chrono::duration_cast<Time>(std::chrono::duration<double>(value));
 }
 
+/// Anywhere: no other life's epochs are within reach.
+Epoch random_epoch() {
+  std::random_device device;
+  return (Epoch{device()} << 30) + (Epoch{device()} & 0x3FFFFFFF) + 1;
+}
+
 std::unique_ptr<Store> open_store(const std::string& directory) {
   return directory.empty() ? nullptr : std::make_unique<DiskStore>(directory);
 }
@@ -125,6 +132,7 @@ int serve(Arguments& a) {
   a.options.silence = 5 * a.options.heartbeat;
   a.options.lease_timeout = from_seconds(a.lease_timeout);
   a.options.fingerprint = trace_fingerprint();
+  a.options.first_epoch = random_epoch();
 
   const auto log = spdlog::stderr_color_mt("coordinator");
   log->set_level(spdlog::level::from_str(a.log_level));

@@ -156,8 +156,9 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
       if (merged.kind == Merged::Kind::forged) {
         convict(merged.tracer, merged.name, merged.fault);
       } else {
-        warnings_.warn(now_, fmt::format("job {} lease {}: result of worker '{}' dropped: {}",
-                                         job.record.id, merged.epoch, merged.name, merged.fault));
+        warnings_.warn(
+            now_, fmt::format("job {} lease {}: result of worker '{}' dropped: {}", job.record.id,
+                              lease_number(merged.epoch), merged.name, merged.fault));
       }
       return;
     case Merged::Kind::taken:
@@ -184,8 +185,8 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
 
 void Coordinator::note_accepted(Job& job, const Merged& merged) {
   ++tally_.accepted;
-  log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id, merged.epoch,
-              merged.worker, merged.name);
+  log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
+              lease_number(merged.epoch), merged.worker, merged.name);
   JobWork& work = *job.work;
   work.old_failures = work.failures.size();
   work.samples += merged.taken.fresh_samples;
@@ -247,7 +248,7 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
       "job {} lease {}: workers '{}' and '{}' returned different bits for the same samples; a "
       "third "
       "decides",
-      job.record.id, merged.epoch, dispute.claims[0].name, dispute.claims[1].name);
+      job.record.id, lease_number(merged.epoch), dispute.claims[0].name, dispute.claims[1].name);
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
                   dispute.claims[0].name, dispute.claims[1].name);

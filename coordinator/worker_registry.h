@@ -4,9 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <optional>
 #include <string>
-#include <utility>
 #include <utility>
 #include <vector>
 
@@ -31,9 +29,9 @@ struct WorkerRecord {
   Time preparing_since = never;
   std::string scene_sent;  ///< digest of the last one, and when it may be sent again
   Time scene_again_at{};
-  double samples_per_second = 0;          ///< measured; 0: not yet
-  std::uint64_t accepted = 0;             ///< results
-  std::size_t held = 0;                   ///< leases, of all jobs
+  double samples_per_second = 0;  ///< measured; 0: not yet
+  std::uint64_t accepted = 0;     ///< results
+  std::size_t held = 0;           ///< leases, of all jobs
   /// Job and epoch of the lease that it was tracing when it was last heard.
   std::optional<std::pair<std::uint64_t, Epoch>> tracing;
   std::string quarantined;                ///< why it gets no more leases; empty: it does

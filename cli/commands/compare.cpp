@@ -151,7 +151,7 @@ json document(const CompareCommand& command, const ImageFile& reference,
         {"height", reference.image.height},
         {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
       {"images", images},
-      {"difference_image", {{"file", text_or_null(command.verification)}, {"largest", largest}}},
+      {"verification_picture", {{"file", text_or_null(command.verification)}, {"largest", largest}}},
       {"formulas", formulas()}};
 }
 

@@ -86,7 +86,6 @@ bool CheckpointedJob::take_up(JobRecord& kept) {
   record_ = std::move(kept);
   record_.settings = asked;
   record_.state = JobState::queued;
-  ++record_.life;
   return true;
 }
 

@@ -29,7 +29,6 @@ std::string record_to_json(const JobRecord& job) {
                     {"duplicates_removed", job.duplicates_removed},
                     {"load_seconds", job.load_seconds},
                     {"scene", job.scene},
-                    {"life", job.life},
                     {"passes", job.passes},
                     {"state", static_cast<int>(job.state)},
                     {"reason", job.reason},
@@ -61,7 +60,6 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.duplicates_removed = map.value("duplicates_removed", std::uint64_t{0});
     job.load_seconds = map.at("load_seconds");
     job.scene = map.at("scene");
-    job.life = map.at("life");
     job.passes = map.value("passes", std::vector<std::uint64_t>());
     job.state = state_from(map.at("state"));
     job.reason = map.at("reason");

@@ -31,7 +31,6 @@ struct JobRecord {
   double load_seconds = 0;
   std::string scene;              ///< digest
   std::uint64_t scene_bytes = 0;  ///< its size as it travels
-  std::uint32_t life = 0;         ///< coordinators that have had it open before this one
   /// Samples of each pass that has begun; see common/image/passes.h.
   std::vector<std::uint64_t> passes{};
   JobState state = JobState::queued;

@@ -329,6 +329,11 @@ TEST_CASE("a child that does not end is ended with its own children") {
   const ChildEnd end =
       run_child({child.string()}, {}, directory.path() / "log", milliseconds(1000));
   CHECK(end.timed_out);
+  const SteadyClock clock;
+  const Time latest = clock.now() + seconds(10);
+  while (!gone(file) && clock.now() < latest) {  // it has its signal, and dies when it gets to run
+    std::this_thread::sleep_for(milliseconds(5));
+  }
   CHECK(gone(file));
 }
 

@@ -65,6 +65,32 @@ TEST_CASE("a result for somebody else's lease is stale, before and after its hol
   CHECK(service.worker("ann").at("state") == "ready");
 }
 
+TEST_CASE(
+    "a result for an earlier coordinator, of which nothing was kept, is stale and convicts "
+    "nobody") {
+  Service service;
+  Hand ann(service, "ann");
+  RenderSettings others = many_leases();
+  others.width += 5;
+  service.submit(small_scene(), others);
+  service.turn();
+  ann.listen();
+  const msg::Grant old = ann.put_down();
+  service.restart();
+  Hand again(service, "ann");  // the same process: its name and instance
+  const JobId job = service.submit(small_scene(), many_leases());
+  REQUIRE(job == old.job);
+  service.turn();
+  again.listen();
+  REQUIRE_FALSE(again.held.empty());
+  again.send_honest(old);
+  service.turn();
+  again.listen();
+  CHECK(again.verdicts == std::vector<msg::Verdict>{msg::Verdict::stale});
+  work(service, {{&again, honest}}, job);
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+}
+
 TEST_CASE("sums that nothing can have given convict who sends them, and are not merged") {
   Service service;
   Hand liar(service, "liar");

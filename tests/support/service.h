@@ -41,6 +41,7 @@ class Service {
     coordinator_.reset();
     inbox_.clear();
     coordinator_ = std::make_unique<Coordinator>(options_, store_, log_);
+    options_.first_epoch += Epoch{1} << 32;
   }
 
   void say(const PeerId& peer, const Message& message) { say_frames(peer, encode(message)); }
@@ -104,9 +105,8 @@ class Service {
   msg::ImageData fetch(JobId id) { return ask<msg::ImageData>(msg::Fetch{1, id, false, false}); }
   std::string sha256(JobId id) {
     const auto image = fetch(id);
-    return image.width == 0
-               ? "no picture"
-               : image_sha256(image.picture.picture(image.width, image.height)->image);
+    return image.width == 0 ? "no picture"
+                            : image_sha256(image.picture.picture(image.width, image.height)->image);
   }
 
   [[nodiscard]] Time now() const { return now_; }
@@ -119,7 +119,7 @@ class Service {
   std::shared_ptr<std::ostringstream> lines_ = std::make_shared<std::ostringstream>();
   std::shared_ptr<spdlog::logger> log_ = std::make_shared<spdlog::logger>(
       "log", std::make_shared<spdlog::sinks::ostream_sink_st>(*lines_));
-  const CoordinatorOptions options_;
+  CoordinatorOptions options_;
   Store* const store_;
   std::unique_ptr<Coordinator> coordinator_;
   std::map<PeerId, std::vector<Message>> inbox_;

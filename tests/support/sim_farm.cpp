@@ -44,7 +44,9 @@ void SimFarm::note(const Message& message) {
 }
 
 void SimFarm::start_coordinator() {
-  coordinator_ = std::make_unique<Coordinator>(options_, &store_, silent_log());
+  CoordinatorOptions options = options_;
+  options.first_epoch += Epoch{crashes_} << 32;
+  coordinator_ = std::make_unique<Coordinator>(options, &store_, silent_log());
   coordinator_link_ = network.coordinator_end();
 }
 

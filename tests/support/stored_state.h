@@ -28,7 +28,6 @@ inline JobRecord stored_job(JobId id, JobState state = JobState::queued, char sc
   job.duplicates_removed = 5;
   job.load_seconds = 0.25;
   job.scene = digest(scene);
-  job.life = 3;
   job.state = state;
   return job;
 }

@@ -60,7 +60,6 @@ TEST_CASE("what was committed is there after a restart, what was not is gone") {
   CHECK(jobs[0].duplicates_removed == expected.duplicates_removed);
   CHECK(jobs[0].load_seconds == expected.load_seconds);
   CHECK(jobs[0].scene == expected.scene);
-  CHECK(jobs[0].life == expected.life);
   CHECK(jobs[0].state == JobState::queued);
   CHECK(store.scene(digest('a')) == std::string("scene\0bytes", 11));
   CHECK_FALSE(store.scene(digest('b')).has_value());
