@@ -103,7 +103,8 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
   Image image = resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
   ErrorEstimate estimate = estimate_error(picture.view());
   const json report = make_report(picture, record, facts, image_sha256(image), estimate);
-  return {{std::move(image), {picture.framebuffer().samples(), std::move(estimate.half_width)}},
+  const auto samples = picture.framebuffer().samples();
+  return {{std::move(image), {{samples.begin(), samples.end()}, std::move(estimate.half_width)}},
           report.dump()};
 }
 

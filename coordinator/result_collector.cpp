@@ -39,6 +39,7 @@ std::uint32_t ResultCollector::place_of(TracerKey tracer) {
 ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced) {
   const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
   const std::uint32_t place = place_of(tracer);
+  const CellBatch batch = plan_->batch(traced.range);
   Taken taken;
   for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
     const std::uint64_t index = traced.range.begin + i;
@@ -46,7 +47,7 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
     const std::uint64_t digest = cell_digest(record);
     Done& done = cells_[index];
     if (done.digest == 0) {
-      merge(index, digest, record, place, taken);
+      merge(batch, index, digest, record, place, taken);
       if (cells_[index].nonfinite > 0) {
         exclude_some(plan_->cell(index), traced.excluded);
       }
@@ -60,15 +61,18 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
   return taken;
 }
 
-void ResultCollector::merge(std::uint64_t index, std::uint64_t digest,
+void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, std::uint64_t digest,
                             std::span<const std::byte> record, std::uint32_t tracer, Taken& taken) {
-  const CellBatch batch = plan_->batch({index, index + 1});
   const Cell cell = plan_->cell(index);
   const CellHeader header = header_of(record);
   sums_.resize(cell.pixels());
   copy_sums(record, sums_);
-  framebuffer_.add(cell.y, cell.x_begin, sums_, batch.ranges_of(index));
-  const std::uint64_t samples = batch.sample_count();
+  const RunSamples ranges = batch.run_samples(index);
+  framebuffer_.add(cell.y, cell.x_begin, sums_, ranges);
+  std::uint64_t samples = 0;
+  for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
+    samples += ranges[i].count();
+  }
   framebuffer_.add(TraceCounts{samples, header.rays, header.nonfinite, header.lost});
   cells_[index] = {digest, header.rays, header.lost, static_cast<std::uint32_t>(header.nonfinite),
                    tracer};

@@ -74,8 +74,8 @@ class ResultCollector {
   };
   static constexpr std::uint32_t confirmed = 0xFFFFFFFF;
 
-  void merge(std::uint64_t index, std::uint64_t digest, std::span<const std::byte> record,
-             std::uint32_t tracer, Taken& taken);
+  void merge(const CellBatch& batch, std::uint64_t index, std::uint64_t digest,
+             std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
   [[nodiscard]] std::uint32_t place_of(TracerKey tracer);

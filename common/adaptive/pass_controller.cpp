@@ -9,7 +9,7 @@ namespace {
 /// What brings every pixel from what it has to `targets`.
 std::optional<Pass> pass_to(const Framebuffer& framebuffer,
                             const std::vector<std::uint32_t>& targets) {
-  const std::vector<std::uint32_t>& now = framebuffer.samples();
+  const std::span<const std::uint32_t> now = framebuffer.samples();
   const auto [least_now, most_now] = std::minmax_element(now.begin(), now.end());
   const auto [least_then, most_then] = std::minmax_element(targets.begin(), targets.end());
   if (*most_then <= *least_now) {

@@ -13,17 +13,26 @@ Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height)
       untouched_(pixels_.size()) {}
 
 void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
-                      std::span<const SampleRange> ranges) {
-  if (y >= height_ || x > width_ || sums.size() > width_ - x || sums.size() != ranges.size()) {
+                      const RunSamples& samples) {
+  if (y >= height_ || x > width_ || sums.size() > width_ - x) {
     throw std::logic_error("sums beyond the image");
   }
   const std::size_t first = std::size_t{y} * width_ + x;
   for (std::size_t i = 0; i < sums.size(); ++i) {
     pixels_[first + i] += sums[i];
     const std::uint32_t before = samples_[first + i];
-    samples_[first + i] += ranges[i].count();
-    untouched_ -= before == 0 && ranges[i].count() > 0 ? 1 : 0;
+    const std::uint32_t more = samples[i].count();
+    samples_[first + i] = before + more;
+    untouched_ -= before == 0 && more > 0 ? 1 : 0;
   }
+}
+
+void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
+                      std::span<const SampleRange> ranges) {
+  if (sums.size() != ranges.size()) {
+    throw std::logic_error("not one range of samples for each pixel");
+  }
+  add(y, x, sums, RunSamples(ranges));
 }
 
 void Framebuffer::exclude(const ExcludedSamples& samples) {

@@ -4,8 +4,8 @@
 #include <map>
 #include <span>
 #include <utility>
-#include <vector>
 
+#include "common/base/zeroed_array.h"
 #include "common/image/cell_records.h"
 #include "common/image/pixel_sums.h"
 #include "common/image/sample_range.h"
@@ -28,8 +28,11 @@ class Framebuffer {
   /// 76 bytes a pixel.
   Framebuffer(std::uint32_t width, std::uint32_t height);
 
-  /// Adds sums of pixels (x, y), (x + 1, y) ..., which hold samples `ranges` (one for each). The
-  /// caller vouches that these are not in yet. Throws std::logic_error beyond the image.
+  /// Adds sums of pixels (x, y), (x + 1, y) ..., which hold `samples`. The caller vouches that
+  /// these are not in yet. Throws std::logic_error beyond the image.
+  void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
+           const RunSamples& samples);
+  /// The same with a range for each; also throws where there are not as many ranges as sums.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
   void add(const TraceCounts& counts) { counts_ += counts; }
@@ -43,9 +46,9 @@ class Framebuffer {
 
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }
-  [[nodiscard]] const std::vector<PixelSums>& pixels() const { return pixels_; }  ///< by image row
+  [[nodiscard]] std::span<const PixelSums> pixels() const { return pixels_.view(); }  ///< by row
   /// Samples of each pixel that have come, excluded ones too.
-  [[nodiscard]] const std::vector<std::uint32_t>& samples() const { return samples_; }
+  [[nodiscard]] std::span<const std::uint32_t> samples() const { return samples_.view(); }
   /// Whether every pixel has a sample.
   [[nodiscard]] bool whole() const { return untouched_ == 0; }
   /// By image row and column: samples that the pixel's sums do not hold. Empty as a rule.
@@ -57,14 +60,14 @@ class Framebuffer {
   [[nodiscard]] const std::map<PixelAddress, Excluded>& excluded() const { return excluded_; }
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
   [[nodiscard]] FramebufferView view(double largest_radiance) const {
-    return {width_, height_, pixels_, samples_, largest_radiance};
+    return {width_, height_, pixels(), samples(), largest_radiance};
   }
 
  private:
   std::uint32_t width_;
   std::uint32_t height_;
-  std::vector<PixelSums> pixels_;
-  std::vector<std::uint32_t> samples_;
+  ZeroedArray<PixelSums> pixels_;
+  ZeroedArray<std::uint32_t> samples_;
   std::uint64_t untouched_;  ///< pixels without a sample
   std::map<PixelAddress, Excluded> excluded_;
   TraceCounts counts_;

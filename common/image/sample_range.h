@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace parray {
 
@@ -19,5 +21,22 @@ inline SampleRange common_of(const SampleRange& a, const SampleRange& b) {
   const std::uint32_t begin = std::max(a.begin, b.begin);
   return {begin, std::max(begin, std::min(a.end, b.end))};
 }
+
+/// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
+class RunSamples {
+ public:
+  explicit RunSamples(const SampleRange& all) : all_(all) {}
+  /// A range for each pixel, which may be empty; `each` outlives the view.
+  explicit RunSamples(std::span<const SampleRange> each) : each_(each) {}
+
+  /// Of the pixel `index` pixels right of the run's first.
+  [[nodiscard]] SampleRange operator[](std::size_t index) const {
+    return each_.empty() ? all_ : each_[index];
+  }
+
+ private:
+  SampleRange all_;
+  std::span<const SampleRange> each_;
+};
 
 }  // namespace parray

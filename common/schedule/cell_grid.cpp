@@ -92,13 +92,20 @@ std::vector<std::uint64_t> CellGrid::cells_of_same_pixels(std::uint64_t cell) co
 }
 
 std::vector<SampleRange> CellBatch::ranges_of(std::uint64_t index) const {
-  const Cell cell = grid->cell(index);
-  if (samples.empty()) {
-    return std::vector<SampleRange>(cell.pixels(), cell.samples);
+  const RunSamples view = run_samples(index);
+  std::vector<SampleRange> ranges(grid->cell(index).pixels());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    ranges[i] = view[i];
   }
-  const auto first = samples.begin() +
-                     static_cast<std::ptrdiff_t>((index - range.begin) * grid->shape().cell_pixels);
-  return {first, first + cell.pixels()};
+  return ranges;
+}
+
+RunSamples CellBatch::run_samples(std::uint64_t index) const {
+  if (samples.empty()) {
+    return RunSamples(grid->cell(index).samples);
+  }
+  const std::size_t pixels = grid->shape().cell_pixels;
+  return RunSamples(std::span(samples).subspan((index - range.begin) * pixels, pixels));
 }
 
 std::uint64_t CellBatch::sample_count() const {

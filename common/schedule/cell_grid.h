@@ -91,6 +91,8 @@ struct CellBatch {
 
   /// Of each pixel of cell `index`, which lies in `range`.
   [[nodiscard]] std::vector<SampleRange> ranges_of(std::uint64_t index) const;
+  /// The same; a view of this.
+  [[nodiscard]] RunSamples run_samples(std::uint64_t index) const;
   /// How many samples all cells have together.
   [[nodiscard]] std::uint64_t sample_count() const;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <numeric>
 
 #include "common/base/bytes.h"
 #include "common/image/packed_sums.h"
@@ -25,17 +24,19 @@ bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
 }
 
 /// Of one cell; adds to `nonfinite`.
-const char* fault_of_cell(std::span<const std::byte> record, std::span<const SampleRange> ranges,
-                          std::uint32_t max_depth, std::uint64_t& nonfinite) {
+const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixels,
+                          const RunSamples& ranges, std::uint32_t max_depth,
+                          std::uint64_t& nonfinite) {
   const CellHeader header = header_of(record);
-  const std::uint64_t samples =
-      std::accumulate(ranges.begin(), ranges.end(), std::uint64_t{0},
-                      [](std::uint64_t sum, const SampleRange& r) { return sum + r.count(); });
+  std::uint64_t samples = 0;
+  for (std::uint32_t i = 0; i < pixels; ++i) {
+    samples += ranges[i].count();
+  }
   if (header.rays > samples * max_depth || header.nonfinite > samples ||
       header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
     return "counts that its samples cannot have";
   }
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
+  for (std::uint32_t i = 0; i < pixels; ++i) {
     PixelSums sums;
     std::memcpy(&sums, record.data() + sizeof(CellHeader) + i * sizeof sums, sizeof sums);
     if (!within_bounds(sums, ranges[i].count())) {
@@ -78,7 +79,8 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uin
   const std::span<const std::byte> records(traced.records);
   for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
     const auto record = records.subspan((index - batch.range.begin) * size, size);
-    if (const char* fault = fault_of_cell(record, batch.ranges_of(index), max_depth, nonfinite)) {
+    if (const char* fault = fault_of_cell(record, batch.grid->cell(index).pixels(),
+                                          batch.run_samples(index), max_depth, nonfinite)) {
       return fault;
     }
   }
@@ -117,20 +119,25 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
   traced.range = batch.range;
   traced.samples = batch.sample_count();
   traced.records.resize(batch.range.count() * size);
-  std::vector<PixelSums> sums;
-  for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
+  std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
+  std::uint64_t nonfinite = 0;
+  const char* fault = nullptr;
+  for (std::uint64_t i = 0; i < batch.range.count() && fault == nullptr; ++i) {
+    const std::uint64_t index = batch.range.begin + i;
+    const std::span<PixelSums> cell(sums.data(), batch.grid->cell(index).pixels());
     CellHeader header;
     header.rays = in.get<std::uint64_t>();
     header.nonfinite = in.get<std::uint64_t>();
     header.lost = in.get<std::uint64_t>();
-    sums.assign(batch.grid->cell(batch.range.begin + i).pixels(), {});
-    const std::size_t taken = unpack_sums(bytes.substr(bytes.size() - in.left()), sums);
-    in.get_bytes(taken);
-    std::byte* const record = traced.records.data() + i * size;
-    std::memcpy(record, &header, sizeof header);
-    std::memcpy(record + sizeof header, sums.data(), sums.size() * sizeof(PixelSums));
+    in.get_bytes(unpack_sums(bytes.substr(bytes.size() - in.left()), cell));
+    const auto record = std::span(traced.records).subspan(i * size, size);
+    std::memcpy(record.data(), &header, sizeof header);
+    std::memcpy(record.data() + sizeof header, cell.data(), cell.size_bytes());
+    // Each while it is at hand: they are many.
+    fault = fault_of_cell(record, static_cast<std::uint32_t>(cell.size()), batch.run_samples(index),
+                          max_depth, nonfinite);
   }
-  while (in.left() > 0) {
+  while (fault == nullptr && in.left() > 0) {
     ExcludedSamples some;
     some.y = in.get<std::uint32_t>();
     some.x = in.get<std::uint32_t>();
@@ -138,8 +145,9 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     some.count = in.get<std::uint32_t>();
     traced.excluded.push_back(some);
   }
-  if (const std::string fault = fault_of(traced, batch, max_depth); !fault.empty()) {
-    throw DecodeError("a result with " + fault);
+  fault = fault != nullptr ? fault : fault_of_excluded(traced.excluded, batch, nonfinite);
+  if (fault != nullptr) {
+    throw DecodeError(std::string("a result with ") + fault);
   }
   return traced;
 }

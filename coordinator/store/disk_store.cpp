@@ -4,7 +4,6 @@
 #include <system_error>
 #include <utility>
 
-#include "coordinator/store/row_log.h"
 #include "coordinator/store/schema.h"
 
 namespace parray {
@@ -105,13 +104,13 @@ void DiskStore::put_scene(const std::string& digest, std::string_view bytes) {
   new_scenes_.insert(digest);
 }
 
-void DiskStore::append_rows(JobId job, std::string_view entry) {
+void DiskStore::append_rows(JobId job, std::string entry) {
   std::optional<RowLog>& log = jobs_[job].log;
   if (!log) {
     log.emplace();
     log->number = free_number([&](std::uint64_t n) { return files_.rows(job, n); });
   }
-  append_entry(log->fresh, entry);
+  log->fresh.append(std::move(entry));
   changes_[job].log = true;
 }
 
@@ -207,12 +206,12 @@ std::set<JobId> DiskStore::write_logs(std::exception_ptr& failure) {
   std::set<JobId> held_back;
   for (const auto& [id, change] : changes_) {
     const JobEntry* entry = find(id);
-    if (entry == nullptr || !entry->log || entry->log->fresh.empty()) {
+    if (entry == nullptr || !entry->log || entry->log->fresh.bytes() == 0) {
       continue;
     }
     try {
       const RowLog& log = *entry->log;
-      files_.write_at(files_.rows(id, log.number), log.committed, log.fresh);
+      files_.write_at(files_.rows(id, log.number), log.committed, log.fresh.pieces());
     } catch (const RunError&) {
       held_back.insert(id);
       failure = std::current_exception();
@@ -280,7 +279,7 @@ void DiskStore::record_log(JobId job, const JobEntry* entry) {
     return;
   }
   execute(*database_, "INSERT OR REPLACE INTO logs VALUES (?, ?, ?)", job, entry->log->number,
-          entry->log->committed + entry->log->fresh.size());
+          entry->log->committed + entry->log->fresh.bytes());
 }
 
 void DiskStore::record_picture(JobId job, const JobEntry* entry) {
@@ -307,7 +306,7 @@ void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::
     }
     if (const auto found = jobs_.find(id); found != jobs_.end() && found->second.log) {
       RowLog& log = *found->second.log;
-      log.committed += log.fresh.size();
+      log.committed += log.fresh.bytes();
       log.fresh = {};
     }
     for (const fs::path& file : change.doomed) {
@@ -352,7 +351,7 @@ std::optional<std::string> DiskStore::scene(const std::string& digest) {
 void DiskStore::each_rows(JobId job, const RowsVisitor& visit) {
   if (const JobEntry* entry = find(job); entry != nullptr && entry->log) {
     each_entry_in(files_.rows(job, entry->log->number), entry->log->committed, visit);
-    each_entry(entry->log->fresh, visit);
+    entry->log->fresh.each(visit);
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "coordinator/store/database.h"
 #include "coordinator/store/disk.h"
+#include "coordinator/store/row_log.h"
 #include "coordinator/store/state_files.h"
 #include "coordinator/store/store.h"
 
@@ -20,7 +21,7 @@ namespace parray {
 struct RowLog {
   std::uint64_t number = 0;     ///< of its file
   std::uint64_t committed = 0;  ///< bytes of its file
-  std::string fresh{};          ///< entries that are to follow them
+  FreshRows fresh{};            ///< entries that are to follow them
 };
 
 struct KeptPicture {
@@ -54,7 +55,7 @@ class DiskStore final : public Store {
 
   void put_job(const JobRecord& job) override;
   void put_scene(const std::string& digest, std::string_view bytes) override;
-  void append_rows(JobId job, std::string_view entry) override;
+  void append_rows(JobId job, std::string entry) override;
   void drop_rows(JobId job) override;
   void put_picture(JobId job, std::span<const std::string_view> pieces) override;
   void drop_work(JobId job) override;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 #include "common/base/bytes.h"
 
@@ -70,19 +71,28 @@ class LogReader {
 
 }  // namespace
 
-void append_entry(std::string& log, std::string_view entry) {
+void FreshRows::append(std::string entry) {
   ByteWriter header;
   header.put<std::uint64_t>(entry.size());
   header.put<std::uint64_t>(XXH3_64bits(entry.data(), entry.size()));
-  log.append(header.take()).append(entry);
+  bytes_ += header_bytes + entry.size();
+  entries_.push_back({header.take(), std::move(entry)});
 }
 
-void each_entry(std::string_view log, const Store::RowsVisitor& visit) {
-  for (ByteReader reader(log); reader.left() > 0;) {
-    const auto length = reader.get<std::uint64_t>();
-    reader.get<std::uint64_t>();  // memory needs no check
-    visit(reader.get_bytes(length));
+void FreshRows::each(const Store::RowsVisitor& visit) const {
+  for (const Entry& entry : entries_) {
+    visit(entry.data);
   }
+}
+
+std::vector<std::string_view> FreshRows::pieces() const {
+  std::vector<std::string_view> pieces;
+  pieces.reserve(2 * entries_.size());
+  for (const Entry& entry : entries_) {
+    pieces.emplace_back(entry.header);
+    pieces.emplace_back(entry.data);
+  }
+  return pieces;
 }
 
 void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,

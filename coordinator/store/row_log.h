@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "coordinator/store/store.h"
 
@@ -14,11 +15,25 @@
 ///     data
 namespace parray {
 
-/// Appends an entry to `log`.
-void append_entry(std::string& log, std::string_view entry);
+/// Entries that are not in the file yet. What is put in is moved, not copied: it may be large.
+class FreshRows {
+ public:
+  void append(std::string entry);
+  /// Visits the entries.
+  void each(const Store::RowsVisitor& visit) const;
 
-/// Visits the entries of `log`, which append_entry() has made in this life.
-void each_entry(std::string_view log, const Store::RowsVisitor& visit);
+  /// What is to be written, one piece after the other; good until the next append().
+  [[nodiscard]] std::vector<std::string_view> pieces() const;
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  struct Entry {
+    std::string header;
+    std::string data;
+  };
+  std::vector<Entry> entries_;
+  std::uint64_t bytes_ = 0;
+};
 
 /// Visits the entries in the first `bytes` bytes of the file. No more memory than the largest
 /// entry's. Throws RunError that names the file when it is shorter or an entry is damaged; the

@@ -192,7 +192,8 @@ WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_vi
   return made;
 }
 
-void StateFiles::write_at(const fs::path& file, std::uint64_t offset, std::string_view bytes) {
+void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
+                          std::span<const std::string_view> pieces) {
   if (offset == 0) {
     make_directory(file.parent_path());
     unsynced_.insert(file.parent_path());
@@ -202,7 +203,7 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset, std::strin
     fail(file, errno);
   }
   try {
-    put_all(out.get(), std::span(&bytes, 1), offset, file);
+    put_all(out.get(), pieces, offset, file);
   } catch (const RunError&) {
     if (ftruncate(out.get(), static_cast<off_t>(offset)) != 0) {
       // What was written in part keeps its room until it is written again.

@@ -52,7 +52,8 @@ class StateFiles {
 
   /// Writes to the file from `offset` on; the file and its directory are made if need be. After a
   /// failure, or a crash, what lies beyond `offset` is undefined.
-  void write_at(const std::filesystem::path& file, std::uint64_t offset, std::string_view bytes);
+  void write_at(const std::filesystem::path& file, std::uint64_t offset,
+                std::span<const std::string_view> pieces);
 
   /// Makes the names of new files durable, too. Failing, it has everything left to do.
   void sync_directories();

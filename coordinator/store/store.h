@@ -42,7 +42,7 @@ class Store {
   virtual void put_scene(const std::string& digest, std::string_view bytes) = 0;
   /// Appends to the job's log of finished rows. Entries are opaque bytes; order is kept. They are
   /// held in memory until the commit.
-  virtual void append_rows(JobId job, std::string_view entry) = 0;
+  virtual void append_rows(JobId job, std::string entry) = 0;
   virtual void drop_rows(JobId job) = 0;  ///< the log is empty again
   /// The picture, in place of an earlier one: the pieces one after the other are the file.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;

@@ -3,12 +3,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <thread>
 #include <zmq.hpp>
 #include <zmq_addon.hpp>
 
@@ -26,18 +28,18 @@ using namespace parray;
 struct Arguments {
   std::string coordinator;
   int workers = 4;
-  double lease_seconds = 1;
+  double speed = 19200;
   double seconds = 600;
 };
 
 /// Results that tracing could have given: samples of random radiance, as noisy as a picture's.
 class Forger {
  public:
-  msg::Result result_of(const msg::Grant& grant, double seconds) {
+  msg::Result result_of(const msg::Grant& grant, double samples_per_second) {
     msg::Result result;
     result.job = grant.job;
     result.epoch = grant.epoch;
-    result.seconds = seconds;
+    result.seconds = static_cast<double>(grant.cells.sample_count()) / samples_per_second;
     result.isa = "none";
     const CellGrid& grid = *grant.cells.grid;
     // Packed cells stand one after the other: each kind of cell is packed once.
@@ -124,7 +126,71 @@ struct FloodWorker {
   std::set<std::pair<std::uint64_t, std::uint64_t>> held;  ///< job, epoch
 };
 
-/// All of it, in one thread.
+/// Asks for the list of jobs every 10 ms, in a thread of its own, until none is left to be done.
+class Client {
+ public:
+  Client(zmq::context_t& context, const std::string& address)
+      : peer_(context, address), thread_([this] { run(); }) {}
+  ~Client() {
+    stop_ = true;
+    thread_.join();
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  [[nodiscard]] bool done() const { return done_; }
+  /// How long answers took, in milliseconds; of a client that is done.
+  nlohmann::json times() {
+    std::sort(answers_.begin(), answers_.end());
+    const auto at = [&](double share) {
+      return answers_.empty() ? 0
+                              : answers_[static_cast<std::size_t>(
+                                    share * static_cast<double>(answers_.size() - 1))];
+    };
+    return {{"answers", answers_.size()}, {"median", at(0.5)}, {"p99", at(0.99)}, {"worst", at(1)}};
+  }
+
+ private:
+  void run() {
+    for (std::uint64_t request = 1; !stop_ && !done_; ++request) {
+      const Time asked = clock_.now();
+      peer_.send(msg::ListJobs{request});
+      if (answered(request)) {
+        answers_.push_back(to_seconds(clock_.now() - asked) * 1000);
+      }
+      std::this_thread::sleep_for(milliseconds(10));
+    }
+  }
+
+  bool answered(std::uint64_t request) {
+    std::vector<zmq::pollitem_t> item{{peer_.handle(), 0, ZMQ_POLLIN, 0}};
+    while (!stop_) {
+      zmq::poll(item, milliseconds(100));
+      while (const auto message = peer_.receive()) {
+        const auto* jobs = std::get_if<msg::Jobs>(&*message);
+        if (jobs != nullptr && jobs->request == request) {
+          done_ = !jobs->jobs.empty() && std::all_of(jobs->jobs.begin(), jobs->jobs.end(), ended);
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  static bool ended(const nlohmann::json& job) {
+    const std::string state = job.value("state", "");
+    return state == "done" || state == "failed" || state == "cancelled";
+  }
+
+  const SteadyClock clock_;
+  Peer peer_;
+  std::vector<double> answers_;
+  std::atomic<bool> done_ = false;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;  // last: it uses the others
+};
+
+/// The workers, all in one thread.
 class Flood {
  public:
   explicit Flood(const Arguments& a) : arguments_(a), client_(context(a), a.coordinator) {
@@ -142,24 +208,14 @@ class Flood {
   nlohmann::json run() {
     const Time end = clock_.now() + std::chrono::duration_cast<Time>(
                                         std::chrono::duration<double>(arguments_.seconds));
-    while (clock_.now() < end && !done_) {
+    while (clock_.now() < end && !client_.done()) {
       serve();
-      ask();
       beat();
     }
-    std::sort(answers_.begin(), answers_.end());
-    const auto at = [&](double share) {
-      return answers_.empty()
-                 ? nlohmann::json()
-                 : nlohmann::json(answers_[static_cast<std::size_t>(
-                                      share * static_cast<double>(answers_.size() - 1))] *
-                                  1000);
-    };
-    return {{"done", done_},
+    return {{"done", client_.done()},
             {"workers", workers_.size()},
             {"leases", accepted_},
-            {"answers", answers_.size()},
-            {"answer_ms", {{"median", at(0.5)}, {"p99", at(0.99)}, {"worst", at(1)}}}};
+            {"answer_ms", client_.times()}};
   }
 
  private:
@@ -170,20 +226,14 @@ class Flood {
 
   void serve() {
     std::vector<zmq::pollitem_t> items;
-    items.push_back({client_.handle(), 0, ZMQ_POLLIN, 0});
+    items.reserve(workers_.size());
     for (FloodWorker& worker : workers_) {
       items.push_back({worker.peer.handle(), 0, ZMQ_POLLIN, 0});
     }
     zmq::poll(items, milliseconds(5));
-    if (items[0].revents != 0) {
-      take_answers();
-    }
     for (std::size_t i = 0; i < workers_.size(); ++i) {
-      if (items[i + 1].revents != 0) {
+      if (items[i].revents != 0) {
         work(workers_[i]);
-        if (workers_.size() > 100) {
-          take_answers();
-        }
       }
     }
   }
@@ -192,38 +242,13 @@ class Flood {
     while (const auto message = worker.peer.receive()) {
       if (const auto* grant = std::get_if<msg::Grant>(&*message)) {
         worker.held.insert({grant->job, grant->epoch});
-        worker.peer.send(forger_.result_of(*grant, arguments_.lease_seconds));
+        worker.peer.send(forger_.result_of(*grant, arguments_.speed));
       } else if (const auto* verdict = std::get_if<msg::ResultVerdict>(&*message)) {
         worker.held.erase({verdict->job, verdict->epoch});
         accepted_ += verdict->verdict == msg::Verdict::accepted ? 1 : 0;
       } else if (const auto* refusal = std::get_if<msg::Refuse>(&*message)) {
         throw RunError("refused: " + refusal->reason);
       }
-    }
-  }
-
-  void ask() {
-    const Time now = clock_.now();
-    if (asked_at_ == never && now >= next_question_) {
-      asked_at_ = now;
-      client_.send(msg::ListJobs{++request_});
-    }
-  }
-
-  void take_answers() {
-    while (const auto message = client_.receive()) {
-      const auto* jobs = std::get_if<msg::Jobs>(&*message);
-      if (jobs == nullptr || jobs->request != request_) {
-        continue;
-      }
-      const Time now = clock_.now();
-      answers_.push_back(to_seconds(now - asked_at_));
-      asked_at_ = never;
-      next_question_ = now + milliseconds(10);
-      done_ = !jobs->jobs.empty() &&
-              std::all_of(jobs->jobs.begin(), jobs->jobs.end(), [](const nlohmann::json& job) {
-                return job.value("state", "") == "done" || job.value("state", "") == "failed";
-              });
     }
   }
 
@@ -243,16 +268,11 @@ class Flood {
   const Arguments& arguments_;
   const SteadyClock clock_;
   zmq::context_t context_;
-  Peer client_;
+  Client client_;
   std::vector<FloodWorker> workers_;
   Forger forger_;
-  std::vector<double> answers_;
   std::uint64_t accepted_ = 0;
-  std::uint64_t request_ = 0;
-  Time asked_at_ = never;
-  Time next_question_{};
   Time next_beat_{};
-  bool done_ = false;
 };
 
 }  // namespace
@@ -266,8 +286,8 @@ int main(int argc, char** argv) {
   return run_main(program, argc, argv, [&](CommandLine& line) {
     line.option("--coordinator", arguments.coordinator, "Its address");
     line.number("--workers", arguments.workers, 1, 1 << 16, "Workers").show_default();
-    line.number("--lease-seconds", arguments.lease_seconds, 0, 3600,
-                "How long each says that a lease took: long makes leases small")
+    line.number("--speed", arguments.speed, 1, 1e12,
+                "Samples a second that each says it traces: leases last a second at most")
         .show_default();
     line.number("--seconds", arguments.seconds, 0, 1e6, "The longest it goes on").show_default();
     return [&] {

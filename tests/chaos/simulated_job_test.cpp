@@ -75,7 +75,7 @@ void check_picture(const SimJob& job, const JobOptions& options) {
   const Framebuffer& picture = job.framebuffer();
   const RenderSettings& settings = options.settings;
   const std::vector<std::uint32_t> all(picture.pixels().size(), settings.samples_per_pixel);
-  REQUIRE(picture.samples() == all);
+  REQUIRE(std::ranges::equal(picture.samples(), all));
   CHECK(picture.counts().rays == job.plan().cells());  // a simulated cell is one ray
   CHECK(picture.counts().samples ==
         std::uint64_t{settings.width} * settings.height * settings.samples_per_pixel);

@@ -36,21 +36,17 @@ def render_report(scene, *options):
             return json.load(file)
 
 
-class FarmTest(unittest.TestCase):
+class FarmCase(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.expected = render_report(SCENE, *SIZE, "--threads", 1)["image_sha256"]
-        cls.expected_long = render_report(SCENE, *LONG)
 
-    def test_one_two_and_three_workers_give_the_bits_of_render(self):
-        with Farm() as farm:
-            for count in (1, 2, 3):
-                farm.start_worker(f"w{count}")
-                wait_for(lambda: len(farm.workers()) == count, "the worker")
-                report = farm.finish(farm.submit(SCENE, *SIZE))
-                self.assertEqual(report["image_sha256"], self.expected)
-                self.assertEqual(report["samples"], 160 * 100 * 150)
-            self.assertEqual(report["workers"], 3)
+
+class Deaths(FarmCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.expected_long = render_report(SCENE, *LONG)
 
     def test_a_worker_killed_in_mid_job_changes_nothing(self):
         with Farm("--heartbeat", "0.1") as farm:
@@ -141,6 +137,18 @@ class FarmTest(unittest.TestCase):
             report = farm.finish(job)
             self.assertEqual(report["image_sha256"],
                              render_report(SCENE, *harder)["image_sha256"])
+
+
+class Service(FarmCase):
+    def test_one_two_and_three_workers_give_the_bits_of_render(self):
+        with Farm() as farm:
+            for count in (1, 2, 3):
+                farm.start_worker(f"w{count}")
+                wait_for(lambda: len(farm.workers()) == count, "the worker")
+                report = farm.finish(farm.submit(SCENE, *SIZE))
+                self.assertEqual(report["image_sha256"], self.expected)
+                self.assertEqual(report["samples"], 160 * 100 * 150)
+            self.assertEqual(report["workers"], 3)
 
     def test_a_time_limit_is_kept_and_its_passes_repeat_the_picture(self):
         size = ["--width", "160", "--height", "100"]

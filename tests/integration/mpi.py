@@ -127,13 +127,20 @@ class MpiRun:
 
 def kept_bytes(state):
     """How much of finished rows a state has on the disk, of whichever job."""
-    sizes = [0]
+    return sum(size for size, _ in rows_files(state))
+
+
+def has_committed(state):
+    """Whether its database knows of the rows that there are: it is written after them."""
+    log = state / "parray.sqlite-wal"
+    return log.exists() and all(written <= log.stat().st_mtime_ns for _, written in rows_files(state))
+
+
+def rows_files(state):
     for path in state.glob("jobs/*/rows*"):
-        try:
-            sizes.append(path.stat().st_size)
-        except FileNotFoundError:
-            pass
-    return sum(sizes)
+        with contextlib.suppress(FileNotFoundError):
+            found = path.stat()
+            yield found.st_size, found.st_mtime_ns
 
 
 def kept_passes(state):

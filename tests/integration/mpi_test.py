@@ -13,7 +13,7 @@ import time
 import unittest
 
 from farm import SCENES, Farm, run, wait_for
-from mpi import MpiRun, kept_bytes, kept_passes, why_not
+from mpi import MpiRun, has_committed, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
 RANKS = range(1, 7)
@@ -46,20 +46,27 @@ def wait_for_rows(state, run, more_than=200_000):
     """Until some rows are kept, in the middle of the job."""
     def kept():
         assert run.process.poll() is None, "the job was over too early: " + run.text()
-        return kept_bytes(state) > more_than
+        return kept_bytes(state) > more_than and has_committed(state)
 
     wait_for(kept, "the first rows to be kept")
 
 
-@unittest.skipIf(why_not(), why_not())
-class MpiTest(unittest.TestCase):
+class MpiCase(unittest.TestCase):
+    """What all have. Each class takes the references that it needs."""
+
     @classmethod
     def setUpClass(cls):
         cls.expected = render_report(*SIZE, "--threads", 1)
-        speed = cls.expected["samples_per_second"]
-        cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * speed / (200 * 150))))
+        cls.speed = cls.expected["samples_per_second"]
+
+    @classmethod
+    def take_long(cls):
+        cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * cls.speed / (200 * 150))))
         cls.expected_long = render_report(*cls.long)
-        samples = int(0.5 * speed) // 2 * 2
+
+    @classmethod
+    def take_passes(cls):
+        samples = int(0.5 * cls.speed) // 2 * 2
         adaptive = [*size(200, 150, 10 * samples // (200 * 150) + 1), "--adaptive", "on"]
         cls.one_pass = [*adaptive, "--passes", samples]
         cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * 10)]
@@ -104,6 +111,9 @@ class MpiTest(unittest.TestCase):
         self.assertEqual(report["mpi"]["mismatched_cells"], 0)
         self.assertEqual(report["mpi"]["corrupt_results"], 0)
 
+
+@unittest.skipIf(why_not(), why_not())
+class OneHash(MpiCase):
     def test_one_hash_for_every_number_of_ranks_and_every_policy(self):
         for number, (ranks, policy) in enumerate(itertools.product(RANKS, POLICIES)):
             threads = THREADS[(number + ranks) % 2]  # every pair of the three, not every triple
@@ -139,6 +149,52 @@ class MpiTest(unittest.TestCase):
                         self.assertEqual(report["mpi"]["corrupt_results"], 0)
                         self.assertEqual(sum(rank["leases"] for rank in report["mpi"]["ranks"]),
                                          report["mpi"]["leases"])
+
+    def test_tiles_do_not_change_the_picture(self):
+        for mode in ("window", "messages"):
+            self.check_job(2, "--tile", 16, "--mode", mode, "--threads", 2)
+
+    def test_without_windows_ranks_send_messages_and_say_so(self):
+        report, text = self.check_job(3, mpirun=NO_WINDOW)
+        self.assertEqual(report["mpi"]["transport"], "messages")
+        self.assertRegex(text, "parray-mpi: no MPI window here .*: ranks send messages instead")
+
+    def test_without_mpirun_it_renders_alone(self):
+        self.check_job(None)
+
+    def test_nothing_is_left_behind_by_a_job_that_succeeds(self):
+        with MpiRun(2, SCENE, *SIZE) as job:
+            job.finish()
+            self.assertEqual(sorted(path.name for path in job.directory.iterdir()),
+                             ["a.exr", "a.json", "log"])
+
+    def test_a_picture_of_ranks_can_be_fetched_from_a_farm(self):
+        with MpiRun(2, SCENE, *SIZE, "--state", self.state) as job:
+            self.check(job.finish(), self.expected)
+        with Farm("--state", self.state) as farm:
+            self.check(farm.fetch(1), self.expected)
+
+    def test_bad_input_is_refused_in_one_line_by_one_rank(self):
+        cases = {"no-such-scene.json": ["no-such-scene.json"],
+                 "--no-such-option": [SCENE, "--no-such-option"],
+                 "0": [SCENE, "--threads", 0],
+                 "none of window": [SCENE, "--mode", "magic"],
+                 "no-such-folder": [SCENE, *SIZE, "-o", "/no-such-folder/a.exr"]}
+        for wanted, options in cases.items():
+            with self.subTest(options=options):
+                with MpiRun(3, *options) as job:
+                    self.assertEqual(job.wait(), 2, job.text())
+                    self.assertEqual(len(job.lines()), 1, job.text())
+                    self.assertIn(wanted, job.lines()[0])
+                    self.assertEqual(kept_bytes(self.state), 0)
+
+
+@unittest.skipIf(why_not(), why_not())
+class Passes(MpiCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.take_passes()
 
     def test_a_job_stops_when_its_time_is_over_and_can_be_repeated(self):
         limit = 1
@@ -209,23 +265,13 @@ class MpiTest(unittest.TestCase):
             self.check_passes(job.finish(), self.expected_passes)
             self.assertIn("going on", job.text())
 
-    def test_tiles_do_not_change_the_picture(self):
-        for mode in ("window", "messages"):
-            self.check_job(2, "--tile", 16, "--mode", mode, "--threads", 2)
 
-    def test_without_windows_ranks_send_messages_and_say_so(self):
-        report, text = self.check_job(3, mpirun=NO_WINDOW)
-        self.assertEqual(report["mpi"]["transport"], "messages")
-        self.assertRegex(text, "parray-mpi: no MPI window here .*: ranks send messages instead")
-
-    def test_without_mpirun_it_renders_alone(self):
-        self.check_job(None)
-
-    def test_nothing_is_left_behind_by_a_job_that_succeeds(self):
-        with MpiRun(2, SCENE, *SIZE) as job:
-            job.finish()
-            self.assertEqual(sorted(path.name for path in job.directory.iterdir()),
-                             ["a.exr", "a.json", "log"])
+@unittest.skipIf(why_not(), why_not())
+class Deaths(MpiCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.take_long()
 
     def test_a_rank_killed_in_mid_job_ends_it_and_another_number_of_ranks_goes_on(self):
         # On a busy machine the second that mpirun leaves others may be too short for words.
@@ -260,11 +306,21 @@ class MpiTest(unittest.TestCase):
             farm.coordinator.wait()
         self.check_goes_on(3)
 
-    def test_a_picture_of_ranks_can_be_fetched_from_a_farm(self):
-        with MpiRun(2, SCENE, *SIZE, "--state", self.state) as job:
-            self.check(job.finish(), self.expected)
-        with Farm("--state", self.state) as farm:
-            self.check(farm.fetch(1), self.expected)
+    def test_an_interrupted_mpirun_leaves_no_rank_and_what_is_finished(self):
+        with self.long_job(2) as job:
+            wait_for_rows(self.state, job)
+            job.process.send_signal(signal.SIGINT)
+            self.assertNotEqual(job.wait(), 0)
+            self.assertFalse(job.picture.exists())
+        self.check_goes_on(3)
+
+
+@unittest.skipIf(why_not(), why_not())
+class Silences(MpiCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.take_long()
 
     def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
         with self.long_job(3, "--patience", 5) as job:
@@ -296,28 +352,6 @@ class MpiTest(unittest.TestCase):
 
     def test_ranks_whose_coordinator_does_not_answer_messages_end_the_job(self):
         self.check_silent_coordinator("messages")
-
-    def test_an_interrupted_mpirun_leaves_no_rank_and_what_is_finished(self):
-        with self.long_job(2) as job:
-            wait_for_rows(self.state, job)
-            job.process.send_signal(signal.SIGINT)
-            self.assertNotEqual(job.wait(), 0)
-            self.assertFalse(job.picture.exists())
-        self.check_goes_on(3)
-
-    def test_bad_input_is_refused_in_one_line_by_one_rank(self):
-        cases = {"no-such-scene.json": ["no-such-scene.json"],
-                 "--no-such-option": [SCENE, "--no-such-option"],
-                 "0": [SCENE, "--threads", 0],
-                 "none of window": [SCENE, "--mode", "magic"],
-                 "no-such-folder": [SCENE, *SIZE, "-o", "/no-such-folder/a.exr"]}
-        for wanted, options in cases.items():
-            with self.subTest(options=options):
-                with MpiRun(3, *options) as job:
-                    self.assertEqual(job.wait(), 2, job.text())
-                    self.assertEqual(len(job.lines()), 1, job.text())
-                    self.assertIn(wanted, job.lines()[0])
-                    self.assertEqual(kept_bytes(self.state), 0)
 
 
 @unittest.skipIf(why_not(), why_not())

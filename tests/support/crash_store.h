@@ -35,9 +35,9 @@ class CrashStore final : public Store {
     changed_ = true;
     staged_.scenes.try_emplace(digest, bytes);
   }
-  void append_rows(JobId job, std::string_view entry) override {
+  void append_rows(JobId job, std::string entry) override {
     changed_ = true;
-    staged_.rows[job].emplace_back(entry);
+    staged_.rows[job].push_back(std::move(entry));
   }
   void drop_rows(JobId job) override { changed_ = true; staged_.rows.erase(job); }
   void put_picture(JobId job, std::span<const std::string_view> pieces) override {

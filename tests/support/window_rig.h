@@ -126,7 +126,8 @@ inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
     return x.first == y.first && x.second.first == y.second.first &&
            x.second.count == y.second.count;
   };
-  return a.pixels() == b.pixels() && a.counts() == b.counts() && a.samples() == b.samples() &&
+  return std::ranges::equal(a.pixels(), b.pixels()) && a.counts() == b.counts() &&
+         std::ranges::equal(a.samples(), b.samples()) &&
          std::equal(a.excluded().begin(), a.excluded().end(), b.excluded().begin(),
                     b.excluded().end(), alike);
 }

@@ -41,7 +41,7 @@ TEST_CASE("what was committed is there after a restart, what was not is gone") {
     store.put_scene(digest('a'), std::string_view("scene\0bytes", 11));
     store.append_rows(7, "first");
     store.append_rows(7, "");
-    store.append_rows(7, std::string_view("\0second", 7));
+    store.append_rows(7, std::string("\0second", 7));
     store.commit();
     store.append_rows(7, "never committed");
     store.put_job(stored_job(8));

@@ -94,9 +94,9 @@ TEST_CASE("any split into runs of pixels and samples, added in any order, gives 
     for (const Run& piece : pieces) {
       add(merged, piece);
     }
-    REQUIRE(merged.pixels() == at_once.pixels());
+    REQUIRE(std::ranges::equal(merged.pixels(), at_once.pixels()));
     REQUIRE(merged.counts() == at_once.counts());
-    REQUIRE(merged.samples() == at_once.samples());
+    REQUIRE(std::ranges::equal(merged.samples(), at_once.samples()));
     REQUIRE(merged.whole() == at_once.whole());
     CHECK(image_sha256(resolve_image(merged, 1)) == image_sha256(resolve_image(at_once, 1)));
   }
@@ -126,7 +126,7 @@ TEST_CASE("what does not fit the image is refused and changes nothing") {
   CHECK_THROWS_AS(add_run(0, 0, 2, 1), std::logic_error);
   CHECK_THROWS_AS(framebuffer.exclude({5, 0, 0, 1}), std::logic_error);
   CHECK_THROWS_AS(framebuffer.exclude({0, 2, 0, 1}), std::logic_error);
-  CHECK(framebuffer.samples() == std::vector<std::uint32_t>(10));
+  CHECK(std::ranges::equal(framebuffer.samples(), std::vector<std::uint32_t>(10)));
   CHECK(framebuffer.excluded().empty());
   CHECK_NOTHROW(add_run(4, 0, 2, 2));
 }
@@ -171,8 +171,8 @@ TEST_CASE("pixels that are set back are as if nothing had come, and others as th
       }
     }
     changed.clear(2, begin, end, gone);
-    REQUIRE(changed.pixels() == expected.pixels());
-    REQUIRE(changed.samples() == expected.samples());
+    REQUIRE(std::ranges::equal(changed.pixels(), expected.pixels()));
+    REQUIRE(std::ranges::equal(changed.samples(), expected.samples()));
     REQUIRE(changed.counts() == expected.counts());
     REQUIRE(changed.excluded().size() == expected.excluded().size());
     REQUIRE_FALSE(changed.excluded().contains({2, begin}));

@@ -32,23 +32,6 @@ struct FirstHit {
   friend bool operator==(const FirstHit&, const FirstHit&) = default;
 };
 
-/// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
-class RunSamples {
- public:
-  explicit RunSamples(const SampleRange& all) : all_(all) {}
-  /// A range for each pixel, which may be empty; `each` outlives the view.
-  explicit RunSamples(std::span<const SampleRange> each) : each_(each) {}
-
-  /// Of the pixel `index` pixels right of the run's first.
-  [[nodiscard]] SampleRange operator[](std::size_t index) const {
-    return each_.empty() ? all_ : each_[index];
-  }
-
- private:
-  SampleRange all_;
-  std::span<const SampleRange> each_;
-};
-
 /// A picture of a scene, ready to be traced. Immutable; its functions may be called by any number
 /// of threads at once.
 class PathTracer {

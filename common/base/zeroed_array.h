@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+namespace parray {
+
+/// Memory of zeros, straight from the system, which clears no page before it is touched; in large
+/// pages where it is so large that they pay. Throws std::bad_alloc.
+void* allocate_zeroed(std::size_t bytes);
+void free_zeroed(void* memory, std::size_t bytes) noexcept;
+
+/// A fixed number of plain elements, all bits zero to begin with: for arrays by the pixel, which
+/// are so large that clearing them first would cost as much as filling them.
+template <typename T>
+class ZeroedArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  explicit ZeroedArray(std::size_t size)
+      : memory_(static_cast<T*>(allocate_zeroed(size * sizeof(T))), Free{size * sizeof(T)}),
+        size_(size) {}
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] T& operator[](std::size_t i) { return memory_.get()[i]; }
+  [[nodiscard]] const T& operator[](std::size_t i) const { return memory_.get()[i]; }
+  [[nodiscard]] std::span<const T> view() const { return {memory_.get(), size_}; }
+
+ private:
+  struct Free {
+    std::size_t bytes;
+    void operator()(T* memory) const noexcept { free_zeroed(memory, bytes); }
+  };
+  std::unique_ptr<T[], Free> memory_;
+  std::size_t size_;
+};
+
+}  // namespace parray
