@@ -81,11 +81,10 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
                   scene = std::move(m.scene)]() -> Backroom::Outcome {
     Job& job = accepted->job;
     try {
-      const Bulk bytes = scene.bytes();
+      job.record.scene = scene.identity();
       job.spheres = scene.scene()->spheres.size();  // or it is no scene at all
-      job.record.scene = scene_identity(bytes.data.view());
       if (store != nullptr) {
-        store->put_scene(job.record.scene, bytes.data.view());
+        store->put_scene(job.record.scene, scene.bytes().data.view());
         store->put_job(job.record);
       } else {
         job.scene = scene;

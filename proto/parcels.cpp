@@ -34,6 +34,13 @@ Bulk SceneParcel::bytes() const {
   return std::get<Bulk>(content_);
 }
 
+std::string SceneParcel::identity() const {
+  if (const auto* scene = std::get_if<0>(&content_)) {
+    return scene_identity(**scene);
+  }
+  return scene_identity(std::get<Bulk>(content_).verified());
+}
+
 std::uint64_t SceneParcel::size() const {
   if (const auto* scene = std::get_if<0>(&content_)) {
     return *scene ? (*scene)->spheres.size() * sizeof(Sphere) : 0;

@@ -39,6 +39,8 @@ class SceneParcel {
   [[nodiscard]] std::shared_ptr<const Scene> scene() const;
   /// scene_to_bytes(). Throws DecodeError when the checksum is wrong.
   [[nodiscard]] Bulk bytes() const;
+  /// scene_identity(). Throws DecodeError when the checksum is wrong.
+  [[nodiscard]] std::string identity() const;
   /// Bytes that it takes in memory, roughly.
   [[nodiscard]] std::uint64_t size() const;
 

@@ -48,8 +48,10 @@ int render(const RenderCommand& command) {
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
+    const Time submitted = clock.now();
     const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, command.output.paths(), command.following, extra, started);
+    return wait_and_deliver(client, job, command.output.paths(), command.following, extra,
+                            CommandTimes{started, to_seconds(clock.now() - submitted)});
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.

@@ -71,11 +71,11 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
 
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
-                     std::optional<Time> started) {
+                     std::optional<CommandTimes> times) {
   wait_until_done(client, job, following);
   Picture picture = client.fetch(job, wants_statistics(extra.aovs));
   add_channels(picture, extra);
-  return deliver(std::move(picture), outputs, started);
+  return deliver(std::move(picture), outputs, times);
 }
 
 }  // namespace parray

@@ -25,9 +25,9 @@ void check_isa(Isa isa);
 void wait_until_done(Client& client, JobId job, const Following& following);
 
 /// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
-/// `started` as deliver() has it.
+/// `times` as deliver() has them.
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
-                     std::optional<Time> started);
+                     std::optional<CommandTimes> times);
 
 }  // namespace parray

@@ -30,7 +30,9 @@ int submit(const SubmitCommand& command) {
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                              submission.scene, usable_cpus());
   FarmClient client(command.farm.address());
+  const Time submitted = SteadyClock().now();
   const JobId job = client->submit(std::move(submission));
+  const double submit_seconds = to_seconds(SteadyClock().now() - submitted);
   std::cout << job << std::endl;
   if (!command.wait) return 0;
   const DeferredInterrupts deferred;
@@ -40,7 +42,7 @@ int submit(const SubmitCommand& command) {
       return 0;
     }
     return wait_and_deliver(*client, job, command.output.paths(), command.following, extra,
-                            started);
+                            CommandTimes{started, submit_seconds});
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +

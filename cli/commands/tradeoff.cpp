@@ -125,7 +125,7 @@ int run(const TradeoffCommand& command) {
   const DeferredInterrupts deferred;
   tradeoff::Journal journal(
       command.directory,
-      {scene_identity(scene_to_bytes(file.scene)), request.base.width, request.base.height,
+      {scene_identity(file.scene), request.base.width, request.base.height,
        tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed),
        threads},
       command.restart);

@@ -67,7 +67,7 @@ json facts_of(const ValidateCommand& command) {
           {"accelerator", name_of(settings.accelerator)},
           {"accelerator_reason", resolved.accelerator_reason},
           {"accelerator_bytes", make_path_tracer(file.scene, settings)->accelerator()->bytes()},
-          {"scene_sha256", scene_identity(scene_to_bytes(file.scene))}};
+          {"scene_sha256", scene_identity(file.scene)}};
 }
 
 std::string joined(const json& names) {

@@ -74,7 +74,26 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   }
 }
 
-int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> started) {
+/// Adds what deliver() promises; writing took `write` seconds, until `end`. Returns the total.
+static double complete_seconds(json& parts, double write, Time end,
+                               const std::optional<CommandTimes>& times) {
+  parts["write"] = write;
+  if (times) {
+    parts["submit"] = times->submit_seconds;
+  }
+  double sum = 0;
+  for (const auto& [name, value] : parts.items()) {
+    sum += name == "build" ? 0 : value.get<double>();  // a part of `render`
+  }
+  const double total = times ? to_seconds(end - times->started) : sum;
+  if (times) {
+    parts["other"] = std::max(total - sum, 0.0);
+  }
+  parts["total"] = total;
+  return total;
+}
+
+int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
   const Time begin = clock.now();
@@ -83,13 +102,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> sta
                 check_interrupted);
   }
   const Time end = clock.now();
-  json& parts = report.at("seconds");
-  const double write = to_seconds(end - begin);
-  // Building the accelerator is a part of `render`.
-  const double total = started ? to_seconds(end - *started)
-                               : parts.value("load", 0.0) + parts.value("render", 0.0) + write;
-  parts["write"] = write;
-  parts["total"] = total;
+  const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
   if (!outputs.none()) say_what_was_written(report, outputs, total);
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();

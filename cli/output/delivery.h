@@ -23,13 +23,21 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 /// room for the channels. Called before any work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
 
+/// Of the command that has rendered the picture.
+struct CommandTimes {
+  Time started;
+  double submit_seconds = 0;  ///< until its scene was taken in
+};
+
 /// Writes a finished picture, with its channels, and its report, and says on stdout what was
 /// written (on stderr, too, if samples were not finite). The report gets `seconds.write` and
-/// `seconds.total`: the time since `started`, or, without it, the sum of its parts.
+/// `seconds.total`. With `times` that is the time since the start, and its parts add up to it:
+/// `submit`, and `other`: waiting for a turn, making the image and its error. Without them it is
+/// the sum of what parts there are.
 ///
 /// Returns the program's exit status: 0, or 1 if samples were not finite. Throws RunError, and
 /// Interrupted (see common/process/stop_signal.h) between two strips of the image; nothing
 /// half-written stays.
-int deliver(Picture picture, const OutputPaths& outputs, std::optional<Time> started);
+int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
 }  // namespace parray

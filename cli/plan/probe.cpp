@@ -144,7 +144,7 @@ class Prober {
   void build() {
     forget_memory();
     trace_fingerprint();
-    scene_identity(scene_to_bytes(*request_.scene));
+    scene_identity(*request_.scene);
     requirements_of(*request_.scene);
     const RenderSettings& settings = request_.settings;
     accelerator_ = make_accelerator(*request_.scene, settings.precision, settings.accelerator,

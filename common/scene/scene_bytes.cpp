@@ -1,6 +1,10 @@
 #include "common/scene/scene_bytes.h"
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <span>
 
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
@@ -16,7 +20,40 @@ constexpr double least_tangent = 1e-9;
 constexpr double largest_tangent = 1e6;
 constexpr std::size_t sphere_bytes = 4 * sizeof(double) + sizeof(std::uint32_t);
 
-void put_vec(ByteWriter& out, const Vec3d& v) {
+/// Hashes what is put into it, without ever holding more than a part.
+class HashWriter {
+ public:
+  template <typename T>
+  void put(T value) {
+    const auto raw = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+    put_raw(raw);
+  }
+  void put_bytes(std::string_view bytes) { put_raw(as_byte_span(bytes)); }
+  std::string hex() {
+    flush();
+    return hash_.hex();
+  }
+
+ private:
+  void put_raw(std::span<const std::byte> raw) {
+    if (fill_ + raw.size() > part_.size()) {
+      flush();
+    }
+    std::memcpy(part_.data() + fill_, raw.data(), raw.size());
+    fill_ += raw.size();
+  }
+  void flush() {
+    hash_.add(std::span(part_).first(fill_));
+    fill_ = 0;
+  }
+
+  Sha256 hash_;
+  std::array<std::byte, 1 << 14> part_;
+  std::size_t fill_ = 0;
+};
+
+template <typename Writer>
+void put_vec(Writer& out, const Vec3d& v) {
   out.put(v.x);
   out.put(v.y);
   out.put(v.z);
@@ -88,11 +125,8 @@ std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes
   return static_cast<std::size_t>(count);
 }
 
-}  // namespace
-
-std::string scene_to_bytes(const Scene& scene) {
-  ByteWriter out;
-  out.reserve(256 + material_bytes * scene.materials.size() + sphere_bytes * scene.spheres.size());
+template <typename Writer>
+void put_scene(Writer& out, const Scene& scene) {
   out.put_bytes(magic);
   const Camera& camera = scene.camera;
   put_vec(out, camera.look_from);
@@ -117,6 +151,14 @@ std::string scene_to_bytes(const Scene& scene) {
     out.put(sphere.radius);
     out.put(sphere.material);
   }
+}
+
+}  // namespace
+
+std::string scene_to_bytes(const Scene& scene) {
+  ByteWriter out;
+  out.reserve(256 + material_bytes * scene.materials.size() + sphere_bytes * scene.spheres.size());
+  put_scene(out, scene);
   return out.take();
 }
 
@@ -145,6 +187,12 @@ Scene scene_from_bytes(std::string_view bytes) {
 
 std::string scene_identity(std::string_view scene_bytes) {
   return sha256_hex(as_byte_span(scene_bytes));
+}
+
+std::string scene_identity(const Scene& scene) {
+  HashWriter out;
+  put_scene(out, scene);
+  return out.hex();
 }
 
 }  // namespace parray

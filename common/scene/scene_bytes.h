@@ -17,5 +17,7 @@ Scene scene_from_bytes(std::string_view bytes);
 
 /// SHA-256 of scene_to_bytes(scene), 64 hexadecimal digits.
 std::string scene_identity(std::string_view scene_bytes);
+/// The same without making them.
+std::string scene_identity(const Scene& scene);
 
 }  // namespace parray
