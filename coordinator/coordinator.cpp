@@ -55,7 +55,9 @@ Time Coordinator::tick(Time now, bool drained) {
   }
   grant_leases(now);
   backroom_.run_finished();  // what has been prepared meanwhile
-  grant_leases(now);
+  if (!grant_leases(now)) {
+    return now;
+  }
   Time next = std::min(workers_.size() > 0 ? now + options_.heartbeat : never, grant_again_at_);
   for (const JobId id : open_jobs_) {
     const Job& job = jobs_.at(id);

@@ -103,7 +103,7 @@ class Coordinator final : public Actor {
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
   void expire_leases(Time now);
-  void grant_leases(Time now);
+  bool grant_leases(Time now);
   bool grant_one(Time now, WorkerRecord& worker);
   bool grant_from(Time now, WorkerRecord& worker, Job& job, bool copy);
   [[nodiscard]] bool may_trace(Time now, WorkerRecord& worker, const Job& job) const;
@@ -168,6 +168,7 @@ class Coordinator final : public Actor {
   std::vector<Delivery> outbox_;
   Time grant_again_at_ = never;  ///< somebody may have leases again that it was denied
   bool grants_due_ = true;       ///< something has changed since everybody got what there was
+  PeerId granted_last_;          ///< the worker whose turn was the last
   std::string storage_;          ///< why nothing can be kept; empty: it can
   Time now_{};                   ///< of this turn
   Backroom backroom_;            ///< last: its errands end before what they speak of

@@ -10,23 +10,31 @@ namespace {
 
 /// What waits for the backroom stays within memory: beyond this many errands nothing is granted.
 constexpr std::size_t most_backlog = 4096;
+/// Some milliseconds' worth: whoever asks something meanwhile is answered soon.
+constexpr int most_granted_at_once = 64;
 
 }  // namespace
 
 /// Leases to every worker with room, one at a time in turn, so that the first to be asked does not
-/// take all. Does nothing where nothing has changed since.
-void Coordinator::grant_leases(Time now) {
+/// take all. Does nothing where nothing has changed since. False: there are more to be granted than
+/// one turn of the loop has time for.
+bool Coordinator::grant_leases(Time now) {
   if (!grants_due_ || !storage_.empty() || backroom_.backlog() > most_backlog) {
-    return;
+    return true;
+  }
+  int granted = 0;
+  for (std::size_t in_vain = 0; in_vain < workers_.size();) {
+    if (granted == most_granted_at_once) {
+      return false;
+    }
+    WorkerRecord& worker = workers_.after(granted_last_);
+    granted_last_ = worker.peer;
+    const bool got = worker.has_room() && grant_one(now, worker);
+    granted += got ? 1 : 0;
+    in_vain = got ? 0 : in_vain + 1;
   }
   grants_due_ = false;
-  bool granted = true;
-  while (granted) {
-    granted = false;
-    for (auto& [peer, worker] : workers_) {
-      granted = (worker.has_room() && grant_one(now, worker)) || granted;
-    }
-  }
+  return true;
 }
 
 /// Pending work first, by the jobs' order; a job that holds no memory yet gets it when its turn

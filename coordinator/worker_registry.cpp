@@ -11,6 +11,11 @@ WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
   return found == workers_.end() ? nullptr : &found->second;
 }
 
+WorkerRecord& WorkerRegistry::after(const PeerId& peer) {
+  const auto next = workers_.upper_bound(peer);
+  return next == workers_.end() ? workers_.begin()->second : next->second;
+}
+
 WorkerRecord* WorkerRegistry::by_id(WorkerId id) {
   const auto found = peers_.find(id);
   return found == peers_.end() ? nullptr : at(found->second);

@@ -46,6 +46,8 @@ class WorkerRegistry {
  public:
   WorkerRecord* at(const PeerId& peer);
   WorkerRecord* by_id(WorkerId id);
+  /// The next one behind `peer`, which may have left, all round. There is one.
+  WorkerRecord& after(const PeerId& peer);
   WorkerRecord* by_key(TracerKey key);
   /// `hello.name` and `.instance` are not known yet.
   WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello);

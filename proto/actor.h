@@ -30,18 +30,22 @@ class Actor {
 inline Time take_turn(Actor& actor, Link& link, Time now) {
   constexpr int most = 256;  // so that a flood of messages cannot keep deadlines waiting
   bool drained = false;
+  const auto send = [&] {
+    for (Delivery& delivery : actor.take_outbox()) {
+      link.send(delivery.peer,
+                std::move(delivery.content));  // a lost message is the actor's to repeat
+    }
+  };
   for (int i = 0; i < most && !drained; ++i) {
     auto delivery = link.receive();
     drained = !delivery;
     if (delivery) {
       actor.receive(now, std::move(*delivery));
+      send();  // who asks is not to wait for all behind him
     }
   }
   const Time deadline = actor.tick(now, drained);
-  for (Delivery& delivery : actor.take_outbox()) {
-    link.send(delivery.peer,
-              std::move(delivery.content));  // a lost message is the actor's to repeat
-  }
+  send();
   return drained ? deadline : now;
 }
 
