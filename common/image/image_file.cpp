@@ -1,27 +1,16 @@
 #include "common/image/image_file.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
+#include <dlfcn.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cctype>
-#include <cerrno>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <memory>
-#include <span>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 
 #include "common/base/error.h"
+#include "common/image/image_codec.h"
 #include "common/image/partial_file.h"
-#include "common/image/srgb.h"
-#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
@@ -39,132 +28,6 @@ Format format_of(const fs::path& path) {
   return Format::unknown;
 }
 
-/// Pictures are written while no core is idle, or by small clients: a pool only costs.
-void keep_library_single_threaded() {
-  OIIO::attribute("threads", 1);
-  OIIO::attribute("exr_threads", 1);
-}
-
-/// The library's messages may have several lines; ours have one.
-std::string one_line(std::string text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) {
-    text.pop_back();
-  }
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "unknown error" : text;
-}
-
-std::uint8_t srgb_byte(float linear) {
-  if (!(linear > 0)) return 0;  // NaN too
-  return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
-}
-
-void add_channels(OIIO::ImageSpec& spec, const Channels& channels) {
-  if (channels.empty()) return;
-  spec.channelformats.assign(3, OIIO::TypeDesc::FLOAT);
-  for (const Channel& channel : channels) {
-    const bool whole = std::holds_alternative<std::vector<std::uint32_t>>(channel.values);
-    spec.channelnames.push_back(channel.name);
-    spec.channelformats.emplace_back(whole ? OIIO::TypeDesc::UINT32 : OIIO::TypeDesc::FLOAT);
-  }
-  spec.nchannels += static_cast<int>(channels.size());
-}
-
-OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata,
-                          const Channels& channels) {
-  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
-                       format == Format::exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-  if (format == Format::exr) {
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    add_channels(spec, channels);
-  } else {
-    spec.attribute("oiio:ColorSpace", "sRGB");
-  }
-  for (const auto& [name, value] : metadata) {
-    spec.attribute(name, value);
-  }
-  return spec;
-}
-
-/// RGB and channels of pixels [begin, end), all of a pixel side by side, as the bits of the values.
-std::vector<std::uint32_t> interleaved(const Image& image, const Channels& channels,
-                                       std::size_t begin, std::size_t end) {
-  const std::size_t stride = 3 + channels.size();
-  std::vector<std::uint32_t> words((end - begin) * stride);
-  for (std::size_t i = begin; i < end; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      words[(i - begin) * stride + c] = std::bit_cast<std::uint32_t>(image.rgb[i * 3 + c]);
-    }
-  }
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const auto copy = [&](const auto& values) {
-      for (std::size_t i = begin; i < end; ++i) {
-        words[(i - begin) * stride + 3 + c] = std::bit_cast<std::uint32_t>(values[i]);
-      }
-    };
-    std::visit(copy, channels[c].values);
-  }
-  return words;
-}
-
-/// Rows [begin, end) in the file's own types.
-bool write_strip(OIIO::ImageOutput& out, const Image& image, const Channels& channels,
-                 Format format, std::uint32_t begin, std::uint32_t end) {
-  const std::size_t row = std::size_t{image.width} * 3;
-  const std::span<const float> values(image.rgb.data() + begin * row, (end - begin) * row);
-  const int first = static_cast<int>(begin);
-  const int last = static_cast<int>(end);
-  if (!channels.empty()) {
-    const std::size_t width = image.width;
-    const auto words = interleaved(image, channels, begin * width, end * width);
-    return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UNKNOWN, words.data());
-  }
-  if (format == Format::exr) {
-    return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
-  }
-  std::vector<std::uint8_t> bytes(values.size());
-  std::transform(values.begin(), values.end(), bytes.begin(), srgb_byte);
-  return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UINT8, bytes.data());
-}
-
-/// A few milliseconds of compression; a multiple of EXR's zip block of 16 rows.
-std::uint32_t rows_in_strip(std::uint32_t width, std::size_t channels) {
-  constexpr std::size_t values = 3U << 18;
-  constexpr std::size_t block = 16;
-  return static_cast<std::uint32_t>(std::max(values / channels / width / block, std::size_t{1}) *
-                                    block);
-}
-
-/// The file behind an ImageOutput, which remembers that a write failed: the library's PNG writer
-/// would take a full disk for success.
-class CheckedFile final : public OIIO::Filesystem::IOFile {
- public:
-  explicit CheckedFile(std::FILE* file) : IOFile(file, Mode::Write), stream_(file) {}
-
-  std::size_t write(const void* bytes, std::size_t size) override {
-    errno = 0;
-    const std::size_t written = IOFile::write(bytes, size);
-    if (written != size) note_error();
-    return written;
-  }
-
-  /// Empty if everything has reached the system, else why not.
-  std::string finish() {
-    errno = 0;
-    if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) note_error();
-    return error_ == 0 ? "" : std::generic_category().message(error_);
-  }
-
- private:
-  void note_error() {
-    if (error_ == 0) error_ = errno != 0 ? errno : EIO;
-  }
-
-  std::FILE* stream_;
-  int error_ = 0;  // the first
-};
-
 /// Throws std::logic_error unless the file can hold the channels as they are.
 void check_channels(const fs::path& path, const Image& image, const Channels& channels) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
@@ -176,129 +39,27 @@ void check_channels(const fs::path& path, const Image& image, const Channels& ch
   }
 }
 
-/// Empty, or what the library could not do.
-std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
-                   const ImageMetadata& metadata, const Channels& channels,
-                   const std::function<void()>& between_strips) {
-  const auto out = OIIO::ImageOutput::create(name);
-  if (!out) return one_line(OIIO::geterror());
-  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, format, metadata, channels))) {
-    return one_line(out->geterror());
-  }
-  const std::uint32_t step = rows_in_strip(image.width, 3 + channels.size());
-  for (std::uint32_t y = 0; y < image.height; y += step) {
-    if (between_strips) between_strips();
-    if (!write_strip(*out, image, channels, format, y, std::min(y + step, image.height))) {
-      return one_line(out->geterror());
+/// Beside the program: bin/../lib/parray, where it is built and where it is installed.
+fs::path module_file() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw RunError("finding this program: " + error.message());
+  return program.parent_path().parent_path() / "lib" / "parray" / "image_codec.so";
+}
+
+/// Stays loaded until the program ends.
+const ImageCodec& codec() {
+  static const ImageCodec& loaded = []() -> const ImageCodec& {
+    const fs::path file = module_file();
+    void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* const entry = module == nullptr ? nullptr : dlsym(module, image_codec_entry);
+    if (entry == nullptr) {
+      throw RunError("loading what reads and writes pictures: " + std::string(dlerror()) +
+                     ": install ParRay and OpenImageIO again");
     }
-  }
-  return out->close() ? "" : one_line(out->geterror());
-}
-
-std::string write_file(const std::string& name, const Image& image, Format format,
-                       const ImageMetadata& metadata, const Channels& channels,
-                       const std::function<void()>& between_strips) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
-                                                               std::fclose);
-  if (!stream) return std::generic_category().message(errno);
-  CheckedFile file(stream.get());
-  const std::string problem = encode(name, file, image, format, metadata, channels, between_strips);
-  const std::string cause = file.finish();
-  return cause.empty() ? problem : cause;
-}
-
-/// What a file really is, whatever its name.
-Format format_of(const OIIO::ImageInput& in) {
-  const std::string_view name = in.format_name();
-  if (name == "openexr") return Format::exr;
-  return name == "png" ? Format::png : Format::unknown;
-}
-
-/// Places of R, G and B among the channels; negative where there is none.
-std::array<int, 3> rgb_of(const OIIO::ImageSpec& spec) {
-  return {spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B")};
-}
-
-void check_readable(const fs::path& path, Format format, const OIIO::ImageSpec& spec) {
-  constexpr int most_channels = 256;
-  const auto refuse = [&](const std::string& reason) {
-    throw InputError(path.string() + ": " + reason);
-  };
-  if (format == Format::unknown) refuse("neither EXR nor PNG: convert it to one of them");
-  const auto rgb = rgb_of(spec);
-  if (*std::min_element(rgb.begin(), rgb.end()) < 0 || spec.width < 1 || spec.height < 1) {
-    refuse("not an RGB image");
-  }
-  if (spec.nchannels > most_channels) refuse("more than 256 channels");
-  const auto width = static_cast<std::uint64_t>(spec.width);
-  const auto height = static_cast<std::uint64_t>(spec.height);
-  if (std::max(width, height) > limits::max_image_side || width * height > limits::max_pixels) {
-    refuse(std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
-           std::to_string(limits::max_image_side) + " a side and " +
-           std::to_string(limits::max_pixels) + " in all");
-  }
-}
-
-/// False: the library says why. Alpha is left out.
-bool read_png(OIIO::ImageInput& in, ImageFile& file) {
-  std::vector<std::uint8_t> bytes(std::size_t{file.image.width} * file.image.height * 3);
-  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return false;
-  std::array<float, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
-  }
-  file.image.rgb.resize(bytes.size());
-  std::transform(bytes.begin(), bytes.end(), file.image.rgb.begin(),
-                 [&](std::uint8_t b) { return linear[b]; });
-  return true;
-}
-
-/// A file's pixels as they lie there: the values of a pixel side by side, each in its own type.
-struct NativePixels {
-  const OIIO::ImageSpec& spec;
-  std::vector<std::byte> bytes;
-
-  /// Channel `index` as values of type `T`, to every `stride`-th of `to`.
-  template <typename T>
-  void copy(int index, T* to, std::size_t stride = 1) const {
-    std::size_t offset = 0;
-    for (int before = 0; before < index; ++before) {
-      offset += spec.channel_bytes(before, true);
-    }
-    OIIO::convert_image(
-        1, spec.width, spec.height, 1, bytes.data() + offset, spec.channelformat(index),
-        static_cast<OIIO::stride_t>(spec.pixel_bytes(true)), OIIO::AutoStride, OIIO::AutoStride, to,
-        OIIO::TypeDescFromC<T>::value(), static_cast<OIIO::stride_t>(stride * sizeof(T)),
-        OIIO::AutoStride, OIIO::AutoStride);
-  }
-};
-
-/// False: the library says why.
-bool read_exr(OIIO::ImageInput& in, const std::array<int, 3>& rgb, ImageFile& file) {
-  const OIIO::ImageSpec& spec = in.spec();
-  NativePixels pixels{spec, std::vector<std::byte>(spec.image_bytes(true))};
-  if (!in.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UNKNOWN, pixels.bytes.data())) {
-    return false;
-  }
-  const std::size_t count = std::size_t{file.image.width} * file.image.height;
-  file.image.rgb.resize(count * 3);
-  for (std::size_t c = 0; c < 3; ++c) {
-    pixels.copy(rgb[c], file.image.rgb.data() + c, 3);
-  }
-  for (int index = 0; index < spec.nchannels; ++index) {
-    if (std::find(rgb.begin(), rgb.end(), index) != rgb.end()) continue;
-    Channel channel{spec.channel_name(index).c_str(), {}};
-    if (spec.channelformat(index) == OIIO::TypeDesc::UINT32) {
-      channel.values = std::vector<std::uint32_t>(count);
-    } else {
-      channel.values = std::vector<float>(count);
-    }
-    std::visit([&](auto& values) { pixels.copy(index, values.data()); }, channel.values);
-    file.channels.push_back(std::move(channel));
-  }
-  std::sort(file.channels.begin(), file.channels.end(),
-            [](const Channel& a, const Channel& b) { return a.name < b.name; });
-  return true;
+    return *reinterpret_cast<ImageCodecEntry>(entry)();
+  }();
+  return loaded;
 }
 
 }  // namespace
@@ -319,40 +80,16 @@ bool can_hold_channels(const fs::path& path) { return format_of(path) == Format:
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
                  const Channels& channels, const std::function<void()>& between_strips) {
   check_channels(path, image, channels);
-  keep_library_single_threaded();
   PartialFile file(path);
   const std::string problem =
-      write_file(file.path().string(), image, format_of(path), metadata, channels, between_strips);
+      codec().write(file.path().string(), image, format_of(path) == Format::exr, metadata, channels,
+                    between_strips);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
   file.commit();
 }
 
-std::string image_library_version() {
-  const int version = OIIO::openimageio_version();
-  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
-         std::to_string(version % 100);
-}
+std::string image_library_version() { return codec().version(); }
 
-ImageFile read_image(const fs::path& path) {
-  keep_library_single_threaded();
-  const auto in = OIIO::ImageInput::open(path.string());
-  if (!in) throw InputError(path.string() + ": " + one_line(OIIO::geterror()));
-  const Format format = format_of(*in);
-  const OIIO::ImageSpec& spec = in->spec();
-  check_readable(path, format, spec);
-  ImageFile file;
-  file.high_dynamic_range = format == Format::exr;
-  file.image.width = static_cast<std::uint32_t>(spec.width);
-  file.image.height = static_cast<std::uint32_t>(spec.height);
-  if (!(format == Format::png ? read_png(*in, file) : read_exr(*in, rgb_of(spec), file))) {
-    throw InputError(path.string() + ": " + one_line(in->geterror()));
-  }
-  for (const auto& attribute : spec.extra_attribs) {
-    if (attribute.type() == OIIO::TypeDesc::STRING) {
-      file.metadata.emplace_back(attribute.name().string(), attribute.get_string());
-    }
-  }
-  return file;
-}
+ImageFile read_image(const fs::path& path) { return codec().read(path.string()); }
 
 }  // namespace parray
