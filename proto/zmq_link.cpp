@@ -85,29 +85,30 @@ class ZmqLink final : public Link {
     }
   }
 
+  /// A message of more frames than any has is dropped as it is read, some frames a call, so that
+  /// nobody else waits for its end: each call delivers a message without frames, which is none.
   std::optional<Delivery> receive() override {
-    std::vector<zmq::message_t> parts;
-    try {
-      const auto got =
-          zmq::recv_multipart(socket_, std::back_inserter(parts), zmq::recv_flags::dontwait);
-      if (!got) {
-        return {};
-      }
-    } catch (const zmq::error_t& error) {
-      if (error.num() == EINTR) {
-        return {};
-      }
-      throw RunError(std::string("receiving a message: ") + error.what());
-    }
     Delivery delivery;
     Frames frames;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      if (router_ && i == 0) {
-        delivery.peer = parts[i].to_string();
-      } else {
-        frames.push_back(frame_of(std::move(parts[i])));
+    bool more = true;
+    for (std::size_t i = 0; more && i < most_parts; ++i) {
+      zmq::message_t part;
+      while (!receive_part(part)) {
+        if (i == 0 && !dropping_) {
+          return {};
+        }  // else it was a signal: the frames of a message arrive all at once
+      }
+      more = part.more();
+      if (router_ && i == 0 && !dropping_) {
+        delivery.peer = part.to_string();
+      } else if (!dropping_) {
+        frames.push_back(frame_of(std::move(part)));
       }
     }
+    if (more || dropping_) {
+      frames.clear();
+    }
+    dropping_ = more;
     delivery.content = std::move(frames);
     return delivery;
   }
@@ -133,6 +134,19 @@ class ZmqLink final : public Link {
 
  private:
   static constexpr int most_waiting = 1000;  // messages a peer
+  static constexpr std::size_t most_parts = 16;
+
+  /// False: nothing is there.
+  bool receive_part(zmq::message_t& part) {
+    try {
+      return socket_.recv(part, zmq::recv_flags::dontwait).has_value();
+    } catch (const zmq::error_t& error) {
+      if (error.num() == EINTR) {
+        return false;
+      }
+      throw RunError(std::string("receiving a message: ") + error.what());
+    }
+  }
 
   /// The socket holds the frame until it is sent; small ones are cheaper to copy.
   static zmq::message_t part_of(const Frame& frame) {
@@ -168,6 +182,7 @@ class ZmqLink final : public Link {
   zmq::socket_t socket_;
   WakeUp wake_up_;
   bool router_;
+  bool dropping_ = false;  ///< the rest of a message
 };
 
 }  // namespace

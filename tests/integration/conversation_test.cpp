@@ -267,6 +267,20 @@ TEST_CASE("malformed messages are dropped, a client's is answered, and the servi
   CHECK(client.hear<msg::Jobs>().jobs.empty());
 }
 
+TEST_CASE("a message of too many frames is dropped whole, and nothing behind it") {
+  const Server server(quick());
+  Speaker speaker(server);
+  Frames hello = encode(msg::Hello{protocol_version, "w", "w", 1, 1, trace_version, "same"});
+  for (const std::size_t frames : {15, 16, 17, 32, 100'000}) {
+    Frames many(frames, Frame(std::string("x")));
+    many.back() = hello.front();  // no part of it is taken for a message
+    speaker.say_raw(many);
+  }
+  speaker.say(msg::ListWorkers{1});
+  CHECK(speaker.hear<msg::Workers>().workers.empty());
+  speaker.join("w");
+}
+
 TEST_CASE("a repeated submit makes no second job, and a scene that is none makes no job") {
   const Server server(quick());
   const OneLease job;
