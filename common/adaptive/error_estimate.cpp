@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
 
 namespace parray {
 namespace {
-
-constexpr double normal_95 = 1.959964;  ///< half the width of a normal's 95 % interval
 
 bool all_have_two(const FramebufferView& state) {
   return !state.counts.empty() &&
@@ -21,20 +20,23 @@ bool all_have_two(const FramebufferView& state) {
 /// distribution of samples, that has mean 0, and variance (2 s^2)^2 where s^2 is that of e.
 class MeanSquare {
  public:
-  void add(const PixelNoise& noise, std::uint32_t count) {
-    double square = 0;
-    double variance = 0;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      square += noise.difference[channel] * noise.difference[channel];
-      variance += noise.variance[channel];
+  void add(const NoiseRow& row) {
+    for (std::size_t i = 0; i < row.count.size(); i += 3) {
+      double square = 0;
+      double variance = 0;
+      for (std::size_t value = i; value < i + 3; ++value) {
+        square += row.difference[value] * row.difference[value];
+        variance += row.variance[value];
+      }
+      const double count = row.count[i];
+      // As if the channels' errors were alike, which they nearly are.
+      scatter_ += 4 * square * variance / count;
+      squares_ += square;
+      variances_ += variance / count;
+      seldom_ += 1.0 / count;
+      samples_ += count;
+      values_ += 3;
     }
-    // As if the channels' errors were alike, which they nearly are.
-    scatter_ += 4 * square * variance / count;
-    squares_ += square;
-    variances_ += variance / count;
-    seldom_ += 1.0 / count;
-    samples_ += count;
-    values_ += 3;
   }
 
   void report(double largest, ErrorEstimate& error) const {
@@ -77,29 +79,32 @@ ErrorEstimate estimate_rmse(const FramebufferView& state) {
   if (!all_have_two(state)) {
     return error;
   }
-  const RadianceScale scale(state.largest_radiance);
+  NoiseRows rows(state, NeighbourhoodSize::neighbours);
   MeanSquare mean_square;
-  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
-    mean_square.add(noise_of(state.pixels[i], state.counts[i], scale), state.counts[i]);
+  for (std::size_t y = 0; y < state.height; ++y) {
+    mean_square.add(rows.own(y));
   }
   mean_square.report(state.largest_radiance, error);
   return error;
 }
 
 ErrorEstimate estimate_error(const FramebufferView& state) {
-  ErrorEstimate error = estimate_rmse(state);
-  if (error.rmse < 0) {
+  ErrorEstimate error;
+  if (!all_have_two(state)) {
     return error;
   }
-  const NoiseModel model(state, NeighbourhoodSize::neighbours);
+  constexpr NeighbourhoodSize horizon = NeighbourhoodSize::neighbours;
+  const NoiseModel model(state, horizon);
+  NoiseForecast forecast(state.width);
+  MeanSquare mean_square;
   error.half_width.resize(state.pixels.size() * 3);
-  visit_noise(state, 1, NeighbourhoodSize::neighbours,
-              [&](std::size_t i, const NoiseNearby& noise) {
-                for (std::size_t channel = 0; channel < 3; ++channel) {
-                  error.half_width[i * 3 + channel] = static_cast<float>(model.half_width(
-                      noise.own.variance[channel], noise.around[channel], state.counts[i]));
-                }
-              });
+  const std::size_t values = std::size_t{3} * state.width;
+  visit_noise(state, 1, horizon, [&](std::size_t y, const NoiseNearby& row) {
+    mean_square.add(row.own);
+    model.foresee(row, forecast);
+    half_widths(row.own.count, forecast, std::span(error.half_width).subspan(y * values, values));
+  });
+  mean_square.report(state.largest_radiance, error);
   std::vector<float> sorted = error.half_width;
   const auto [middle, high] = quantiles(sorted, 0.5, 0.99);
   error.half_width_p50 = middle;
