@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
@@ -15,14 +17,24 @@ namespace {
 /// count.
 constexpr double bias_allowed = 0.001;
 
-/// Mean square error expected of a pixel, times its count. What the model has learnt of pixels with
-/// such surroundings knows of their luck, too: it counts for as much as has been seen there.
-double expected_square(const NoiseModel& model, const NeighbourhoodNoise& around) {
+/// Mean square errors expected of a row's values, times their counts.
+void expect(const NoiseNearby& row, const NoiseForecast& forecast, double largest_radiance,
+            std::span<double> squares) {
+  // What the model has learnt of pixels with such surroundings knows of their luck, too: it counts
+  // for as much as has been seen there.
   constexpr double much = 8;
-  const double learnt = model.expected_square(around);
-  const double share = around.seen / (around.seen + much);
-  const double trust = around.mean > 0 ? share * share : 1;
-  return trust * learnt + (1 - trust) * around.mean;
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const double mean = row.around.mean[i];
+    const double seen = row.around.seen[i] / (row.around.seen[i] + much);
+    const double trust = mean > 0 ? seen * seen : 1;
+    const double expected = trust * forecast.expected[i] + (1 - trust) * mean;
+    const double own_radiance = row.own.mean[i];
+    const double radiance_around = row.around.radiance[i];
+    const double radiance = std::min(own_radiance, radiance_around);
+    const double share =
+        std::min(1.0, bias_allowed * radiance * row.own.count[i] / largest_radiance);
+    squares[i] = (1 - share) * expected + share * forecast.own[i];
+  }
 }
 
 }  // namespace
@@ -31,22 +43,24 @@ Allocation::Allocation(const FramebufferView& state, bool equal_half_widths)
     : counts_(state.counts.begin(), state.counts.end()),
       weights_(state.pixels.size()),
       squares_(state.pixels.size()) {
-  const NoiseModel model(state, NeighbourhoodSize::windows);
-  visit_noise(state, 1, NeighbourhoodSize::windows, [&](std::size_t i, const NoiseNearby& noise) {
-    double most = 0;
-    double sum = 0;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      const NeighbourhoodNoise& around = noise.around[channel];
-      const double radiance = std::min(noise.own.mean[channel], around.radiance);
-      const double share =
-          std::min(1.0, bias_allowed * radiance * counts_[i] / state.largest_radiance);
-      const double own = model.own_square(noise.own.variance[channel]);
-      const double square = (1 - share) * expected_square(model, around) + share * own;
-      most = std::max(most, model.half_width_square(square, around));
-      sum += square;
-      squares_[i] += own;
+  constexpr NeighbourhoodSize horizon = NeighbourhoodSize::windows;
+  const NoiseModel model(state, horizon);
+  NoiseForecast forecast(state.width);
+  std::vector<double> squares(std::size_t{3} * state.width);
+  visit_noise(state, 1, horizon, [&](std::size_t y, const NoiseNearby& row) {
+    model.foresee(row, forecast);
+    expect(row, forecast, state.largest_radiance, squares);
+    for (std::size_t x = 0; x < state.width; ++x) {
+      const std::size_t i = y * state.width + x;
+      double most = 0;
+      double sum = 0;
+      for (std::size_t value = 3 * x; value < 3 * x + 3; ++value) {
+        most = std::max(most, half_width_square(squares[value], forecast.half_width[value]));
+        sum += squares[value];
+        squares_[i] += forecast.own[value];
+      }
+      weights_[i] = equal_half_widths ? most : std::sqrt(sum);
     }
-    weights_[i] = equal_half_widths ? most : std::sqrt(sum);
   });
 }
 

@@ -1,15 +1,16 @@
 #include "common/adaptive/error_estimate.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <span>
 
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
 
 namespace parray {
 namespace {
-
-constexpr double normal_95 = 1.959964;  ///< half the width of a normal's 95 % interval
 
 bool all_have_two(const FramebufferView& state) {
   return !state.counts.empty() &&
@@ -21,20 +22,23 @@ bool all_have_two(const FramebufferView& state) {
 /// distribution of samples, that has mean 0, and variance (2 s^2)^2 where s^2 is that of e.
 class MeanSquare {
  public:
-  void add(const PixelNoise& noise, std::uint32_t count) {
-    double square = 0;
-    double variance = 0;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      square += noise.difference[channel] * noise.difference[channel];
-      variance += noise.variance[channel];
+  void add(const NoiseRow& row) {
+    for (std::size_t i = 0; i < row.count.size(); i += 3) {
+      double square = 0;
+      double variance = 0;
+      for (std::size_t value = i; value < i + 3; ++value) {
+        square += row.difference[value] * row.difference[value];
+        variance += row.variance[value];
+      }
+      const double count = row.count[i];
+      // As if the channels' errors were alike, which they nearly are.
+      scatter_ += 4 * square * variance / count;
+      squares_ += square;
+      variances_ += variance / count;
+      seldom_ += 1.0 / count;
+      samples_ += count;
+      values_ += 3;
     }
-    // As if the channels' errors were alike, which they nearly are.
-    scatter_ += 4 * square * variance / count;
-    squares_ += square;
-    variances_ += variance / count;
-    seldom_ += 1.0 / count;
-    samples_ += count;
-    values_ += 3;
   }
 
   void report(double largest, ErrorEstimate& error) const {
@@ -59,15 +63,37 @@ class MeanSquare {
   double values_ = 0;
 };
 
-/// The values at two shares of the way up; reorders them.
-std::pair<float, float> quantiles(std::vector<float>& values, double low, double high) {
-  const auto at = [&](double share) {
-    return values.begin() +
-           static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  };
-  std::nth_element(values.begin(), at(high), values.end());
-  std::nth_element(values.begin(), at(low), at(high));
-  return {*at(low), *at(high)};
+/// The values at two shares of the way up, of at least one; none is negative.
+std::array<float, 2> quantiles(std::span<const float> values, std::array<double, 2> shares) {
+  // The patterns of such numbers ascend with them: bins of 1/32 octave.
+  const auto bin_of = [](float value) { return std::bit_cast<std::uint32_t>(value) >> 18; };
+  std::vector<std::uint32_t> bins(std::size_t{1} << 14);
+  for (const float value : values) {
+    ++bins[bin_of(value)];
+  }
+  std::array<std::size_t, 2> rank{};
+  std::array<std::uint32_t, 2> bin{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    rank[k] = static_cast<std::size_t>(shares[k] * static_cast<double>(values.size() - 1));
+    while (rank[k] >= bins[bin[k]]) {
+      rank[k] -= bins[bin[k]++];
+    }
+  }
+  std::array<std::vector<float>, 2> alike;
+  for (const float value : values) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (bin_of(value) == bin[k]) {
+        alike[k].push_back(value);
+      }
+    }
+  }
+  std::array<float, 2> found{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto at = alike[k].begin() + static_cast<std::ptrdiff_t>(rank[k]);
+    std::nth_element(alike[k].begin(), at, alike[k].end());
+    found[k] = *at;
+  }
+  return found;
 }
 
 }  // namespace
@@ -77,31 +103,33 @@ ErrorEstimate estimate_rmse(const FramebufferView& state) {
   if (!all_have_two(state)) {
     return error;
   }
-  const RadianceScale scale(state.largest_radiance);
+  NoiseRows rows(state, NeighbourhoodSize::neighbours);
   MeanSquare mean_square;
-  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
-    mean_square.add(noise_of(state.pixels[i], state.counts[i], scale), state.counts[i]);
+  for (std::size_t y = 0; y < state.height; ++y) {
+    mean_square.add(rows.own(y));
   }
   mean_square.report(state.largest_radiance, error);
   return error;
 }
 
 ErrorEstimate estimate_error(const FramebufferView& state) {
-  ErrorEstimate error = estimate_rmse(state);
-  if (error.rmse < 0) {
+  ErrorEstimate error;
+  if (!all_have_two(state)) {
     return error;
   }
-  const NoiseModel model(state, NeighbourhoodSize::neighbours);
+  constexpr NeighbourhoodSize horizon = NeighbourhoodSize::neighbours;
+  const NoiseModel model(state, horizon);
+  NoiseForecast forecast(state.width);
+  MeanSquare mean_square;
   error.half_width.resize(state.pixels.size() * 3);
-  visit_noise(state, 1, NeighbourhoodSize::neighbours,
-              [&](std::size_t i, const NoiseNearby& noise) {
-                for (std::size_t channel = 0; channel < 3; ++channel) {
-                  error.half_width[i * 3 + channel] = static_cast<float>(model.half_width(
-                      noise.own.variance[channel], noise.around[channel], state.counts[i]));
-                }
-              });
-  std::vector<float> sorted = error.half_width;
-  const auto [middle, high] = quantiles(sorted, 0.5, 0.99);
+  const std::size_t values = std::size_t{3} * state.width;
+  visit_noise(state, 1, horizon, [&](std::size_t y, const NoiseNearby& row) {
+    mean_square.add(row.own);
+    model.foresee(row, forecast);
+    half_widths(row.own.count, forecast, std::span(error.half_width).subspan(y * values, values));
+  });
+  mean_square.report(state.largest_radiance, error);
+  const auto [middle, high] = quantiles(error.half_width, {0.5, 0.99});
   error.half_width_p50 = middle;
   error.half_width_p99 = high;
   return error;

@@ -7,9 +7,6 @@
 namespace parray {
 namespace {
 
-constexpr double normal_95 = 1.959964;  ///< half the width of a normal's 95 % interval
-/// A pixel much noisier than its surroundings keeps that share of what its own variance says.
-constexpr double alone = 0.8;
 /// That many samples of the surroundings' are added to a pixel's own: two alone say little.
 constexpr double few = 4;
 /// Of that many pixels at least, a large picture is asked.
@@ -62,12 +59,7 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon)
       per_unit_(1 / unit_),
       around_(places) {
   const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / sample_size);
-  visit_noise(state, stride, horizon, [&](std::size_t i, const NoiseNearby& noise) {
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      add(noise.own.variance[channel], noise.around[channel], noise.own.difference[channel],
-          state.counts[i]);
-    }
-  });
+  visit_noise(state, stride, horizon, [&](std::size_t, const NoiseNearby& row) { add(row); });
   for (std::size_t place = 1; place < places; ++place) {
     calibrate_around(place);
   }
@@ -79,44 +71,47 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon)
   const double seen = unseen_values_ > 0 ? unseen_squares_ / unseen_values_ : 0;
   const double samples = unseen_values_ > 0 ? unseen_samples_ : samples_;
   unseen_variance_ = seen + (samples > 0 ? 3 * unit_ / (samples / 3) : unit_);
+  around_factors_[0] = {1, normal_95 * normal_95};
 }
 
-std::size_t NoiseModel::level_of(double variance) const {
+inline std::size_t NoiseModel::level_of(double variance) const {
   const std::ptrdiff_t part = octave_part(variance * per_unit_, level_bits, lowest_level) + 1;
   return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, levels - 1));
 }
 
-std::size_t NoiseModel::place_of(const NeighbourhoodNoise& around) const {
-  const std::size_t level = level_of(around.mean);
-  const double ridge = around.ridge;
-  const std::size_t kind = ridge < around.mean / 16  ? 0
-                           : ridge < around.mean / 4 ? 1
-                           : ridge < around.mean     ? 2
-                                                     : 3;
+inline std::size_t NoiseModel::place_of(double variance, double ridge) const {
+  const std::size_t level = level_of(variance);
+  // Without branches, which nobody could foresee.
+  const std::size_t kind =
+      3U - (ridge < variance / 16) - (ridge < variance / 4) - (ridge < variance);
   return level == 0 ? 0 : kind * levels + level;
 }
 
-void NoiseModel::add(double own_variance, const NeighbourhoodNoise& around, double difference,
-                     std::uint32_t count) {
-  Own& own = own_[level_of(own_variance)];
-  own.values += 1;
-  own.differences += difference * difference;
-  own.variances += own_variance / count;
-  samples_ += count;
-  const std::size_t place = place_of(around);
-  if (place == 0) {
-    unseen_squares_ += difference * difference * count;
-    unseen_values_ += 1;
-    unseen_samples_ += count;
-    return;
+void NoiseModel::add(const NoiseNearby& row) {
+  for (std::size_t i = 0; i < row.own.count.size(); ++i) {
+    const double count = row.own.count[i];
+    const double square = row.own.difference[i] * row.own.difference[i];
+    const double variance = row.around.mean[i];
+    Own& own = own_[level_of(row.own.variance[i])];
+    own.values += 1;
+    own.differences += square;
+    own.variances += row.own.variance[i] / count;
+    samples_ += count;
+    const std::size_t place = place_of(variance, row.around.ridge[i]);
+    if (place == 0) {
+      unseen_squares_ += square * count;
+      unseen_values_ += 1;
+      unseen_samples_ += count;
+      continue;
+    }
+    const double ratio = std::abs(row.own.difference[i]) / std::sqrt(variance / count);
+    const std::ptrdiff_t part = octave_part(ratio, ratio_bits, lowest_ratio);
+    Around& like = around_[place];
+    ++like.found[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, ratios - 1))];
+    like.values += 1;
+    like.squares += square * count;
+    like.variances += variance;
   }
-  const double ratio = std::abs(difference) / std::sqrt(around.mean / count);
-  const std::ptrdiff_t part = octave_part(ratio, ratio_bits, lowest_ratio);
-  Around& like = around_[place];
-  ++like.found[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, ratios - 1))];
-  like.values += 1;
-  like.squares += difference * difference * count;
-  like.variances += around.mean;
 }
 
 void NoiseModel::calibrate_around(std::size_t place) {
@@ -149,9 +144,9 @@ void NoiseModel::calibrate_around(std::size_t place) {
   const double quantile = begin + (end - begin) * share;
   const double factor = (quantile * values + normal_95 * prior) / (values + prior);
   const double gain = variances > 0 ? squares / variances : 1;
-  expected_factor_[place] = (gain * values + prior) / (values + prior);
+  const double expected = (gain * values + prior) / (values + prior);
   // Where nearly all differences are 0, the few that are not count.
-  around_factor_[place] = std::max(factor * factor, expected_factor_[place]);
+  around_factors_[place] = {expected, std::max(factor * factor, expected)};
 }
 
 void NoiseModel::calibrate_own(std::size_t level) {
@@ -169,32 +164,24 @@ void NoiseModel::calibrate_own(std::size_t level) {
   own_factor_[level] = (gain * values + prior) / (values + prior);
 }
 
-double NoiseModel::half_width(double own_variance, const NeighbourhoodNoise& around,
-                              std::uint32_t count) const {
-  const double own =
-      (own_square(own_variance) * count + expected_square(around) * few) / (count + few);
-  return std::sqrt(half_width_square(own, around) / count);
+void NoiseModel::foresee(const NoiseNearby& row, NoiseForecast& forecast) const {
+  for (std::size_t i = 0; i < forecast.own.size(); ++i) {
+    const double variance = row.own.variance[i];
+    forecast.own[i] = own_factor_[level_of(variance)] * variance;
+    const std::size_t place = place_of(row.around.mean[i], row.around.ridge[i]);
+    const double around = place == 0 ? unseen_variance_ : row.around.mean[i];
+    forecast.expected[i] = around_factors_[place].expected * around;
+    forecast.half_width[i] = around_factors_[place].half_width * around;
+  }
 }
 
-double NoiseModel::half_width_square(double own_square, const NeighbourhoodNoise& around) const {
-  const double by_own = normal_95 * normal_95 * own_square;
-  const double by_around = around_square(around);
-  return std::max((by_own + by_around) / 2, alone * by_own);
-}
-
-double NoiseModel::own_square(double own_variance) const {
-  return own_factor_[level_of(own_variance)] * own_variance;
-}
-
-double NoiseModel::around_square(const NeighbourhoodNoise& around) const {
-  const std::size_t place = place_of(around);
-  return place == 0 ? normal_95 * normal_95 * unseen_variance_
-                    : around_factor_[place] * around.mean;
-}
-
-double NoiseModel::expected_square(const NeighbourhoodNoise& around) const {
-  const std::size_t place = place_of(around);
-  return place == 0 ? unseen_variance_ : expected_factor_[place] * around.mean;
+void half_widths(std::span<const double> count, const NoiseForecast& forecast,
+                 std::span<float> half_widths) {
+  for (std::size_t i = 0; i < half_widths.size(); ++i) {
+    const double own = (forecast.own[i] * count[i] + forecast.expected[i] * few) / (count[i] + few);
+    half_widths[i] =
+        static_cast<float>(std::sqrt(half_width_square(own, forecast.half_width[i]) / count[i]));
+  }
 }
 
 }  // namespace parray

@@ -1,12 +1,42 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/adaptive/pixel_noise.h"
 
 namespace parray {
+
+/// Half the width of a normal's 95 % interval.
+inline constexpr double normal_95 = 1.959964;
+
+/// What a NoiseModel says of the pixels of a row, 3 values a pixel: mean square errors and a square
+/// of half-widths, each to be divided by the pixel's count.
+struct NoiseForecast {
+  explicit NoiseForecast(std::size_t width)
+      : own(3 * width), expected(3 * width), half_width(3 * width) {}
+  std::vector<double> own;         ///< by the pixel's own variance
+  std::vector<double> expected;    ///< by what surrounds it
+  std::vector<double> half_width;  ///< by what surrounds it
+};
+
+/// Square of the half-width of the 95 % interval, from two answers, averaged as squares. By the
+/// variance around the pixel (`by_around`): what covers 95 % of the pixels with such surroundings;
+/// a pixel that has seen none of its rare bright samples cannot fool it, but one unlike its
+/// surroundings can. By the pixel's own mean square error: the other way round.
+inline double half_width_square(double own_square, double by_around) {
+  // A pixel much noisier than its surroundings keeps that share of what its own variance says.
+  constexpr double alone = 0.8;
+  const double by_own = normal_95 * normal_95 * own_square;
+  return std::max((by_own + by_around) / 2, alone * by_own);
+}
+
+/// Half-widths of a row's values, `count` samples each.
+void half_widths(std::span<const double> count, const NoiseForecast& forecast,
+                 std::span<float> half_widths);
 
 /// What the picture's replicates say about the errors of its pixels, by how noisy a pixel's own
 /// samples and the pixels around it are. The half difference (A - B) / 2 of two replicates and the
@@ -19,20 +49,8 @@ class NoiseModel {
   /// the surroundings that it is going to be asked about.
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon);
 
-  /// Half the width of the 95 % interval. Two answers, averaged as squares. By the variance around
-  /// the pixel: what covers 95 % of the pixels with such surroundings; a pixel that has seen none
-  /// of its rare bright samples cannot fool it, but one unlike its surroundings can. By the pixel's
-  /// own variance: the other way round.
-  [[nodiscard]] double half_width(double own_variance, const NeighbourhoodNoise& around,
-                                  std::uint32_t count) const;
-
-  // All of the following is to be divided by a pixel's count.
-  /// Mean square error by what surrounds a pixel.
-  [[nodiscard]] double expected_square(const NeighbourhoodNoise& around) const;
-  /// Mean square error by the pixel's own variance.
-  [[nodiscard]] double own_square(double own_variance) const;
-  /// Square of the half-width of a pixel whose own variance means `own_square`.
-  [[nodiscard]] double half_width_square(double own_square, const NeighbourhoodNoise& around) const;
+  /// Says it of a row; `forecast` is that of as many pixels.
+  void foresee(const NoiseNearby& row, NoiseForecast& forecast) const;
 
  private:
   static constexpr std::size_t levels = 160;  ///< of variance, two to an octave; level 0: none
@@ -51,23 +69,25 @@ class NoiseModel {
     double variances = 0;    ///< sum, of means
   };
 
-  void add(double own_variance, const NeighbourhoodNoise& around, double difference,
-           std::uint32_t count);
+  /// Of independent samples of variance 1, by what surrounds a pixel.
+  struct Factors {
+    double expected = 0;    ///< mean square error
+    double half_width = 0;  ///< its square
+  };
+
+  void add(const NoiseNearby& row);
   [[nodiscard]] std::size_t level_of(double variance) const;
-  [[nodiscard]] std::size_t place_of(const NeighbourhoodNoise& around) const;
+  [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
   void calibrate_around(std::size_t place);
   void calibrate_own(std::size_t level);
-  [[nodiscard]] double around_square(const NeighbourhoodNoise& around) const;
 
   double unit_;  ///< of variance: the largest radiance squared
   double per_unit_;
   std::vector<Around> around_;
   std::array<Own, levels> own_{};
-  // For independent samples of variance 1: squares of half-widths, and mean square errors.
-  std::array<double, places> around_factor_{};
-  std::array<double, levels> own_factor_{};
-  std::array<double, places> expected_factor_{};
-  double samples_ = 0;  ///< of all values
+  std::array<Factors, places> around_factors_{};
+  std::array<double, levels> own_factor_{};  ///< mean square error for variance 1
+  double samples_ = 0;                       ///< of all values
   // Level 0.
   double unseen_squares_ = 0;  ///< of differences, times count
   double unseen_values_ = 0;

@@ -20,152 +20,250 @@ std::size_t after(std::size_t i, std::size_t size) {
 /// A variance, in units of the largest radiance squared, for which `samples` speak, as if bright
 /// ones came like rain: that of the gamma distribution's mean, with `wide` before they are seen.
 double mixed_with(double wide, double variance, double samples) {
-  return wide > 0 ? (few + samples * variance) / (few / wide + samples) : variance;
+  const double divisor = wide > 0 ? wide : 1;
+  const double mixed = (few + samples * variance) / (few / divisor + samples);
+  return wide > 0 ? mixed : variance;
+}
+
+/// Sums of 2^24 samples fit 63 bits, and signed numbers are converted by one instruction.
+double number_of(std::uint64_t sum) { return static_cast<double>(static_cast<std::int64_t>(sum)); }
+
+/// max(value, 0) without a branch, which noise takes by turns.
+double positive_part(double value) { return (value + std::abs(value)) / 2; }
+
+/// What noise_of() needs of a pixel's count alone; zeros, which make all noise 0, of less than 2.
+struct CountFactors {
+  std::uint32_t count = 0;
+  double mean = 0;    ///< of a sum; units are powers of two, which may be multiplied in any order
+  double square = 0;  ///< mean of squares, of their sum
+  double unbiased = 0;
+  double odds = 0;
+  double evens = 0;
+  double weight = 0;
+
+  CountFactors() = default;
+  CountFactors(std::uint32_t samples, const RadianceScale& scale) : count(samples) {
+    if (count >= 2) {
+      const double unit = scale.mean(1, 1);
+      mean = 1.0 / count * unit;
+      square = 1.0 / count * scale.mean_square(1, 1);
+      unbiased = count / (count - 1.0);
+      odds = count / 2;
+      evens = count - odds;
+      weight = unit / (count * std::sqrt(evens * odds));
+    }
+  }
+
+  [[nodiscard]] PixelNoise noise_of(const PixelSums& pixel) const {
+    PixelNoise noise;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const double own_mean = number_of(pixel.sum[channel]) * mean;
+      const double own_square = number_of(pixel.sum_of_squares[channel]) * square;
+      const double odd = number_of(pixel.odd[channel]);
+      const double even = number_of(pixel.sum[channel] - pixel.odd[channel]);
+      // Squares are stored rounded down: samples that are all alike may seem to have less than
+      // none.
+      noise.variance[channel] = positive_part((own_square - own_mean * own_mean) * unbiased);
+      noise.mean[channel] = own_mean;
+      noise.difference[channel] = (even * odds - odd * evens) * weight;
+    }
+    return noise;
+  }
+};
+
+/// Values of three rows around a pixel's: `up`, `own` and `down` point to the row's first pixel,
+/// with another one before and one behind the last.
+struct ThreeRows {
+  const double* up;
+  const double* own;
+  const double* down;
+};
+
+/// Means of the 8 around each of `values`.
+void mean_around(const ThreeRows& rows, std::span<double> values) {
+  const auto [up, own, down] = rows;
+  double* const mean = values.data();
+  const auto size = static_cast<std::ptrdiff_t>(values.size());
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    mean[i] = ((up[i - 3] + down[i + 3]) + (up[i] + down[i]) + (up[i + 3] + down[i - 3]) +
+               (own[i - 3] + own[i + 3])) /
+              8;
+  }
+}
+
+/// The largest that two opposite ones of the 8 reach.
+void ridge_around(const ThreeRows& rows, std::span<double> values) {
+  const auto [up, own, down] = rows;
+  double* const ridge = values.data();
+  const auto size = static_cast<std::ptrdiff_t>(values.size());
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    const double falling = std::min(up[i - 3], down[i + 3]);
+    const double upright = std::min(up[i], down[i]);
+    const double rising = std::min(up[i + 3], down[i - 3]);
+    const double level = std::min(own[i - 3], own[i + 3]);
+    ridge[i] = std::max(std::max(falling, upright), std::max(rising, level));
+  }
+}
+
+/// Without the mirrored pixels of either end.
+std::span<const double> inner(const std::vector<double>& values) {
+  return std::span(values).subspan(3, values.size() - 6);
 }
 
 }  // namespace
 
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale) {
-  PixelNoise noise;
-  if (count < 2) {
-    return noise;
-  }
-  const std::uint32_t odds = count / 2;
-  const std::uint32_t evens = count - odds;
-  const double unit = scale.mean(1, 1);
-  const double per_sample = 1.0 / count;
-  const double unbiased = count / (count - 1.0);
-  const double weight = unit / (count * std::sqrt(static_cast<double>(evens) * odds));
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    const auto sum = static_cast<double>(pixel.sum[channel]);
-    const auto odd = static_cast<double>(pixel.odd[channel]);
-    const auto even = static_cast<double>(pixel.sum[channel] - pixel.odd[channel]);
-    const double mean = sum * per_sample * unit;
-    const double square = scale.mean_square(pixel.sum_of_squares[channel], 1) * per_sample;
-    // Squares are stored rounded down: samples that are all alike may seem to have less than none.
-    noise.variance[channel] = std::max(0.0, (square - mean * mean) * unbiased);
-    noise.mean[channel] = mean;
-    noise.difference[channel] = (even * odds - odd * evens) * weight;
-  }
-  return noise;
+  return CountFactors(count, scale).noise_of(pixel);
 }
 
-NoiseWindow::Values NoiseWindow::around(std::size_t x, const Values& own) {
-  const std::size_t width = columns_.size();
-  const auto add_column = [&](std::size_t at, double sign) {
-    for (std::size_t k = 0; k < sum_.size(); ++k) {
-      sum_[k] += sign * columns_[at][k];
+NoiseWindow::NoiseWindow(std::size_t reach, std::size_t width)
+    : reach_(reach), width_(width), columns_(4 * (width + 2 * reach + 1)), others_(3 * width) {}
+
+void NoiseWindow::means(Row own, std::span<double> variances, std::span<double> samples) {
+  // At each pixel a column comes in and one goes.
+  std::array<double, 4> sum{};
+  for (std::size_t i = 0; i < 4 * 2 * reach_; ++i) {
+    sum[i % 4] += columns_[4 + i];
+  }
+  for (std::size_t x = 0; x < width_; ++x) {
+    const double* const gone = columns_.data() + 4 * x;
+    const double* const come = gone + 4 * (2 * reach_ + 1);
+    for (std::size_t k = 0; k < 4; ++k) {
+      sum[k] += come[k] - gone[k];
     }
-  };
-  for (; next_ < std::min(x + reach_ + 1, width); ++next_) {
-    add_column(next_, 1);
+    const std::size_t columns = std::min(x + reach_ + 1, width_) - (x - std::min(x, reach_));
+    const auto others =
+        static_cast<double>(std::max<std::size_t>(columns * (end_ - first_), 2) - 1);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      variances[3 * x + channel] = sum[channel] - own[4 * x + channel];
+      samples[3 * x + channel] = sum[3] - own[4 * x + 3];
+      others_[3 * x + channel] = others;
+    }
   }
-  if (x > reach_) {
-    add_column(x - reach_ - 1, -1);
+  for (std::size_t i = 0; i < others_.size(); ++i) {
+    variances[i] /= others_[i];
+    samples[i] /= others_[i];
   }
-  const std::size_t columns = next_ - (x - std::min(x, reach_));
-  const auto others = static_cast<double>(std::max<std::size_t>(columns * (end_ - first_), 2) - 1);
-  Values mean;
-  for (std::size_t k = 0; k < mean.size(); ++k) {
-    mean[k] = (sum_[k] - own[k]) / others;
-  }
-  return mean;
 }
 
-void NoiseWindow::add(std::span<const Values> row, double sign) {
-  for (std::size_t x = 0; x < columns_.size(); ++x) {
-    for (std::size_t k = 0; k < sum_.size(); ++k) {
-      columns_[x][k] += sign * row[x][k];
-    }
+void NoiseWindow::add(Row row, double sign) {
+  double* const sums = columns_.data() + 4 * (reach_ + 1);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    sums[i] += sign * row[i];
   }
 }
 
 NoiseRows::NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon)
     : state_(state),
-      horizon_(horizon),
+      windows_(horizon == NeighbourhoodSize::windows),
+      reach_(windows_ ? far : 1),
       scale_(state.largest_radiance),
       unit_(state.largest_radiance * state.largest_radiance),
-      noise_(rows_kept, std::vector<PixelNoise>(state.width)),
-      values_(rows_kept, std::vector<NoiseWindow::Values>(state.width)),
-      near_(near, state.width),
-      far_(far, state.width),
-      row_(state.width) {}
+      kept_(2 * reach_ + 2),
+      near_(near, windows_ ? state.width : 0),
+      far_(far, windows_ ? state.width : 0),
+      mean_(3 * state.width),
+      ridge_(3 * state.width) {
+  const Values with_ends(3 * (std::size_t{state.width} + 2));
+  for (Kept& row : kept_) {
+    row = {with_ends, with_ends, with_ends, with_ends, Values(windows_ ? 4 * state.width : 0)};
+  }
+  if (windows_) {
+    close_by_ = far_off_ = samples_ = radiance_ = seen_ = mean_;
+  }
+}
 
-std::span<const NoiseNearby> NoiseRows::row(std::size_t y) {
-  const auto values_at = [&](std::size_t at) -> std::span<const NoiseWindow::Values> {
-    keep_rows_until(at + 1);
-    return values_[at % rows_kept];
-  };
-  const std::size_t reach = horizon_ == NeighbourhoodSize::windows ? far : 1;
-  have_ = std::max(have_, y - std::min(y, reach));
-  if (horizon_ == NeighbourhoodSize::windows) {
-    far_.move_to(y, state_.height, values_at);
-    near_.move_to(y, state_.height, values_at);
+NoiseNearby NoiseRows::row(std::size_t y) {
+  have_ = std::max(have_, y - std::min(y, reach_));
+  if (windows_) {
+    const auto rounded_at = [&](std::size_t at) -> NoiseWindow::Row {
+      keep_rows_until(at + 1);
+      return kept(at).rounded;
+    };
+    far_.move_to(y, state_.height, rounded_at);
+    near_.move_to(y, state_.height, rounded_at);
   } else {
     keep_rows_until(std::min<std::size_t>(y + 2, state_.height));
   }
-  for (std::size_t x = 0; x < state_.width; ++x) {
-    look_around(x, y);
-    if (horizon_ == NeighbourhoodSize::windows) {
-      look_afar(x, values_at(y)[x]);
-    }
+  look_around(y);
+  if (windows_) {
+    look_afar(y);
   }
-  return row_;
+  return {own(y), {mean_, ridge_, radiance_, seen_}};
 }
 
-void NoiseRows::look_afar(std::size_t x, const NoiseWindow::Values& own) {
-  const NoiseWindow::Values close_by = near_.around(x, own);
-  const NoiseWindow::Values far_off = far_.around(x, own);
-  const double samples = far_off[3];
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    NeighbourhoodNoise& around = row_[x].around[channel];
-    const double wide = mixed_with(far_off[channel], close_by[channel], 80 * samples);
-    const double mixed = mixed_with(wide, around.mean / unit_, 8 * samples);
-    around.seen = 8 * samples * mixed;
-    around.mean = unit_ * mixed;
-  }
+NoiseRow NoiseRows::own(std::size_t y) {
+  have_ = std::max(have_, y);
+  keep_rows_until(y + 1);
+  const Kept& row = kept(y);
+  return {inner(row.count), inner(row.mean), inner(row.variance), inner(row.difference)};
 }
 
 void NoiseRows::keep_rows_until(std::size_t y) {
   for (; have_ < y; ++have_) {
-    std::vector<PixelNoise>& noise = noise_[have_ % rows_kept];
-    std::vector<NoiseWindow::Values>& values = values_[have_ % rows_kept];
-    for (std::size_t x = 0; x < state_.width; ++x) {
-      const std::size_t i = have_ * state_.width + x;
-      noise[x] = noise_of(state_.pixels[i], state_.counts[i], scale_);
-      for (std::size_t channel = 0; channel < 3; ++channel) {
-        values[x][channel] = NoiseWindow::rounded(noise[x].variance[channel] / unit_);
-      }
-      values[x][3] = state_.counts[i];
-    }
+    keep(have_);
   }
 }
 
-const std::vector<PixelNoise>& NoiseRows::noise_at(std::size_t y) const {
-  return noise_[y % rows_kept];
+void NoiseRows::keep(std::size_t y) {
+  Kept& row = kept(y);
+  CountFactors factors;
+  for (std::size_t x = 0; x < state_.width; ++x) {
+    const std::size_t i = y * state_.width + x;
+    if (state_.counts[i] != factors.count) {
+      factors = CountFactors(state_.counts[i], scale_);
+    }
+    const PixelNoise noise = factors.noise_of(state_.pixels[i]);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const std::size_t at = 3 * (x + 1) + channel;
+      row.count[at] = factors.count;
+      row.mean[at] = noise.mean[channel];
+      row.variance[at] = noise.variance[channel];
+      row.difference[at] = noise.difference[channel];
+    }
+  }
+  const auto mirror = [&](Values& values) {
+    const auto pixel = [&](std::size_t x) {
+      return values.begin() + 3 * static_cast<std::ptrdiff_t>(x + 1);
+    };
+    std::copy_n(pixel(before(0, state_.width)), 3, values.begin());
+    std::copy_n(pixel(after(state_.width - 1, state_.width)), 3, values.end() - 3);
+  };
+  mirror(row.mean);
+  mirror(row.variance);
+  for (std::size_t x = 0; 4 * x < row.rounded.size(); ++x) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      row.rounded[4 * x + channel] =
+          NoiseWindow::rounded(row.variance[3 * (x + 1) + channel] / unit_);
+    }
+    row.rounded[4 * x + 3] = row.count[3 * (x + 1)];
+  }
 }
 
-void NoiseRows::look_around(std::size_t x, std::size_t y) {
-  const std::size_t up = before(y, state_.height);
-  const std::size_t down = after(y, state_.height);
-  const std::size_t left = before(x, state_.width);
-  const std::size_t right = after(x, state_.width);
-  using Place = std::array<std::size_t, 2>;  // row and column
-  const std::array<std::array<Place, 2>, 4> opposite{{{{{up, left}, {down, right}}},
-                                                      {{{up, x}, {down, x}}},
-                                                      {{{up, right}, {down, left}}},
-                                                      {{{y, left}, {y, right}}}}};
-  NoiseNearby& nearby = row_[x];
-  nearby = {noise_at(y)[x], {}};
-  for (const auto& [here, there] : opposite) {
-    const PixelNoise& a = noise_at(here[0])[here[1]];
-    const PixelNoise& b = noise_at(there[0])[there[1]];
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      NeighbourhoodNoise& around = nearby.around[channel];
-      around.radiance += (a.mean[channel] + b.mean[channel]) / 8;
-      around.mean += (a.variance[channel] + b.variance[channel]) / 8;
-      around.ridge = std::max(around.ridge, std::min(a.variance[channel], b.variance[channel]));
-    }
+void NoiseRows::look_around(std::size_t y) {
+  const Kept& up = kept(before(y, state_.height));
+  const Kept& own = kept(y);
+  const Kept& down = kept(after(y, state_.height));
+  const auto around = [&](const Values Kept::*values) {
+    return ThreeRows{(up.*values).data() + 3, (own.*values).data() + 3, (down.*values).data() + 3};
+  };
+  mean_around(around(&Kept::variance), mean_);
+  ridge_around(around(&Kept::variance), ridge_);
+  if (windows_) {
+    mean_around(around(&Kept::mean), radiance_);
+  }
+}
+
+void NoiseRows::look_afar(std::size_t y) {
+  near_.means(kept(y).rounded, close_by_, samples_);
+  far_.means(kept(y).rounded, far_off_, samples_);
+  const double unit = unit_;
+  for (std::size_t i = 0; i < mean_.size(); ++i) {
+    const double samples = samples_[i];
+    const double wide = mixed_with(far_off_[i], close_by_[i], 80 * samples);
+    const double mixed = mixed_with(wide, mean_[i] / unit, 8 * samples);
+    seen_[i] = 8 * samples * mixed;
+    mean_[i] = unit * mixed;
   }
 }
 

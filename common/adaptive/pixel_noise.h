@@ -27,40 +27,51 @@ struct PixelNoise {
 /// error of the mean is half of the sum of theirs. Arithmetic that is the same everywhere.
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale);
 
-/// What the pixels around a pixel say about its noise, of one channel: all that can be known of it
-/// without asking its own samples, whose luck would decide the answer.
-struct NeighbourhoodNoise {
-  double radiance = 0;  ///< mean of the up to 8 next to it
-  double mean = 0;      ///< variance; see NeighbourhoodSize
+// Of rows of pixels, 3 values (R, G, B) a pixel. Views.
+
+/// PixelNoise, and the number of samples of the value's pixel.
+struct NoiseRow {
+  std::span<const double> count;
+  std::span<const double> mean;
+  std::span<const double> variance;
+  std::span<const double> difference;
+};
+
+/// What the pixels around a pixel say about its noise: all that can be known of it without asking
+/// its own samples, whose luck would decide the answer.
+struct NeighbourhoodRow {
+  std::span<const double> mean;  ///< variance; see NeighbourhoodSize
   /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
-  double ridge = 0;
-  /// NeighbourhoodSize::windows: how many samples of the largest radiance that variance would take
-  /// in the 8, had they as many samples as the pixels of the window. Independent of the pixel's
-  /// own, nearly.
-  double seen = 0;
+  std::span<const double> ridge;
+  // Only with NeighbourhoodSize::windows.
+  std::span<const double> radiance;  ///< mean of the up to 8 next to it
+  /// How many samples of the largest radiance that variance would take in the 8, had they as many
+  /// samples as the pixels of the window. Independent of the pixel's own, nearly.
+  std::span<const double> seen;
 };
 
 struct NoiseNearby {
-  PixelNoise own;
-  std::array<NeighbourhoodNoise, 3> around{};
+  NoiseRow own;
+  NeighbourhoodRow around;
 };
 
 /// Means over a square around each pixel of a row, cut at the border. Variances are rounded so that
 /// all sums are exact, and one without its own pixel knows nothing of that.
 class NoiseWindow {
  public:
-  /// Variances by channel, in units of the largest radiance squared, and the number of samples.
-  using Values = std::array<double, 4>;
+  /// Values of a row, 4 a pixel: variances by channel, in units of the largest radiance squared,
+  /// and the number of samples.
+  using Row = std::span<const double>;
   static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
 
-  NoiseWindow(std::size_t reach, std::size_t width) : reach_(reach), columns_(width) {}
-  /// Makes it a window around row y of `height`; y must not fall. `row_at(y)`: span of Values; asks
-  /// for rows y - 3 * reach - 1 and on, none as much as 2 * reach + 2 rows above the last one.
+  NoiseWindow(std::size_t reach, std::size_t width);
+  /// Makes it a window around row y of `height`; y must not fall. `row_at(y)`: Row; asks for rows
+  /// y - 3 * reach - 1 and on, none as much as 2 * reach + 2 rows above the last one.
   template <typename RowAt>
   void move_to(std::size_t y, std::size_t height, RowAt&& row_at) {
     const std::size_t first = y - std::min(y, reach_);
     if (first >= end_) {
-      columns_.assign(columns_.size(), {});
+      columns_.assign(columns_.size(), 0);
       first_ = end_ = first;
     }
     for (; end_ < std::min(y + reach_ + 1, height); ++end_) {
@@ -72,24 +83,24 @@ class NoiseWindow {
     while (first_ < first) {
       add(row_at(first_++), -1);
     }
-    sum_ = {};
-    next_ = 0;
   }
-  /// Means over the window without its middle, whose own are `own`; x ascends by 1 from 0.
-  Values around(std::size_t x, const Values& own);
+  /// Means over the windows around the row's pixels without these, which are `own`: of variances
+  /// and of samples, 3 values a pixel each.
+  void means(Row own, std::span<double> variances, std::span<double> samples);
 
  private:
-  void add(std::span<const Values> row, double sign);
+  void add(Row row, double sign);
 
   std::size_t reach_;
-  std::vector<Values> columns_;  ///< sums over rows first_ .. end_ - 1
+  std::size_t width_;
+  /// Sums over rows first_ .. end_ - 1, 4 a pixel; nothing beyond both ends of the row.
+  std::vector<double> columns_;
+  std::vector<double> others_;  ///< 3 a pixel: how many are in the window around it
   std::size_t first_ = 0;
   std::size_t end_ = 0;
-  Values sum_{};
-  std::size_t next_ = 0;  ///< column to be added next
 };
 
-/// How far NeighbourhoodNoise.mean looks.
+/// How far NeighbourhoodRow.mean looks.
 enum class NeighbourhoodSize : std::uint8_t {
   /// To the 8 pixels next to it.
   neighbours,
@@ -100,47 +111,61 @@ enum class NeighbourhoodSize : std::uint8_t {
   windows,
 };
 
-/// NoiseNearby of a picture's pixels, by rows. The 8 next to a pixel are mirrored at the border.
+/// NoiseNearby of a picture's rows. The 8 next to a pixel are mirrored at the border.
 /// Memory: some 40 rows.
 class NoiseRows {
  public:
   /// A view of `state`.
   NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon);
   /// Of row y, which is below the last one asked for. Valid until the next call.
-  std::span<const NoiseNearby> row(std::size_t y);
+  NoiseNearby row(std::size_t y);
+  /// The same without what is around.
+  NoiseRow own(std::size_t y);
 
  private:
   static constexpr std::size_t near = 4;  ///< reach of the windows
   static constexpr std::size_t far = 16;
-  static constexpr std::size_t rows_kept = 2 * far + 2;
+  using Values = std::vector<double>;
+  struct Kept {
+    // With the mirrored pixels of either end.
+    Values count;
+    Values mean;
+    Values variance;
+    Values difference;
+    Values rounded;  ///< NoiseWindow::Row
+  };
 
   void keep_rows_until(std::size_t y);
-  [[nodiscard]] const std::vector<PixelNoise>& noise_at(std::size_t y) const;
-  void look_around(std::size_t x, std::size_t y);
-  void look_afar(std::size_t x, const NoiseWindow::Values& own);
+  void keep(std::size_t y);
+  [[nodiscard]] Kept& kept(std::size_t y) { return kept_[y % kept_.size()]; }
+  void look_around(std::size_t y);
+  void look_afar(std::size_t y);
 
   FramebufferView state_;
-  NeighbourhoodSize horizon_;
+  bool windows_;
+  std::size_t reach_;
   RadianceScale scale_;
   double unit_;  ///< of variance: the largest radiance squared
-  std::vector<std::vector<PixelNoise>> noise_;
-  std::vector<std::vector<NoiseWindow::Values>> values_;
+  std::vector<Kept> kept_;
   std::size_t have_ = 0;  ///< rows above this one are kept, or were
   NoiseWindow near_;
   NoiseWindow far_;
-  std::vector<NoiseNearby> row_;
+  Values close_by_;
+  Values far_off_;
+  Values samples_;  ///< mean of the far window
+  Values mean_;
+  Values ridge_;
+  Values radiance_;
+  Values seen_;
 };
 
-/// Calls visit(index, NoiseNearby) for each pixel of every `stride`-th row, in order.
+/// Calls visit(y, NoiseNearby) for every `stride`-th row, in order.
 template <typename Visit>
 void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
                  Visit&& visit) {
   NoiseRows rows(state, horizon);
   for (std::size_t y = 0; y < state.height; y += stride) {
-    std::size_t i = y * state.width;
-    for (const NoiseNearby& noise : rows.row(y)) {
-      visit(i++, noise);
-    }
+    visit(y, rows.row(y));
   }
 }
 

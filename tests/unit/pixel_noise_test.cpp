@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "tests/support/dice.h"
@@ -51,11 +52,27 @@ double mean_around(const GrowingPicture& picture, std::size_t x, std::size_t y, 
   return sum / pixels;
 }
 
-std::vector<NoiseNearby> all_of(const GrowingPicture& picture, NeighbourhoodSize horizon,
-                                std::size_t stride) {
-  std::vector<NoiseNearby> all;
-  visit_noise(picture.state(), stride, horizon,
-              [&](auto, const NoiseNearby& noise) { all.push_back(noise); });
+/// Of one pixel, by channel.
+struct Noise {
+  std::array<double, 3> variance{};  ///< its own
+  std::array<double, 3> mean{};
+  std::array<double, 3> ridge{};
+  std::array<double, 3> seen{};
+};
+
+std::vector<Noise> all_of(const GrowingPicture& picture, NeighbourhoodSize horizon,
+                          std::size_t stride) {
+  std::vector<Noise> all;
+  visit_noise(picture.state(), stride, horizon, [&](auto, const NoiseNearby& row) {
+    for (std::size_t i = 0; i < row.own.variance.size(); ++i) {
+      const std::size_t channel = i % 3;
+      Noise& noise = channel == 0 ? all.emplace_back() : all.back();
+      noise.variance[channel] = row.own.variance[i];
+      noise.mean[channel] = row.around.mean[i];
+      noise.ridge[channel] = row.around.ridge[i];
+      noise.seen[channel] = row.around.seen.empty() ? 0 : row.around.seen[i];
+    }
+  });
   return all;
 }
 
@@ -69,13 +86,13 @@ TEST_CASE("noise: the mean around a pixel lies between those of the 8, of 80 and
       const std::size_t y = i / width;
       const double wide = mean_around(picture, x, y, 16);
       const double middle = mean_around(picture, x, y, 4);
-      const auto [least, most] = std::minmax({near[i].around[0].mean, middle, wide});
-      REQUIRE(far[i].around[0].mean >= doctest::Approx(least));
-      REQUIRE(far[i].around[0].mean <= doctest::Approx(most));
+      const auto [least, most] = std::minmax({near[i].mean[0], middle, wide});
+      REQUIRE(far[i].mean[0] >= doctest::Approx(least));
+      REQUIRE(far[i].mean[0] <= doctest::Approx(most));
       if (x > 0 && y > 0 && x + 1 < width && y + 1 < height) {
-        REQUIRE(near[i].around[0].mean == doctest::Approx(mean_around(picture, x, y, 1)));
+        REQUIRE(near[i].mean[0] == doctest::Approx(mean_around(picture, x, y, 1)));
       }
-      REQUIRE(far[i].around[1].mean == 0);
+      REQUIRE(far[i].mean[1] == 0);
     }
   }
 }
@@ -89,10 +106,10 @@ TEST_CASE("noise: in a window there is nothing of the pixel's own, to the last b
   add_sample({0.3, 0.7, 0.1}, RadianceScale(1), 1, picture.pixels[own], ignored);
   const auto after = all_of(picture, NeighbourhoodSize::windows, 1);
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    CHECK(after[own].around[channel].mean == before[own].around[channel].mean);
-    CHECK(after[own].around[channel].seen == before[own].around[channel].seen);
+    CHECK(after[own].mean[channel] == before[own].mean[channel]);
+    CHECK(after[own].seen[channel] == before[own].seen[channel]);
   }
-  CHECK(after[own + 1].around[0].mean != before[own + 1].around[0].mean);
+  CHECK(after[own + 1].mean[0] != before[own + 1].mean[0]);
 }
 
 TEST_CASE("noise: rows that are skipped change nothing of the others") {
@@ -103,10 +120,10 @@ TEST_CASE("noise: rows that are skipped change nothing of the others") {
     for (const std::size_t stride : {2U, 7U, 40U}) {
       const auto some = all_of(picture, horizon, stride);
       for (std::size_t i = 0; i < some.size(); ++i) {
-        const NoiseNearby& there = all[i / 30 * stride * 30 + i % 30];
-        REQUIRE(some[i].own.variance == there.own.variance);
-        REQUIRE(some[i].around[0].mean == there.around[0].mean);
-        REQUIRE(some[i].around[2].ridge == there.around[2].ridge);
+        const Noise& there = all[i / 30 * stride * 30 + i % 30];
+        REQUIRE(some[i].variance == there.variance);
+        REQUIRE(some[i].mean[0] == there.mean[0]);
+        REQUIRE(some[i].ridge[2] == there.ridge[2]);
       }
     }
   }
