@@ -102,7 +102,7 @@ std::vector<std::uint32_t> Allocation::counts_of(double total) const {
   std::size_t last = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double wanted = level * weights_[i];
-    if (wanted <= counts_[i]) {
+    if (!(wanted > counts_[i])) {  // or not a number: nothing shines, nothing is noisy
       continue;
     }
     const double exactly = wanted + owed;
