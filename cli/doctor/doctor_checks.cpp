@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Time patience = seconds(3);  ///< for messages over loopback
+constexpr Time loopback_patience = seconds(3);  ///< for messages over loopback
 
 void add_tracing(std::vector<Check>& checks) {
   for (const Isa isa : instruction_sets()) {
@@ -79,8 +79,8 @@ std::vector<Check> doctor_checks() {
   add_tracing(checks);
   checks.push_back(on_disk("pictures", scratch, check_pictures));
   checks.push_back(on_disk("state", scratch, check_state));
-  checks.push_back({"messages", [] { return check_messages(patience); }});
-  checks.push_back({"keys", [] { return check_keys(patience); }});
+  checks.push_back({"messages", [] { return check_messages(loopback_patience); }});
+  checks.push_back({"keys", [] { return check_keys(loopback_patience); }});
   checks.push_back(on_disk("mpi", scratch, check_mpi_here));
   return checks;
 }

@@ -34,12 +34,12 @@ std::string with_unit(double value, std::string_view unit) {
   return three_digits(value) + " " + prefixes[prefix] + tail;
 }
 
-std::string duration_text(double seconds) {
-  if (!std::isfinite(seconds) || seconds < 0) return "?";
+std::string duration_text(double length) {
+  if (!std::isfinite(length) || length < 0) return "?";
   constexpr double longest = 1e9;  // some thirty years, and safe to convert
-  seconds = std::min(seconds, longest);
-  if (seconds < 9.95) return formatted("%.2g s", seconds);
-  const auto whole = static_cast<long>(std::lround(seconds));
+  length = std::min(length, longest);
+  if (length < 9.95) return formatted("%.2g s", length);
+  const auto whole = static_cast<long>(std::lround(length));
   constexpr long minute = 60;
   constexpr long hour = 60 * minute;
   constexpr long day = 24 * hour;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cli/output/text.h"
+#include "common/adaptive/noise_model.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
@@ -12,7 +13,6 @@ namespace parray {
 namespace {
 
 constexpr double most_samples = limits::max_samples_per_pixel;
-constexpr double normal_95 = 1.96;
 /// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
 constexpr double uniform_margin = 1.03;
 /// Adaptive passes look at their error as they go, or at the clock: worth some time, or error.

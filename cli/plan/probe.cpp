@@ -11,6 +11,7 @@
 #include "cli/plan/part_of_picture.h"
 #include "cli/plan/pass_times.h"
 #include "common/adaptive/error_estimate.h"
+#include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
@@ -42,8 +43,6 @@ constexpr ExponentPrior sobol_adaptive{0.05, 0.04};
 ExponentPrior prior_of(Sampler sampler, ExponentPrior of_sobol) {
   return sampler == Sampler::sobol ? of_sobol : ExponentPrior{0, 0};
 }
-
-constexpr double normal_95 = 1.96;
 
 struct Stopped {};
 

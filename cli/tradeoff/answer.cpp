@@ -83,7 +83,7 @@ struct Family {
   bool targeted = false;
 };
 
-std::vector<Family> families_of(const std::vector<Row>& rows, const RenderSettings& base) {
+std::vector<Family> measured_families(const std::vector<Row>& rows, const RenderSettings& base) {
   std::vector<Family> families;
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
     for (const bool targeted : {false, true}) {
@@ -148,7 +148,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
                                       const RenderSettings& base, const PairedBiases& biases) {
   const std::vector<Turn> turns = turns_of(rows, base, biases);
   std::vector<Candidate> candidates;
-  for (const Family& family : families_of(rows, base)) {
+  for (const Family& family : measured_families(rows, base)) {
     auto best = candidate_of(family, turns[0], error);
     if (!best) continue;
     double limit = 0.95 * best->seconds;
@@ -169,7 +169,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
 
 std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base) {
-  for (const Family& family : families_of(rows, base)) {
+  for (const Family& family : measured_families(rows, base)) {
     if (family.settings.sampler == base.sampler && !family.targeted) {
       return candidate_of(family, own_turn(base), error);
     }

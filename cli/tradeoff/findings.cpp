@@ -14,10 +14,10 @@ std::string family_of(const RenderSettings& settings) {
   return std::string(name_of(settings.sampler)) + (settings.adaptive ? ", adaptive" : "");
 }
 
-/// Rows of the scene's own depth, precision and accelerator, by how samples are spent.
-std::map<std::string, std::vector<const Row*>> families_of(const std::vector<Row>& rows,
-                                                           const RenderSettings& base) {
-  std::map<std::string, std::vector<const Row*>> families;
+}  // namespace
+
+Families families_of(const std::vector<Row>& rows, const RenderSettings& base) {
+  Families families;
   for (const Row& row : rows) {
     const RenderSettings& s = row.settings;
     if (s.max_depth == base.max_depth && s.precision == base.precision &&
@@ -27,6 +27,8 @@ std::map<std::string, std::vector<const Row*>> families_of(const std::vector<Row
   }
   return families;
 }
+
+namespace {
 
 /// MSE as a function of seconds.
 LogCurve over_time(const std::vector<const Row*>& rows) {

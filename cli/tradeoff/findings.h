@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -43,6 +44,11 @@ struct Findings {
   std::string answer;
   nlohmann::json answer_facts;
 };
+
+/// Rows of the scene's own depth, precision and accelerator, by how samples are spent: the names of
+/// Convergence.
+using Families = std::map<std::string, std::vector<const Row*>>;
+Families families_of(const std::vector<Row>& rows, const RenderSettings& base);
 
 /// Rows of `runs`, as `variants` order them, with their budgets and the front.
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,

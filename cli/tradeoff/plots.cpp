@@ -64,30 +64,17 @@ std::string script_of(const Plot& plot) {
          plot.name + ".png'\nreplot\nset output\n";
 }
 
-std::string family_of(const RenderSettings& settings) {
-  return std::string(name_of(settings.sampler)) + (settings.adaptive ? ", adaptive" : "");
-}
-
-bool own_but_samples(const RenderSettings& settings, const RenderSettings& base) {
-  return settings.max_depth == base.max_depth && settings.precision == base.precision &&
-         settings.accelerator == base.accelerator && settings.isa == base.isa;
-}
-
 // Okabe and Ito's colours, which people with any colour vision tell apart.
 constexpr std::array colours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7"};
 
 Plot convergence_plot(const Findings& findings) {
   Plot plot{"convergence", "", ""};
   Data data;
-  std::map<std::string, std::vector<const Row*>> families;
-  for (const Row& row : findings.rows) {
-    if (own_but_samples(row.settings, findings.base) && row.rmse > 0) {
-      families[family_of(row.settings)].push_back(&row);
-    }
-  }
   std::string curves;
   std::size_t number = 0;
-  for (auto& [name, rows] : families) {
+  for (auto& [name, rows] : families_of(findings.rows, findings.base)) {
+    std::erase_if(rows, [](const Row* row) { return !(row->rmse > 0); });
+    if (rows.empty()) continue;
     std::sort(rows.begin(), rows.end(),
               [](const Row* a, const Row* b) { return a->samples < b->samples; });
     data.block(name);

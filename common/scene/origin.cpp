@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/math/largest_component.h"
+
 namespace parray {
 namespace {
 
@@ -12,10 +14,6 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-double largest_component(const Vec3d& v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
 /// How far from `origin` the camera and half of the spheres lie.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "common/math/largest_component.h"
 #include "common/scene/origin.h"
 
 namespace parray {
@@ -20,10 +21,6 @@ constexpr double share_of_view = 0x1p-13;
 /// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
 /// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
 std::size_t largest_linear(Precision precision) { return precision == Precision::f32 ? 56 : 32; }
-
-double largest_component(const Vec3d& v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
 
 std::string number(double value) {
   std::array<char, 32> text{};

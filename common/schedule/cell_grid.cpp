@@ -4,13 +4,12 @@
 #include <string>
 
 #include "common/base/error.h"
+#include "common/math/divide_up.h"
 #include "common/scene/limits.h"
 #include "common/schedule/row_order.h"
 
 namespace parray {
 namespace {
-
-std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
 
 void check(bool good, const char* what) {
   if (!good) {

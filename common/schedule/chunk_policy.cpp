@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/divide_up.h"
+
 namespace parray {
 namespace {
-
-std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
 
 std::uint64_t static_rows(const ChunkRequest& r) {
   return divide_up(divide_up(r.total, r.row_units), r.workers);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/math/divide_up.h"
+
 namespace parray {
 namespace {
-
-std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
 
 /// Small enough that the threads of a team end together, large enough that dealing cells out costs
 /// nothing.

@@ -31,7 +31,7 @@ struct Row {
 
 constexpr double unpublished = 2;
 
-constexpr std::array<Row, last_element + 1> rows{{
+constexpr std::array<Row, last_element + 1> periodic_table{{
     {"X", unpublished, 0xD8A8B8},  {"H", 1.10, 0xFFFFFF},         {"He", 1.40, 0xD9FFFF},
     {"Li", 1.81, 0xCC80FF},        {"Be", 1.53, 0xC2FF00},        {"B", 1.92, 0xFFB5B5},
     {"C", 1.70, 0x909090},         {"N", 1.55, 0x3050F8},         {"O", 1.52, 0xFF0D0D},
@@ -74,14 +74,14 @@ constexpr std::array<Row, last_element + 1> rows{{
     {"Ts", unpublished, 0xEB0026}, {"Og", unpublished, 0xEB0026},
 }};
 
-std::array<Element, rows.size()> elements_of_rows() {
-  std::array<Element, rows.size()> elements{};
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::uint32_t color = rows[i].color;
+std::array<Element, periodic_table.size()> elements_of_rows() {
+  std::array<Element, periodic_table.size()> elements{};
+  for (std::size_t i = 0; i < periodic_table.size(); ++i) {
+    const std::uint32_t color = periodic_table[i].color;
     const auto channel = [color](int shift) {
       return static_cast<double>((color >> shift) & 0xFFU);
     };
-    elements[i] = {rows[i].symbol, rows[i].radius,
+    elements[i] = {periodic_table[i].symbol, periodic_table[i].radius,
                    linear_of_srgb8({channel(16), channel(8), channel(0)})};
   }
   return elements;
@@ -90,7 +90,7 @@ std::array<Element, rows.size()> elements_of_rows() {
 }  // namespace
 
 const Element& element(std::uint8_t atomic_number) {
-  static const std::array<Element, rows.size()> elements = elements_of_rows();
+  static const std::array<Element, periodic_table.size()> elements = elements_of_rows();
   return elements[atomic_number <= last_element ? atomic_number : 0];
 }
 
@@ -100,7 +100,7 @@ std::uint8_t atomic_number_of(std::string_view symbol) {
   const std::string wanted = lower_case(symbol);
   if (wanted == "d" || wanted == "t") return 1;
   for (std::uint8_t i = 1; i <= last_element; ++i) {
-    if (lower_case(rows[i].symbol) == wanted) return i;
+    if (lower_case(periodic_table[i].symbol) == wanted) return i;
   }
   return 0;
 }

@@ -6,14 +6,10 @@
 #include <numeric>
 #include <utility>
 
+#include "common/math/largest_component.h"
 #include "common/trace/reference/octree.h"
 
 namespace parray {
-
-template <typename Real>
-Real largest_component(const Vec3<Real>& v) {
-  return max_of(max_of(std::abs(v.x), std::abs(v.y)), std::abs(v.z));
-}
 
 /// Components along x, y, z and the diagonals (1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1).
 template <typename Real>
