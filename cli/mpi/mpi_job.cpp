@@ -57,7 +57,9 @@ std::vector<Element> take_list(std::string_view& bytes) {
   std::memcpy(&count, bytes.data(), sizeof count);
   bytes.remove_prefix(sizeof count);
   std::vector<Element> list(count);
-  std::memcpy(list.data(), bytes.data(), count * sizeof(Element));
+  if (count > 0) {  // the place of nothing may be null, which memcpy must not see
+    std::memcpy(list.data(), bytes.data(), count * sizeof(Element));
+  }
   bytes.remove_prefix(count * sizeof(Element));
   return list;
 }

@@ -344,6 +344,9 @@ class Failures(CliTest):
                                  preexec_fn=small)
             _, stderr = process.communicate(timeout=60)
             self.assertEqual(process.returncode, 1)
+            # A sanitized build's OpenMP has a file of its own that becomes too large.
+            stderr = "".join(line for line in stderr.splitlines(keepends=True)
+                             if not line.startswith("OMP: "))
             self.assertEqual(stderr, f"parray: writing {self.path(name)}: File too large\n")
             self.assertEqual(self.path(name).read_text(), "an older picture")
         self.assertEqual(self.files(), self.before | {"a.exr", "a.png"})

@@ -95,7 +95,8 @@ class Deaths(FarmCase):
             farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()
             farm.start_coordinator(farm.address)
-            after = farm.job(job)["progress"]
+            # What is kept is read when a worker is there.
+            after = wait_for(lambda: farm.job(job)["progress"], "the job to be taken up")
             self.assertGreaterEqual(after, before, "acknowledged rows were lost")
             self.assertLess(after, 1)
             report = farm.finish(job)
