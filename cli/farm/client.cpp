@@ -211,7 +211,7 @@ std::string Client::silence_text() const {
            unreadable_ + "): is it of the same release?";
   }
   return "no answer from the coordinator at " + options_.address +
-         ": is parray-coordinator running there?";
+         ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);
 }
 
 }  // namespace parray

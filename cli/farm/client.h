@@ -69,6 +69,8 @@ class Client {
   struct Options {
     /// Of the coordinator, for messages.
     std::string address;
+    /// What else may be the cause where it has never answered, for people.
+    std::string silence_hint{};
     /// How often a request is repeated. What carries bulk waits longer, by 1 s for every 10 MB.
     Time repeat = milliseconds(500);
     /// Without an answer for this long a coordinator that has never answered is given up. Time
