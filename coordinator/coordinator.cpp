@@ -61,6 +61,7 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
     if (workers_.at(peer) != nullptr) {
       lose_worker(now, peer, why, false);
     }
+    send(peer, msg::Bye{why});  // it may have been welcome before
     send(peer, msg::Refuse{why});
     return;
   }
