@@ -52,6 +52,7 @@ JobStatus job_status(const nlohmann::json& map) {
   try {
     map.at("id").get_to(job.id);
     map.at("name").get_to(job.name);
+    job.user = map.value("user", std::string());
     map.at("state").get_to(job.state);
     map.at("priority").get_to(job.priority);
     map.at("progress").get_to(job.progress);

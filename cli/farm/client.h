@@ -38,6 +38,7 @@ struct Picture {
 struct JobStatus {
   JobId id = 0;
   std::string name;
+  std::string user;  ///< whose key has submitted it; empty: there were no keys
   std::string state;
   std::uint64_t priority = 0;
   double progress = 0;  ///< 0 .. 1
