@@ -37,7 +37,7 @@ struct Coordinator::Accepted {
 
 void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   for (const auto& [id, job] : jobs_) {
-    if (job.record.token == m.token) {  // a repeated submit is the same job
+    if (job.record.token == m.token && job.record.user == sender_.name) {  // a repeated submit
       send(peer, msg::Submitted{m.request, id});
       return;
     }
@@ -49,6 +49,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   accepted->job.next_epoch = options_.first_epoch;
   JobRecord& record = accepted->job.record;
   record.token = m.token;
+  record.user = sender_.name;
   record.name = m.name;
   record.priority = m.priority;
   record.settings = m.settings;
@@ -139,6 +140,20 @@ Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id)
   return job;
 }
 
+/// The job, or null once the client has been told that there is none, or that it is another's.
+Job* Coordinator::asked_to_change(const PeerId& peer, std::uint64_t request, JobId id) {
+  Job* job = asked_for(peer, request, id);
+  if (job != nullptr && sender_.role == Role::client && job->record.user != sender_.name) {
+    fail_request(
+        peer, request, 2,
+        "job " + std::to_string(id) + " is " +
+            (job->record.user.empty() ? "nobody's" : "that of '" + job->record.user + "'") +
+            ", not that of '" + sender_.name + "': ask them, or an administrator");
+    return nullptr;
+  }
+  return job;
+}
+
 void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   if (const Job* job = asked_for(peer, m.request, m.job)) {
     send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
@@ -146,7 +161,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Cancel& m) {
-  if (Job* job = asked_for(peer, m.request, m.job)) {
+  if (Job* job = asked_to_change(peer, m.request, m.job)) {
     if (!job->ended()) {
       close_job(*job, JobState::cancelled, "cancelled by a client");
     }
@@ -156,7 +171,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Cancel& m) {
 
 /// Leases that are granted are traced to their end.
 void Coordinator::on(Time now, const PeerId& peer, msg::Pause& m) {
-  if (Job* job = asked_for(peer, m.request, m.job)) {
+  if (Job* job = asked_to_change(peer, m.request, m.job)) {
     if (!job->ended() && job->phase != JobPhase::finishing &&
         job->record.state != JobState::paused) {
       job->record.state = JobState::paused;
@@ -169,7 +184,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Pause& m) {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Resume& m) {
-  if (Job* job = asked_for(peer, m.request, m.job)) {
+  if (Job* job = asked_to_change(peer, m.request, m.job)) {
     if (job->record.state == JobState::paused) {
       job->record.state =
           job->work && job->work->started != never ? JobState::running : JobState::queued;

@@ -24,10 +24,65 @@ void Coordinator::on(Time now, const PeerId& /*peer*/, Other& /*m*/) {
   warnings_.warn(now, "message that a coordinator does not take: dropped");
 }
 
+/// What only workers say. Everything else is asked by clients.
+static bool is_of_workers(const Message& message) {
+  return std::holds_alternative<msg::Hello>(message) ||
+         std::holds_alternative<msg::Heartbeat>(message) ||
+         std::holds_alternative<msg::NeedScene>(message) ||
+         std::holds_alternative<msg::Result>(message) ||
+         std::holds_alternative<msg::Failed>(message) || std::holds_alternative<msg::Bye>(message);
+}
+
+static bool may_say(Role role, const Message& message) {
+  switch (role) {
+    case Role::any:
+      return true;
+    case Role::worker:
+      return is_of_workers(message);
+    case Role::client:
+    case Role::admin:
+      return !is_of_workers(message);
+    case Role::none:
+      break;
+  }
+  return false;
+}
+
+/// Of a key that may not say that.
+void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
+  ++tally_.malformed;
+  const std::string why =
+      sender_.role == Role::none
+          ? "its key is no longer allowed"
+          : fmt::format("the key '{}' is that of {} {}", sender_.name,
+                        sender_.role == Role::admin ? "an" : "a", name_of(sender_.role));
+  warnings_.warn(now, "message refused: " + why);
+  if (is_of_workers(message)) {
+    if (workers_.at(peer) != nullptr) {
+      lose_worker(now, peer, why, false);
+    }
+    send(peer, msg::Bye{why});  // it may have been welcome before
+    send(peer, msg::Refuse{why});
+    return;
+  }
+  std::visit(
+      [&](const auto& m) {
+        if constexpr (requires { m.request; }) {
+          fail_request(peer, m.request, 2, why + ": it may not ask this");
+        }
+      },
+      message);
+}
+
 void Coordinator::receive(Time now, Delivery delivery) {
   now_ = now;
   try {
     Message message = delivery.content.open();
+    sender_ = std::move(delivery.sender);
+    if (!may_say(sender_.role, message)) {
+      refuse(now, delivery.peer, message);
+      return;
+    }
     std::visit([&](auto& m) { on(now, delivery.peer, m); }, message);
   } catch (const ProtocolError& error) {
     ++tally_.malformed;

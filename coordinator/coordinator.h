@@ -92,6 +92,7 @@ class Coordinator final : public Actor {
   template <typename Other>
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
+  void refuse(Time now, const PeerId& peer, const Message& message);
   void send(const PeerId& peer, Message message);
   /// For people: from 1.
   [[nodiscard]] Epoch lease_number(Epoch epoch) const { return epoch - options_.first_epoch + 1; }
@@ -130,6 +131,7 @@ class Coordinator final : public Actor {
   /// The job, if its work is still that of `generation`.
   Job* job_at_work(JobId id, std::uint64_t generation);
   Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
+  Job* asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
   void restore_jobs();
   void prepare(Time now, Job& job);
   struct Prepared;
@@ -168,6 +170,7 @@ class Coordinator final : public Actor {
   std::vector<Delivery> outbox_;
   Time grant_again_at_ = never;  ///< somebody may have leases again that it was denied
   bool grants_due_ = true;       ///< something has changed since everybody got what there was
+  Sender sender_;                ///< of the message at hand
   PeerId granted_last_;          ///< the worker whose turn was the last
   std::string storage_;          ///< why nothing can be kept; empty: it can
   Time now_{};                   ///< of this turn

@@ -48,6 +48,7 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
   const JobRecord& record = job.record;
   json summary = {{"id", record.id},
                   {"name", record.name},
+                  {"user", record.user},
                   {"state", state_name(job)},
                   {"priority", record.priority},
                   {"progress", job.progress(now)},

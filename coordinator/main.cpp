@@ -33,6 +33,8 @@ std::uint64_t default_memory_gib() {
 struct Arguments {
   std::string bind = "tcp://127.0.0.1:7400";
   std::size_t max_message_bytes = default_max_message_bytes;
+  std::string keys;
+  bool insecure = false;
   std::string state;
   double lease_timeout = 10;
   double heartbeat = 1;
@@ -46,6 +48,11 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--bind", a.bind,
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
       .show_default();
+  line.option("--keys", a.keys,
+              "Directory of the farm's keys (parray keygen): only those that it names are heard")
+      .environment("PARRAY_KEYS");
+  line.flag("--insecure", a.insecure,
+            "Serve other machines without keys: anybody there can send jobs and pose as a worker");
   line.option("--state", a.state,
               "Directory for jobs, accepted rows and pictures, so that a coordinator started "
               "again goes on; without it they end with the process");
@@ -117,11 +124,12 @@ std::unique_ptr<Store> open_store(const std::string& directory) {
 }
 
 int serve(Arguments& a) {
-  if (!is_loopback(a.bind)) {
-    throw InputError("--bind " + a.bind +
-                     ": refused, because anybody on that network could send jobs: serve a loopback "
-                     "address such as tcp://127.0.0.1:7400 (keys for other networks do not exist "
-                     "yet)");
+  if (!is_loopback(a.bind) && a.keys.empty() && !a.insecure) {
+    throw InputError(
+        "--coordinator " + a.bind +
+        ": refused, because anybody on that network could send jobs and pose as a "
+        "worker: make keys with parray keygen DIR and say --keys DIR (or --insecure, if "
+        "that is what you want)");
   }
   if (a.lease_timeout < 3 * a.heartbeat) {
     throw InputError(
@@ -139,7 +147,10 @@ int serve(Arguments& a) {
   const auto store = open_store(a.state);
   keep_freed_blocks();
   allow_connections(a.options.max_workers);
-  ZmqServer server(a.bind, a.max_message_bytes);
+  ZmqServer server(a.bind, a.max_message_bytes, a.keys);
+  if (a.keys.empty() && !is_loopback(a.bind)) {
+    log->warn("--insecure: anybody who reaches {} can send jobs and pose as a worker", a.bind);
+  }
   a.options.memory = static_cast<std::uint64_t>(a.memory_gib * 0x1p30);
   a.options.max_failures = static_cast<std::uint32_t>(a.max_failures);
   a.options.backroom.wake = [&server] { server.link().wake(); };

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "proto/clock.h"
+#include "proto/keys.h"
 #include "proto/messages.h"
 
 namespace parray {
@@ -33,6 +34,7 @@ class Envelope {
 struct Delivery {
   PeerId peer;
   Envelope content;
+  Sender sender{};  ///< of what has arrived
 };
 
 /// One end of a connection that carries messages: the seam that every transport, and every test

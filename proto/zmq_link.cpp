@@ -41,6 +41,57 @@ class WakeUp {
   int fd_;
 };
 
+/// Decides who is let in, as libzmq asks (ZAP, https://rfc.zeromq.org/spec/27), and who whoever has
+/// been let in is.
+class Authenticator {
+ public:
+  Authenticator(zmq::context_t& context, const std::filesystem::path& keys)
+      : list_(keys), socket_(context, zmq::socket_type::rep) {
+    socket_.set(zmq::sockopt::linger, 0);
+    socket_.bind("inproc://zeromq.zap.01");
+  }
+
+  void* handle() { return socket_.handle(); }
+
+  /// Answers what has been asked.
+  void serve() {
+    // Version, serial, domain, address, identity, mechanism, the client's public key.
+    std::vector<zmq::message_t> question;
+    while (zmq::recv_multipart(socket_, std::back_inserter(question), zmq::recv_flags::dontwait)) {
+      std::string key;
+      if (question.size() == 7 && question[5].to_string_view() == "CURVE" &&
+          question[6].size() == 32) {
+        std::array<char, 41> text{};
+        zmq_z85_encode(text.data(), question[6].data<std::uint8_t>(), question[6].size());
+        key = text.data();
+      }
+      const bool known = list_.find(clock_.now(), key).has_value();
+      const std::array<std::string, 6> answer{"1.0",
+                                              question.size() > 1 ? question[1].to_string() : "",
+                                              known ? "200" : "400",
+                                              known ? "OK" : "unknown key",
+                                              key,
+                                              ""};
+      zmq::send_multipart(socket_, std::array{zmq::buffer(answer[0]), zmq::buffer(answer[1]),
+                                              zmq::buffer(answer[2]), zmq::buffer(answer[3]),
+                                              zmq::buffer(answer[4]), zmq::buffer(answer[5])});
+      question.clear();
+    }
+  }
+
+  /// Of a message that has come through a connection that was let in; the list may have changed.
+  Sender sender_of(zmq::message_t& part) {
+    const char* const key = zmq_msg_gets(part.handle(), "User-Id");
+    const auto found = key == nullptr ? std::nullopt : list_.find(clock_.now(), key);
+    return found.value_or(Sender{Role::none, ""});
+  }
+
+ private:
+  const SteadyClock clock_;
+  AllowList list_;
+  zmq::socket_t socket_;
+};
+
 class ZmqLink final : public Link {
  public:
   ZmqLink(zmq::socket_type type, std::size_t max_message_bytes, Time linger)
@@ -67,6 +118,21 @@ class ZmqLink final : public Link {
 
   zmq::socket_t& socket() { return socket_; }
 
+  /// Before it is bound.
+  void admit_only(const std::filesystem::path& keys) {
+    const KeyPair own = read_coordinator_key(keys);
+    authenticator_.emplace(context_, keys);
+    socket_.set(zmq::sockopt::curve_server, true);
+    socket_.set(zmq::sockopt::curve_secretkey, own.secret);
+    socket_.set(zmq::sockopt::zap_domain, "parray");
+  }
+  /// Before it is connected.
+  void use(const MemberKey& key) {
+    socket_.set(zmq::sockopt::curve_serverkey, key.coordinator);
+    socket_.set(zmq::sockopt::curve_publickey, key.own.open);
+    socket_.set(zmq::sockopt::curve_secretkey, key.own.secret);
+  }
+
   bool send(const PeerId& to, Envelope content) override {
     std::vector<zmq::message_t> parts;
     if (router_) {
@@ -88,6 +154,9 @@ class ZmqLink final : public Link {
   /// A message of more frames than any has is dropped as it is read, some frames a call, so that
   /// nobody else waits for its end: each call delivers a message without frames, which is none.
   std::optional<Delivery> receive() override {
+    if (authenticator_) {
+      authenticator_->serve();
+    }
     Delivery delivery;
     Frames frames;
     bool more = true;
@@ -99,6 +168,9 @@ class ZmqLink final : public Link {
         }  // else it was a signal: the frames of a message arrive all at once
       }
       more = part.more();
+      if (authenticator_) {
+        delivery.sender = authenticator_->sender_of(part);
+      }
       if (router_ && i == 0 && !dropping_) {
         delivery.peer = part.to_string();
       } else if (!dropping_) {
@@ -114,8 +186,11 @@ class ZmqLink final : public Link {
   }
 
   void wait(Time timeout) override {
-    std::array<zmq::pollitem_t, 2> items{
-        {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wake_up_.fd(), ZMQ_POLLIN, 0}}};
+    std::vector<zmq::pollitem_t> items{{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                                       {nullptr, wake_up_.fd(), ZMQ_POLLIN, 0}};
+    if (authenticator_) {
+      items.push_back({authenticator_->handle(), 0, ZMQ_POLLIN, 0});
+    }
     // Rounded up, so that a deadline below a millisecond is slept for, not spun for.
     const auto ms = std::chrono::ceil<milliseconds>(timeout);
     try {
@@ -179,6 +254,7 @@ class ZmqLink final : public Link {
   }
 
   zmq::context_t context_{1};
+  std::optional<Authenticator> authenticator_;
   zmq::socket_t socket_;
   WakeUp wake_up_;
   bool router_;
@@ -203,8 +279,12 @@ bool is_loopback(const std::string& endpoint) {
 
 class ZmqServer::Impl {
  public:
-  Impl(const std::string& endpoint, std::size_t max_message_bytes)
+  Impl(const std::string& endpoint, std::size_t max_message_bytes,
+       const std::filesystem::path& keys)
       : link_(zmq::socket_type::router, max_message_bytes, seconds(1)) {
+    if (!keys.empty()) {
+      link_.admit_only(keys);
+    }
     try {
       link_.socket().bind(endpoint);
     } catch (const zmq::error_t& error) {
@@ -221,15 +301,19 @@ class ZmqServer::Impl {
   std::string endpoint_;
 };
 
-ZmqServer::ZmqServer(const std::string& endpoint, std::size_t max_message_bytes)
-    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes)) {}
+ZmqServer::ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
+                     const std::filesystem::path& keys)
+    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes, keys)) {}
 ZmqServer::~ZmqServer() = default;
 Link& ZmqServer::link() { return impl_->link(); }
 const std::string& ZmqServer::endpoint() const { return impl_->endpoint(); }
 
 std::unique_ptr<Link> zmq_connect(const std::string& endpoint, std::size_t max_message_bytes,
-                                  Time linger) {
+                                  Time linger, const std::optional<MemberKey>& key) {
   auto link = std::make_unique<ZmqLink>(zmq::socket_type::dealer, max_message_bytes, linger);
+  if (key) {
+    link->use(*key);
+  }
   try {
     link->socket().connect(endpoint);
   } catch (const zmq::error_t& error) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <random>
 
 #include "common/base/cpu_count.h"
@@ -23,6 +24,7 @@ using namespace parray;
 struct Arguments {
   std::string coordinator = "tcp://127.0.0.1:7400";
   int threads = usable_cpus();
+  std::string keys;
   std::string name;
   std::string log_level = "info";
 };
@@ -31,6 +33,8 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--connect", a.coordinator, "The coordinator's address")
       .environment("PARRAY_COORDINATOR")
       .show_default();
+  line.option("--keys", a.keys, "Key of this worker, of a coordinator that wants one: worker.key")
+      .environment("PARRAY_KEYS");
   line.number("--threads", a.threads, 1, 4096, "Threads that trace; default: the usable CPUs")
       .show_default();
   line.option("--name", a.name, "Name shown by parray workers; default: host name and process");
@@ -53,10 +57,18 @@ std::string fresh_instance() {
 /// Tells connections made and lost, by watching the worker's state.
 class Reporter {
  public:
-  Reporter(const Worker& worker, spdlog::logger& log) : worker_(worker), log_(log) {}
+  Reporter(const Worker& worker, spdlog::logger& log, bool keys)
+      : worker_(worker), log_(log), keys_(keys) {}
 
   bool stop(const std::string& address) {
+    constexpr Time long_since = seconds(10);
+    if (!connected_ && !told_ && clock_.now() - began_ > long_since) {
+      told_ = true;
+      log_.warn("no word from {} yet: is it running{}?", address,
+                keys_ ? ", and does it know this key" : ", or does it want a key (--keys)");
+    }
     if (worker_.connected() != connected_) {
+      told_ = true;
       connected_ = worker_.connected();
       connected_ ? log_.info("serving {}", address)
                  : log_.warn("no word from {}: trying again", address);
@@ -67,13 +79,21 @@ class Reporter {
  private:
   const Worker& worker_;
   spdlog::logger& log_;
+  const bool keys_;
+  const SteadyClock clock_;
+  const Time began_ = clock_.now();
   bool connected_ = false;
+  bool told_ = false;
 };
 
 int work(const Arguments& a) {
   const auto log = spdlog::stderr_color_mt("worker");
   log->set_level(spdlog::level::from_str(a.log_level));
-  const auto link = zmq_connect(a.coordinator, default_max_message_bytes, seconds(1));
+  std::optional<MemberKey> key;
+  if (!a.keys.empty()) {
+    key = read_member_key(a.keys, "worker");
+  }
+  const auto link = zmq_connect(a.coordinator, default_max_message_bytes, seconds(1), key);
   ThreadTeam team(a.threads, [&link] { link->wake(); });
   WorkerOptions options;
   options.name = a.name.empty() ? default_name() : a.name;
@@ -84,7 +104,7 @@ int work(const Arguments& a) {
   const SteadyClock clock;
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
             a.coordinator);
-  Reporter reporter(worker, *log);
+  Reporter reporter(worker, *log, key.has_value());
   run_actor(worker, *link, clock, [&](Time) { return reporter.stop(a.coordinator); });
   if (!worker.refused().empty()) {
     throw RunError("the coordinator at " + a.coordinator +

@@ -13,6 +13,7 @@ void add_commands(CommandLine& line, Action& chosen) {
   add_cancel(line, chosen);
   add_fetch(line, chosen);
   add_workers(line, chosen);
+  add_keygen(line, chosen);
   add_validate(line, chosen);
   add_convert(line, chosen);
   add_compare(line, chosen);

@@ -17,6 +17,7 @@ void add_resume(CommandLine& line, Action& chosen);
 void add_cancel(CommandLine& line, Action& chosen);
 void add_fetch(CommandLine& line, Action& chosen);
 void add_workers(CommandLine& line, Action& chosen);
+void add_keygen(CommandLine& line, Action& chosen);
 void add_validate(CommandLine& line, Action& chosen);
 void add_convert(CommandLine& line, Action& chosen);
 void add_compare(CommandLine& line, Action& chosen);

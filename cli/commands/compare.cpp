@@ -142,17 +142,17 @@ json document(const CompareCommand& command, const ImageFile& reference,
               const std::vector<Comparison>& comparisons, float largest) {
   json images = json::array();
   for (const Comparison& one : comparisons) images.push_back(json_of(one));
-  return {
-      {"version", PARRAY_VERSION},
-      {"reference",
-       {{"file", command.reference},
-        {"image_sha256", text_or_null(sha256_in(reference))},
-        {"width", reference.image.width},
-        {"height", reference.image.height},
-        {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
-      {"images", images},
-      {"verification_picture", {{"file", text_or_null(command.verification)}, {"largest", largest}}},
-      {"formulas", formulas()}};
+  return {{"version", PARRAY_VERSION},
+          {"reference",
+           {{"file", command.reference},
+            {"image_sha256", text_or_null(sha256_in(reference))},
+            {"width", reference.image.width},
+            {"height", reference.image.height},
+            {"nonfinite_pixels", comparisons.front().errors.nonfinite_in_reference}}},
+          {"images", images},
+          {"verification_picture",
+           {{"file", text_or_null(command.verification)}, {"largest", largest}}},
+          {"formulas", formulas()}};
 }
 
 // ---- Text ------------------------------------------------------------------------------------

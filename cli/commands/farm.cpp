@@ -1,6 +1,7 @@
 #include "cli/commands/farm.h"
 
 #include <iostream>
+#include <optional>
 
 #include "common/process/stop_signal.h"
 #include "proto/zmq_link.h"
@@ -12,13 +13,22 @@ void FarmOptions::add_to(Command& command) {
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
       .show_default();
+  command.option("--keys", keys_, "Your key, of a coordinator that wants one: NAME.key")
+      .type_name("FILE")
+      .environment("PARRAY_KEYS");
 }
 
-FarmClient::FarmClient(const std::string& address)
+static std::optional<MemberKey> key_of(const FarmOptions& farm) {
+  return farm.keys().empty() ? std::nullopt : std::optional(read_member_key(farm.keys(), "admin"));
+}
+
+FarmClient::FarmClient(const FarmOptions& farm)
     // Nothing is worth lingering for: every request has had its answer, or has been given up.
-    : link_(zmq_connect(address, default_max_message_bytes, Time(0))),
+    : link_(zmq_connect(farm.address(), default_max_message_bytes, Time(0), key_of(farm))),
       client_(*link_, clock_,
-              {.address = address,
+              {.address = farm.address(),
+               .silence_hint = farm.keys().empty() ? " (or it wants a key: --keys)"
+                                                   : " (or it does not know the key in --keys)",
                .poll = check_interrupted,
                .on_silence = [](const std::string& text) {
                  std::cerr << "parray: " + text + " Waiting.\n";

@@ -13,17 +13,21 @@ class FarmOptions {
  public:
   void add_to(Command& command);
   [[nodiscard]] const std::string& address() const { return address_; }
+  /// A key file, or a directory with an administrator's; empty: none.
+  [[nodiscard]] const std::string& keys() const { return keys_; }
 
  private:
   std::string address_ = "tcp://127.0.0.1:7400";
+  std::string keys_;
 };
 
 /// A client of the coordinator at an address, over ZeroMQ. Interruptible: its requests throw
 /// Interrupted once a deferred signal has come.
 class FarmClient {
  public:
-  /// Throws InputError when the address is none. Does not wait for the coordinator.
-  explicit FarmClient(const std::string& address);
+  /// Throws InputError when the address is none, or the key no good. Does not wait for the
+  /// coordinator.
+  explicit FarmClient(const FarmOptions& farm);
 
   Client& operator*() { return client_; }
   Client* operator->() { return &client_; }

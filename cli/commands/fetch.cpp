@@ -27,7 +27,7 @@ int fetch(const FetchCommand& command) {
                      "with render or submit --wait");
   }
   check_outputs(command.output.paths());
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   const DeferredInterrupts deferred;
   Picture picture = client->fetch(command.job, wants_statistics(aovs));
   add_channels(picture, extra_channels(aovs, {}, {}, 1));

@@ -17,7 +17,7 @@ struct JobsCommand {
 };
 
 int jobs(const JobsCommand& command) {
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   const nlohmann::json list = client->jobs();
   if (command.as_json) {
     print_json(list);

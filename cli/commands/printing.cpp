@@ -44,6 +44,7 @@ void print_job(const json& map, bool as_json) {
                       counted(job.samples_per_pixel, "sample") + " each (" +
                       printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
+  if (!job.user.empty()) facts.insert(facts.begin() + 2, {"user", printable(job.user)});
   if (!job.ended() && job.samples_per_second > 0) {
     facts.emplace_back("speed", with_unit(job.samples_per_second, "samples/s"));
     facts.emplace_back("time left", left_cell(job));

@@ -15,7 +15,7 @@ struct ShowCommand {
 };
 
 int show(const ShowCommand& command) {
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   print_job(client->show(command.job), command.as_json);
   return 0;
 }

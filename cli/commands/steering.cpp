@@ -28,7 +28,7 @@ void add_steering(CommandLine& line, Action& chosen, const char* name, const cha
   options->farm.add_to(command);
   command.on_chosen([options, &chosen, change] {
     chosen = [options, change] {
-      FarmClient client(options->farm.address());
+      FarmClient client(options->farm);
       print_job(((*client).*change)(options->job), options->as_json);
       return 0;
     };

@@ -29,7 +29,7 @@ int submit(const SubmitCommand& command) {
   submission.settings.progressive = preview.wanted();
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                              submission.scene, usable_cpus());
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();
   const JobId job = client->submit(std::move(submission));
   const double submit_seconds = to_seconds(SteadyClock().now() - submitted);

@@ -16,7 +16,7 @@ struct WatchCommand {
 };
 
 int watch(const WatchCommand& command) {
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   wait_until_done(*client, command.job, command.following);
   return 0;
 }

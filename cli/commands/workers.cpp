@@ -17,7 +17,7 @@ struct WorkersCommand {
 };
 
 int workers(const WorkersCommand& command) {
-  FarmClient client(command.farm.address());
+  FarmClient client(command.farm);
   const nlohmann::json list = client->workers();
   if (command.as_json) {
     print_json(list);

@@ -52,6 +52,7 @@ JobStatus job_status(const nlohmann::json& map) {
   try {
     map.at("id").get_to(job.id);
     map.at("name").get_to(job.name);
+    job.user = map.value("user", std::string());
     map.at("state").get_to(job.state);
     map.at("priority").get_to(job.priority);
     map.at("progress").get_to(job.progress);
@@ -211,7 +212,7 @@ std::string Client::silence_text() const {
            unreadable_ + "): is it of the same release?";
   }
   return "no answer from the coordinator at " + options_.address +
-         ": is parray-coordinator running there?";
+         ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);
 }
 
 }  // namespace parray

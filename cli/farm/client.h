@@ -38,6 +38,7 @@ struct Picture {
 struct JobStatus {
   JobId id = 0;
   std::string name;
+  std::string user;  ///< whose key has submitted it; empty: there were no keys
   std::string state;
   std::uint64_t priority = 0;
   double progress = 0;  ///< 0 .. 1
@@ -69,6 +70,8 @@ class Client {
   struct Options {
     /// Of the coordinator, for messages.
     std::string address;
+    /// What else may be the cause where it has never answered, for people.
+    std::string silence_hint{};
     /// How often a request is repeated. What carries bulk waits longer, by 1 s for every 10 MB.
     Time repeat = milliseconds(500);
     /// Without an answer for this long a coordinator that has never answered is given up. Time

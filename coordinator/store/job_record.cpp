@@ -22,6 +22,7 @@ bool is_unfinished(JobState state) {
 std::string record_to_json(const JobRecord& job) {
   const json map = {{"token", job.token},
                     {"name", job.name},
+                    {"user", job.user},
                     {"priority", job.priority},
                     {"settings", settings_to_json(job.settings)},
                     {"tile", job.tile},
@@ -53,6 +54,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.id = id;
     job.token = map.at("token");
     job.name = map.at("name");
+    job.user = map.value("user", std::string());
     job.priority = map.at("priority");
     job.settings = settings_from_json(map.at("settings"));
     job.tile = map.value("tile", std::uint32_t{0});

@@ -23,6 +23,7 @@ struct JobRecord {
   JobId id = 0;
   std::string token;
   std::string name;
+  std::string user;  ///< whose key has submitted it; empty: there were no keys
   std::uint32_t priority = 50;
   RenderSettings settings;
   std::uint32_t tile = 0;  ///< see WorkPlan; more than 1 only from parray-mpi

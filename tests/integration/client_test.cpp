@@ -122,9 +122,9 @@ TEST_CASE("a coordinator that has answered once is waited for, and people are to
       link.arrived.push_back(encode(msg::Jobs{asked.request, {1}}));
     }
   });
-  Client client(link, link, {.address = "tcp://somewhere:7400", .on_silence = [&](const auto& line) {
-                               told.push_back(line);
-                             }});
+  Client client(link, link,
+                {.address = "tcp://somewhere:7400",
+                 .on_silence = [&](const auto& line) { told.push_back(line); }});
   client.jobs();
   silent = true;
   ended = link.now() + seconds(3600);
@@ -163,7 +163,8 @@ TEST_CASE("an error answer is an InputError or a RunError, with the coordinator'
 }
 
 TEST_CASE("answers that cannot be read are told apart from none") {
-  ScriptedLink link([&](Message&) { link.arrived.push_back({Frame(std::string("\x81\xA1v\x63"))}); });
+  ScriptedLink link(
+      [&](Message&) { link.arrived.push_back({Frame(std::string("\x81\xA1v\x63"))}); });
   Client client(link, link, options());
   const std::string message = message_of<RunError>([&] { client.jobs(); });
   CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);

@@ -102,7 +102,8 @@ TEST_CASE("who has failed at a job works on another meanwhile, and is not asked 
   CHECK(ann.held.begin()->first.first == bad);
 }
 
-TEST_CASE("a scene that kills whoever traces it fails, although its workers start again each time") {
+TEST_CASE(
+    "a scene that kills whoever traces it fails, although its workers start again each time") {
   Service service;
   Hand ann(service, "ann");
   Hand bob(service, "bob");

@@ -34,8 +34,9 @@ def wait_for(condition, what, timeout=60):
 class Farm:
     """with Farm() as farm: ..."""
 
-    def __init__(self, *options, log_level="debug"):
+    def __init__(self, *options, log_level="debug", bind="tcp://127.0.0.1:*"):
         self.options = options
+        self.bind = bind
         self.log_level = log_level
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="parray-test-"))
         self.processes = []
@@ -66,8 +67,8 @@ class Farm:
         self.processes.append(process)
         return process
 
-    def start_coordinator(self, bind="tcp://127.0.0.1:*"):
-        self.coordinator = self._start("parray-coordinator", "--bind", bind, "--log-level", self.log_level,
+    def start_coordinator(self, bind=None):
+        self.coordinator = self._start("parray-coordinator", "--bind", bind or self.bind, "--log-level", self.log_level,
                                        *self.options, stdout=subprocess.PIPE)
         self.address = self.coordinator.stdout.readline().strip()
         self.coordinator.stdout.close()

@@ -307,8 +307,8 @@ TEST_CASE("a worker beyond those that are served is refused, by the option's nam
 TEST_CASE("30 000 hellos of ever new processes, or messages without sense, write little log") {
   Service service;
   for (int i = 0; i < 30'000; ++i) {
-    service.say("w", msg::Hello{protocol_version, "w", std::to_string(i), 1, 1, trace_version,
-                                "same"});
+    service.say("w",
+                msg::Hello{protocol_version, "w", std::to_string(i), 1, 1, trace_version, "same"});
     service.say("x", msg::Hello{protocol_version, "x", "x", 1, 1, trace_version, "another"});
     service.say_frames("y", {std::string("no message")});
   }

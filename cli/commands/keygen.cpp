@@ -1,0 +1,74 @@
+// Keys of a farm that serves other machines.
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "cli/commands/commands.h"
+#include "proto/keys.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct KeygenCommand {
+  std::string directory;
+  std::string role;
+  std::string name;
+  std::string removed;
+};
+
+int make_farm(const fs::path& directory) {
+  make_farm_keys(directory);
+  std::cout << "keys of a new farm are in " << directory.string() << ":\n"
+            << "  here:          parray-coordinator --coordinator 'tcp://*:7400' --keys "
+            << directory.string() << "\n"
+            << "  each worker:   copy " << (directory / "worker.key").string()
+            << " there; parray-worker --coordinator tcp://THIS-MACHINE:7400 --keys worker.key\n"
+            << "  you:           parray submit SCENE --keys " << (directory / "admin.key").string()
+            << "\n  others:        parray keygen " << directory.string()
+            << " --role client --name NAME, and give them NAME.key\n";
+  return 0;
+}
+
+int keygen(const KeygenCommand& command) {
+  const fs::path directory = command.directory;
+  if (!command.removed.empty()) {
+    remove_member_key(directory, command.removed);
+    std::cout << "'" << command.removed << "' is no longer allowed\n";
+    return 0;
+  }
+  if (command.name.empty()) {
+    return make_farm(directory);
+  }
+  const Role role = command.role == "worker"  ? Role::worker
+                    : command.role == "admin" ? Role::admin
+                                              : Role::client;
+  add_member_key(directory, role, command.name);
+  std::cout << "give " << (directory / (command.name + ".key")).string() << " to " << name_of(role)
+            << " '" << command.name << "' by a safe way\n";
+  return 0;
+}
+
+}  // namespace
+
+void add_keygen(CommandLine& line, Action& chosen) {
+  Command command = line.command("keygen", "Make the keys of a farm, or add and remove one");
+  const auto options = std::make_shared<KeygenCommand>();
+  command.option("DIR", options->directory, "Directory of the farm's keys").required();
+  const Option name =
+      command.option("--name", options->name, "Add a key for somebody; they get DIR/NAME.key")
+          .forbid_empty();
+  command
+      .option("--role", options->role,
+              "What its owner may do: worker, client or admin (default: client)")
+      .one_of({"worker", "client", "admin"})
+      .needs(name);
+  command.option("--remove", options->removed, "Take a key off the list, at once and for ever")
+      .type_name("NAME")
+      .forbid_empty();
+  command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });
+}
+
+}  // namespace parray

@@ -1,0 +1,271 @@
+#include "proto/keys.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <vector>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t key_length = 40;
+constexpr std::array roles = {Role::worker, Role::client, Role::admin};
+
+bool is_key(const std::string& text) {
+  std::array<std::uint8_t, 32> raw{};
+  return text.size() == key_length && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
+}
+
+bool is_name(const std::string& text) {
+  return !text.empty() && text.size() <= 64 && text.front() != '.' &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  c == '.' || c == '_' || c == '-';
+         });
+}
+
+[[noreturn]] void fail_writing(const fs::path& file) {
+  throw RunError("writing " + file.string() + ": " + std::generic_category().message(errno));
+}
+
+/// A new file, or, where that may be, in place of one.
+void write_file(const fs::path& file, const std::string& text, mode_t mode, bool fresh) {
+  const fs::path made = fresh ? file : fs::path(file.string() + ".new");
+  const int out =
+      open(made.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (fresh ? O_EXCL : O_TRUNC), mode);
+  if (out < 0) {
+    if (errno == EEXIST) {
+      throw InputError(file.string() + " is there already: choose another place or name");
+    }
+    fail_writing(file);
+  }
+  const bool written =
+      write(out, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(out) == 0;
+  const int error = errno;
+  close(out);
+  errno = error;
+  if (!written || (!fresh && rename(made.c_str(), file.c_str()) != 0)) {
+    fail_writing(file);
+  }
+}
+
+std::string read_file(const fs::path& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) {
+    throw InputError(file.string() + " cannot be read: make keys with parray keygen DIR");
+  }
+  return text.str();
+}
+
+/// Values by name: lines "NAME VALUE"; those that begin with "# " say nothing.
+std::map<std::string, std::string> read_secret_file(const fs::path& file) {
+  const std::string text = read_file(file);
+  struct stat found {};
+  if (stat(file.c_str(), &found) != 0 || (found.st_mode & 077) != 0) {
+    throw InputError(file.string() +
+                     " holds a secret that others on this machine can read: chmod 600 " +
+                     file.string());
+  }
+  std::map<std::string, std::string> values;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name;
+    std::string value;
+    if (!line.starts_with("# ") && words >> name >> value) {
+      values[name] = value;
+    }
+  }
+  return values;
+}
+
+std::string key_in(const std::map<std::string, std::string>& values, const char* name,
+                   const fs::path& file) {
+  const auto found = values.find(name);
+  if (found == values.end() || !is_key(found->second)) {
+    throw InputError(file.string() + " has no " + name +
+                     " key of 40 characters: make it again with "
+                     "parray keygen");
+  }
+  return found->second;
+}
+
+std::string member_text(const std::string& coordinator, const KeyPair& pair, Role role,
+                        const std::string& name) {
+  return "# ParRay: key of " + std::string(name_of(role)) + " '" + name +
+         "'. Whoever has it is let in.\ncoordinator " + coordinator + "\npublic " + pair.open +
+         "\nsecret " + pair.secret + "\n";
+}
+
+fs::path allowed_file(const fs::path& directory) { return directory / "allowed"; }
+
+struct Member {
+  Role role;
+  std::string name;
+  std::string key;
+};
+
+std::vector<Member> read_members(const fs::path& file) {
+  std::vector<Member> members;
+  std::istringstream lines(read_file(file));
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.empty() || line.starts_with("# ")) {
+      continue;
+    }
+    std::istringstream words(line);
+    std::string role;
+    Member member{};
+    words >> role >> member.name >> member.key;
+    const auto known =
+        std::find_if(roles.begin(), roles.end(), [&](Role r) { return name_of(r) == role; });
+    if (known == roles.end() || !is_name(member.name) || !is_key(member.key)) {
+      throw InputError(file.string() + ":" + std::to_string(number) +
+                       ": not a line 'worker|client|admin NAME PUBLIC-KEY'");
+    }
+    member.role = *known;
+    members.push_back(std::move(member));
+  }
+  return members;
+}
+
+void write_members(const fs::path& file, const std::vector<Member>& members, bool fresh) {
+  std::string text = "# ParRay: who may connect. worker|client|admin NAME PUBLIC-KEY\n";
+  for (const Member& member : members) {
+    text += std::string(name_of(member.role)) + " " + member.name + " " + member.key + "\n";
+  }
+  write_file(file, text, 0644, fresh);
+}
+
+Member make_member(const fs::path& directory, const std::string& coordinator, Role role,
+                   const std::string& name) {
+  const KeyPair pair = make_key_pair();
+  write_file(directory / (name + ".key"), member_text(coordinator, pair, role, name), 0600, true);
+  return {role, name, pair.open};
+}
+
+}  // namespace
+
+std::string_view name_of(Role role) {
+  switch (role) {
+    case Role::worker:
+      return "worker";
+    case Role::client:
+      return "client";
+    case Role::admin:
+      return "admin";
+    case Role::any:
+      return "any";
+    case Role::none:
+      break;
+  }
+  return "none";
+}
+
+KeyPair make_key_pair() {
+  std::array<char, key_length + 1> open_text{};
+  std::array<char, key_length + 1> secret_text{};
+  if (zmq_curve_keypair(open_text.data(), secret_text.data()) != 0) {
+    throw RunError("this ZeroMQ has no CURVE: install a libzmq with libsodium (Debian: libzmq5)");
+  }
+  return {open_text.data(), secret_text.data()};
+}
+
+void make_farm_keys(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) {
+    throw InputError(directory.string() + ": " + error.message() +
+                     ": name a directory that can be made");
+  }
+  const KeyPair pair = make_key_pair();
+  write_file(directory / "coordinator.key",
+             "# ParRay: the coordinator's own key. Whoever has it can pose as this farm.\npublic " +
+                 pair.open + "\nsecret " + pair.secret + "\n",
+             0600, true);
+  write_members(allowed_file(directory),
+                {make_member(directory, pair.open, Role::worker, "worker"),
+                 make_member(directory, pair.open, Role::admin, "admin")},
+                true);
+}
+
+void add_member_key(const fs::path& directory, Role role, const std::string& name) {
+  if (!is_name(name) || name == "coordinator") {
+    throw InputError("'" + name +
+                     "' is no name for a key: 1 to 64 letters, digits, '.', '_' and '-'");
+  }
+  const KeyPair coordinator = read_coordinator_key(directory);
+  std::vector<Member> members = read_members(allowed_file(directory));
+  if (std::any_of(members.begin(), members.end(),
+                  [&](const Member& m) { return m.name == name; })) {
+    throw InputError("there is a key of that name, '" + name +
+                     "', already: remove it first, or take another");
+  }
+  members.push_back(make_member(directory, coordinator.open, role, name));
+  write_members(allowed_file(directory), members, false);
+}
+
+void remove_member_key(const fs::path& directory, const std::string& name) {
+  std::vector<Member> members = read_members(allowed_file(directory));
+  if (std::erase_if(members, [&](const Member& m) { return m.name == name; }) == 0) {
+    throw InputError("no key of that name, '" + name + "', is in " +
+                     allowed_file(directory).string());
+  }
+  write_members(allowed_file(directory), members, false);
+  std::error_code ignored;  // whoever has a copy has it all the same
+  fs::remove(directory / (name + ".key"), ignored);
+}
+
+KeyPair read_coordinator_key(const fs::path& directory) {
+  const fs::path file = directory / "coordinator.key";
+  const auto values = read_secret_file(file);
+  return {key_in(values, "public", file), key_in(values, "secret", file)};
+}
+
+MemberKey read_member_key(const fs::path& path, const std::string& name) {
+  const fs::path file = fs::is_directory(path) ? path / (name + ".key") : path;
+  const auto values = read_secret_file(file);
+  return {key_in(values, "coordinator", file),
+          {key_in(values, "public", file), key_in(values, "secret", file)}};
+}
+
+AllowList::AllowList(const fs::path& directory) : file_(allowed_file(directory)) { read(); }
+
+/// Always, whatever its time of change says: clocks of file systems are coarse. Throws InputError.
+void AllowList::read() {
+  std::map<std::string, Sender> members;
+  for (const Member& member : read_members(file_)) {
+    members[member.key] = {member.role, member.name};
+  }
+  members_ = std::move(members);
+}
+
+std::optional<Sender> AllowList::find(Time now, const std::string& open_key) {
+  if (now >= look_again_at_) {
+    look_again_at_ = now + seconds(1);
+    try {
+      read();
+    } catch (const InputError&) {
+      // It is gone, or a line is wrong: what it was counts until it is mended.
+    }
+  }
+  const auto found = members_.find(open_key);
+  return found == members_.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace parray

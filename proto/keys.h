@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "proto/clock.h"
+
+/// Who may talk to a coordinator beyond its own machine: CURVE keys
+/// (https://rfc.zeromq.org/spec/26), 40 characters of Z85 each, in small text files that an
+/// administrator can read.
+///
+///     DIR/coordinator.key   the coordinator's own pair; it never leaves its machine
+///     DIR/allowed           who may connect: a line "ROLE NAME PUBLIC-KEY" each
+///     DIR/NAME.key          what a worker or a person gets: the coordinator's public key, and a
+///     pair
+///
+/// Files with a secret must be closed to others (mode 0600), or they are refused.
+namespace parray {
+
+/// What the owner of a key may do.
+enum class Role : std::uint8_t {
+  none,    ///< nothing: the key is no longer allowed
+  worker,  ///< trace
+  client,  ///< submit, look, and steer what is one's own
+  admin,   ///< all that clients do, with everybody's jobs
+  any,     ///< everything: there are no keys
+};
+std::string_view name_of(Role role);
+
+/// Who a message is from.
+struct Sender {
+  Role role = Role::any;
+  std::string name;  ///< of the key; empty where there are none
+};
+
+struct KeyPair {
+  std::string open;
+  std::string secret;
+};
+/// Throws RunError where ZeroMQ has no CURVE.
+KeyPair make_key_pair();
+
+/// The contents of DIR/NAME.key.
+struct MemberKey {
+  std::string coordinator;  ///< its public key
+  KeyPair own;
+};
+
+/// Makes DIR with keys for the coordinator, for all workers (worker.key) and for an administrator
+/// (admin.key). Throws InputError when there are some already, RunError when they cannot be
+/// written.
+void make_farm_keys(const std::filesystem::path& directory);
+/// Makes DIR/NAME.key and allows it. `name`: 1 .. 64 letters, digits, '.', '_' and '-'. Throws
+/// InputError when there are no farm's keys in DIR or the name is taken, is none or is
+/// "coordinator".
+void add_member_key(const std::filesystem::path& directory, Role role, const std::string& name);
+/// Takes NAME off the list: a running coordinator hears no more of that key from the next second
+/// on. Throws InputError when it is not on it.
+void remove_member_key(const std::filesystem::path& directory, const std::string& name);
+
+/// DIR/coordinator.key. Throws InputError.
+KeyPair read_coordinator_key(const std::filesystem::path& directory);
+/// Of a file, or, of a directory, of NAME.key in it: whoever has the directory has all. Throws
+/// InputError.
+MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
+
+/// DIR/allowed, read again once a second when it is asked. One thread.
+class AllowList {
+ public:
+  /// Throws InputError.
+  explicit AllowList(const std::filesystem::path& directory);
+
+  /// Nobody: the key is not on the list. While the file cannot be read, what it said last counts.
+  [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
+
+ private:
+  void read();
+
+  std::filesystem::path file_;
+  Time look_again_at_{};
+  std::map<std::string, Sender> members_;
+};
+
+}  // namespace parray

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""A farm with keys as its administrator sets it up: keygen, copy one file, start."""
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from farm import BIN, SCENES, Farm, run, wait_for
+
+SCENE = SCENES / "one-weekend-20.json"
+SMALL = ["--width", "60", "--height", "40", "--spp", "16"]
+
+
+class Keys(unittest.TestCase):
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.keys = pathlib.Path(directory.name, "keys")
+        self.assertEqual(run("keygen", self.keys).returncode, 0)
+
+    def add(self, name, *options):
+        result = run("keygen", self.keys, "--name", name, *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.keys / f"{name}.key"
+
+    def farm(self, *options):
+        return Farm("--keys", self.keys, *options, bind="tcp://0.0.0.0:*")
+
+    def refused(self, result, *parts):
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+
+    def test_one_copied_file_makes_a_worker_and_a_user(self):
+        ann = self.add("ann")
+        with self.farm() as farm, tempfile.TemporaryDirectory() as elsewhere:
+            address = farm.address.replace("0.0.0.0", "127.0.0.1")
+            key = shutil.copy2(self.keys / "worker.key", elsewhere)
+            worker = farm._start("parray-worker", "--coordinator", address, "--keys", key, "--name", "far")
+            env = {"PARRAY_COORDINATOR": address, "PARRAY_KEYS": str(ann)}
+            picture = pathlib.Path(elsewhere, "a.png")
+            done = run("submit", SCENE, *SMALL, "--wait", "-o", picture, env=env)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue(picture.exists())
+            job = json.loads(run("show", "1", "--json", env=env).stdout)
+            self.assertEqual((job["user"], job["state"]), ("ann", "done"))
+            workers = json.loads(run("workers", "--json", "--keys", self.keys, env=env).stdout)
+            self.assertEqual([w["name"] for w in workers], ["far"])
+            # Taken off the list it is gone, with its connection as it is.
+            self.assertEqual(run("keygen", self.keys, "--remove", "worker").returncode, 0)
+            self.assertEqual(worker.wait(timeout=20), 1)
+            self.assertIn("its key is no longer allowed", worker.log.read_text())
+
+    def test_strangers_and_wrong_roles_are_refused_with_a_word(self):
+        ann = self.add("ann")
+        with self.farm() as farm:
+            address = farm.address.replace("0.0.0.0", "127.0.0.1")
+            env = {"PARRAY_COORDINATOR": address}
+            silent = run("jobs", env=env)
+            self.assertEqual(silent.returncode, 1)
+            self.assertIn("or it wants a key: --keys", silent.stderr)
+            self.refused(run("jobs", "--keys", self.keys / "worker.key", env=env), "that of a worker")
+            posing = farm._start("parray-worker", "--coordinator", address, "--keys", ann)
+            self.assertEqual(posing.wait(timeout=20), 1)
+            self.assertIn("the key 'ann' is that of a client", posing.log.read_text())
+            mine = run("submit", SCENE, *SMALL, "--keys", self.keys / "admin.key", env=env)
+            self.refused(run("cancel", mine.stdout.strip(), "--keys", ann, env=env), "that of 'admin'")
+            self.assertEqual(run("cancel", mine.stdout.strip(), "--keys", self.keys, env=env).returncode, 0)
+
+    def test_a_farm_with_keys_goes_on_after_a_restart_with_its_owners(self):
+        ann = self.add("ann")
+        with tempfile.TemporaryDirectory() as state, self.farm("--state", state) as farm:
+            env = {"PARRAY_COORDINATOR": farm.address.replace("0.0.0.0", "127.0.0.1")}
+            run("submit", SCENE, *SMALL, "--keys", ann, env=env)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            farm.start_coordinator(farm.address)
+            job = json.loads(run("show", "1", "--json", "--keys", ann, env=env).stdout)
+            self.assertEqual(job["user"], "ann")
+
+    def test_bad_keys_are_refused_in_one_line(self):
+        key = self.keys / "admin.key"
+        self.refused(run("keygen", self.keys), "is there already")
+        self.refused(run("keygen", self.keys, "--name", "../x"), "no name for a key")
+        self.refused(run("keygen", self.keys, "--name", "admin"), "already")
+        self.refused(run("keygen", self.keys, "--role", "client"), "--name")
+        self.refused(run("keygen", self.keys, "--remove", "nobody"), "nobody")
+        self.refused(run("keygen", "/proc/keys-here"), "/proc/keys-here")
+        self.refused(run("keygen", "/tmp", "--name", "ann"), "coordinator.key")
+        self.refused(run("jobs", "--keys", self.keys / "none.key"), "none.key")
+        os.chmod(key, 0o640)
+        self.refused(run("jobs", "--keys", key), "chmod 600")
+        os.chmod(key, 0o600)
+        key.write_text("public short\n")
+        self.refused(run("jobs", "--keys", key), "admin.key", "coordinator key")
+
+    def test_beyond_loopback_needs_keys_or_a_plain_word(self):
+        coordinator = BIN / "parray-coordinator"
+        result = subprocess.run([coordinator, "--coordinator", "tcp://0.0.0.0:*"], capture_output=True,
+                                text=True, timeout=20)
+        self.refused(result, "parray keygen", "--keys", "--insecure")
+        with Farm("--insecure", bind="tcp://0.0.0.0:*") as farm:
+            wait_for(lambda: "--insecure: anybody" in farm.coordinator_log(), "the warning")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,135 @@
+#include "proto/keys.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/base/error.h"
+#include "tests/support/message_of.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+struct Farm {
+  Farm() { make_farm_keys(keys); }
+  TemporaryDirectory directory;
+  fs::path keys = directory.path() / "keys";
+};
+
+}  // namespace
+
+TEST_CASE("a farm's keys name each other, and their secrets are closed to others") {
+  const Farm farm;
+  const KeyPair coordinator = read_coordinator_key(farm.keys);
+  AllowList list(farm.keys);
+  for (const std::string name : {"worker", "admin"}) {
+    const MemberKey member = read_member_key(farm.keys / (name + ".key"), "");
+    CHECK(member.coordinator == coordinator.open);
+    CHECK(member.own.open.size() == 40);
+    CHECK(member.own.secret != coordinator.secret);
+    const auto sender = list.find(Time(0), member.own.open);
+    REQUIRE(sender);
+    CHECK(name_of(sender->role) == name);
+    CHECK(sender->name == name);
+    CHECK(text_of(farm.keys / "allowed").find(member.own.secret) == std::string::npos);
+    // Of a directory, the one that is asked for.
+    CHECK(read_member_key(farm.keys, name).own.open == member.own.open);
+  }
+  for (const char* name : {"coordinator.key", "worker.key", "admin.key"}) {
+    CHECK((fs::status(farm.keys / name).permissions() & fs::perms::mask) ==
+          (fs::perms::owner_read | fs::perms::owner_write));
+  }
+  CHECK_FALSE(list.find(Time(0), coordinator.open));
+  CHECK_FALSE(list.find(Time(0), make_key_pair().open));
+}
+
+TEST_CASE("keys come and go while a list is in use, within a second") {
+  const Farm farm;
+  AllowList list(farm.keys);
+  CHECK_FALSE(list.find(Time(0), "nobody"));
+  add_member_key(farm.keys, Role::client, "ann.b-2_C");
+  const std::string ann = read_member_key(farm.keys, "ann.b-2_C").own.open;
+  const auto sender = list.find(seconds(1), ann);
+  REQUIRE(sender);
+  CHECK(sender->role == Role::client);
+  CHECK(sender->name == "ann.b-2_C");
+  // A name may come again, with another key.
+  remove_member_key(farm.keys, "ann.b-2_C");
+  CHECK_FALSE(fs::exists(farm.keys / "ann.b-2_C.key"));
+  add_member_key(farm.keys, Role::admin, "ann.b-2_C");
+  CHECK_FALSE(list.find(seconds(3), ann));
+  CHECK(list.find(seconds(3), read_member_key(farm.keys, "ann.b-2_C").own.open)->role ==
+        Role::admin);
+}
+
+TEST_CASE("a list that is wrong or gone counts as it was until it is mended") {
+  const Farm farm;
+  AllowList list(farm.keys);
+  const std::string worker = read_member_key(farm.keys, "worker").own.open;
+  const std::string good = text_of(farm.keys / "allowed");
+  write(farm.keys / "allowed", "worker w short\n");
+  CHECK(list.find(seconds(2), worker));
+  CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
+  fs::remove(farm.keys / "allowed");
+  CHECK(list.find(seconds(4), worker));
+  write(farm.keys / "allowed", "# nobody\n");
+  CHECK_FALSE(list.find(seconds(6), worker));
+}
+
+TEST_CASE("key files that are no good are refused by name and place") {
+  const Farm farm;
+  const fs::path file = farm.keys / "worker.key";
+  const std::string good = text_of(file);
+  const auto refusal = [&] {
+    return message_of<InputError>([&] { static_cast<void>(read_member_key(file, "")); });
+  };
+  fs::permissions(file, fs::perms::group_read, fs::perm_options::add);
+  CHECK(refusal().find("chmod 600 " + file.string()) != std::string::npos);
+  fs::permissions(file, fs::perms::group_read, fs::perm_options::remove);
+  for (const char* name : {"coordinator", "public", "secret"}) {
+    std::string bad = good;
+    bad.replace(bad.find(std::string("\n") + name + " ") + 1, 3, "xyz");
+    write(file, bad);
+    CHECK(refusal().find(std::string("has no ") + name + " key") != std::string::npos);
+  }
+  write(file, "");
+  CHECK(refusal().find(file.string()) == 0);
+  fs::remove(file);
+  CHECK(refusal().find(file.string() + " cannot be read") == 0);
+
+  const std::string list = text_of(farm.keys / "allowed");
+  for (const char* line : {"boss b ", "worker ../up ", "worker ", "client a"}) {
+    write(farm.keys / "allowed", list + line + "\n");
+    CHECK(message_of<InputError>([&] { AllowList{farm.keys}; }).find("allowed:4:") !=
+          std::string::npos);
+  }
+}
+
+TEST_CASE("keys are never written over, and names stay within their folder") {
+  const Farm farm;
+  const std::string before = text_of(farm.keys / "coordinator.key");
+  CHECK_THROWS_AS(make_farm_keys(farm.keys), InputError);
+  CHECK(text_of(farm.keys / "coordinator.key") == before);
+  CHECK_THROWS_AS(add_member_key(farm.keys, Role::client, "worker"), InputError);
+  for (const char* name : {"", "..", "../x", "a/b", "a b", "coordinator", ".hidden", "\xc3\xa4"}) {
+    CHECK_THROWS_AS(add_member_key(farm.keys, Role::client, name), InputError);
+  }
+  CHECK_THROWS_AS(add_member_key(farm.keys, Role::client, std::string(65, 'a')), InputError);
+  CHECK_THROWS_AS(remove_member_key(farm.keys, "nobody"), InputError);
+  CHECK_THROWS_AS(add_member_key(farm.directory.path(), Role::client, "ann"), InputError);
+}
+
+}  // namespace parray::test
