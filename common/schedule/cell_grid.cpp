@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "common/base/divide_up.h"
 #include "common/base/error.h"
-#include "common/math/divide_up.h"
 #include "common/scene/limits.h"
 #include "common/schedule/row_order.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/math/divide_up.h"
+#include "common/base/divide_up.h"
 
 namespace parray {
 namespace {
