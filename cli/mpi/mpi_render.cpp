@@ -313,7 +313,8 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
   add_channels(rendered.picture,
                extra_channels(aovs, job.settings, aovs.empty() ? nullptr : kept.scene_again(),
                               rendered.threads));
-  const int status = deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started});
+  const int status =
+      deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started});
   kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "cli/plan/effort.h"
 #include "cli/farm/direct_render.h"
+#include "cli/plan/effort.h"
 
 namespace parray {
 
