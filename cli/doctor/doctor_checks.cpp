@@ -80,7 +80,9 @@ std::vector<Check> doctor_checks() {
   checks.push_back(on_disk("pictures", scratch, check_pictures));
   checks.push_back(on_disk("state", scratch, check_state));
   checks.push_back({"messages", [] { return check_messages(loopback_patience); }});
-  checks.push_back({"keys", [] { return check_keys(loopback_patience); }});
+  checks.push_back(on_disk("keys", scratch, [](const std::filesystem::path& directory) {
+    return check_keys(loopback_patience, directory);
+  }));
   checks.push_back(on_disk("mpi", scratch, check_mpi_here));
   return checks;
 }

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <string>
 
-#include "cli/doctor/scratch.h"
 #include "cli/output/text.h"
 #include "common/process/stop_signal.h"
 #include "proto/keys.h"
@@ -55,14 +54,12 @@ Finding check_messages(Time patience) {
                 duration_text(to_seconds(clock.now() - begin)));
 }
 
-Finding check_keys(Time patience, KeyTrial trial) {
+Finding check_keys(Time patience, const std::filesystem::path& directory, KeyTrial trial) {
   if (zmq_has("curve") == 0) {
     return failed("this ZeroMQ was built without CURVE: nothing can be encrypted",
                   "install a libzmq with libsodium (Debian: libzmq5)");
   }
-  Scratch scratch;
-  scratch.make();
-  const std::filesystem::path keys = scratch.path() / "keys";
+  const std::filesystem::path keys = directory / "keys";
   make_farm_keys(keys);
   const MemberKey known = read_member_key(keys, "admin");
   MemberKey unknown{known.coordinator, make_key_pair()};

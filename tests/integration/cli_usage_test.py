@@ -336,6 +336,7 @@ class Failures(CliTest):
                 pass
         return 0
 
+    @unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "its OpenMP has a file that becomes too large")
     def test_a_full_disk_is_a_failure_that_leaves_what_was_there(self):
         small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
         for name in ("a.exr", "a.png"):
@@ -344,9 +345,6 @@ class Failures(CliTest):
                                  preexec_fn=small)
             _, stderr = process.communicate(timeout=60)
             self.assertEqual(process.returncode, 1)
-            # A sanitized build's OpenMP has a file of its own that becomes too large.
-            stderr = "".join(line for line in stderr.splitlines(keepends=True)
-                             if not line.startswith("OMP: "))
             self.assertEqual(stderr, f"parray: writing {self.path(name)}: File too large\n")
             self.assertEqual(self.path(name).read_text(), "an older picture")
         self.assertEqual(self.files(), self.before | {"a.exr", "a.png"})

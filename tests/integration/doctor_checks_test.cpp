@@ -236,11 +236,14 @@ TEST_CASE("messages pass over loopback") {
 }
 
 TEST_CASE("keys let the known client in alone; an authenticator that does otherwise is found") {
-  CHECK(check_keys(seconds(10)).status == CheckStatus::ok);
-  const Finding open = check_keys(milliseconds(500), KeyTrial::accepts_anybody);
+  const TemporaryDirectory honest;
+  const TemporaryDirectory careless;
+  const TemporaryDirectory deaf;
+  CHECK(check_keys(seconds(10), honest.path()).status == CheckStatus::ok);
+  const Finding open = check_keys(milliseconds(500), careless.path(), KeyTrial::accepts_anybody);
   CHECK(open.status == CheckStatus::failed);
   CHECK(open.detail == "a client whose key is not known was let in");
-  const Finding closed = check_keys(milliseconds(500), KeyTrial::refuses_everybody);
+  const Finding closed = check_keys(milliseconds(500), deaf.path(), KeyTrial::refuses_everybody);
   CHECK(closed.status == CheckStatus::failed);
   CHECK(closed.detail == "a client whose key is known was not let in");
 }

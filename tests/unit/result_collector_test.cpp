@@ -81,6 +81,7 @@ std::uint64_t cells_in(const Ranges& ranges) {
 }  // namespace
 
 TEST_CASE("every cell is merged once, whatever comes again, in any order, from anybody") {
+  std::uint64_t duplicates = 0;
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       CAPTURE(seed);
@@ -100,10 +101,11 @@ TEST_CASE("every cell is merged once, whatever comes again, in any order, from a
       }
       CHECK(all.fresh == rig.plan->cells());
       CHECK(all.fresh_samples == rig.plan->samples());
-      CHECK(all.duplicates > 0);
+      duplicates += all.duplicates;
       CHECK(rig.complete());
     }
   }
+  CHECK(duplicates > 100);  // in all: one history alone may have none
 }
 
 TEST_CASE("other bits for cells that are in are counted and change nothing") {
