@@ -51,12 +51,13 @@ void write_file(const fs::path& file, const std::string& text, mode_t mode, bool
     }
     fail_writing(file);
   }
-  const bool written =
-      write(out, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(out) == 0;
+  const bool done = write(out, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+                    fsync(out) == 0 && (fresh || rename(made.c_str(), file.c_str()) == 0);
   const int error = errno;
   close(out);
-  errno = error;
-  if (!written || (!fresh && rename(made.c_str(), file.c_str()) != 0)) {
+  if (!done) {
+    unlink(made.c_str());
+    errno = error;
     fail_writing(file);
   }
 }
@@ -238,7 +239,8 @@ KeyPair read_coordinator_key(const fs::path& directory) {
 }
 
 MemberKey read_member_key(const fs::path& path, const std::string& name) {
-  const fs::path file = fs::is_directory(path) ? path / (name + ".key") : path;
+  std::error_code ignored;
+  const fs::path file = fs::is_directory(path, ignored) ? path / (name + ".key") : path;
   const auto values = read_secret_file(file);
   return {key_in(values, "coordinator", file),
           {key_in(values, "public", file), key_in(values, "secret", file)}};
