@@ -8,6 +8,11 @@ namespace parray {
 /// M samples/s.
 static constexpr double first_lease_samples = 1e5;
 
+/// A number that may be beyond all cells that there can be.
+static std::uint64_t cells_of(double number) {
+  return static_cast<std::uint64_t>(std::min(number, 0x1p62));
+}
+
 ChunkSizer::ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
                        std::optional<std::uint64_t> cells)
     : policy_(policy),
@@ -39,10 +44,11 @@ std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& fa
   chunk.row_units = row_cells_;
   chunk.workers = std::max(farm.workers, 1U);
   chunk.threads = request.threads;
-  chunk.share = std::clamp(speed / all, 1e-9, 1.0);
-  chunk.least = std::max<std::uint64_t>(static_cast<std::uint64_t>(least / cell_samples_),
+  const double share = speed / all;  // of two that are infinite: no number
+  chunk.share = share > 1e-9 ? std::min(share, 1.0) : 1e-9;
+  chunk.least = std::max<std::uint64_t>(cells_of(least / cell_samples_),
                                         std::uint64_t{request.threads} * piece_cells_);
-  chunk.most = std::max(static_cast<std::uint64_t>(most / cell_samples_), chunk.least);
+  chunk.most = std::max(cells_of(most / cell_samples_), chunk.least);
   return chunk_units(policy_, chunk);
 }
 
