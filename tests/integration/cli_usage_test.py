@@ -37,7 +37,7 @@ LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
                   "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
                   "--target-error", "--target-half-width", "--time-limit", "--passes"]
-COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR"]
+COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet",
                                 "--preview"],

@@ -138,6 +138,12 @@ def has_committed(state):
     return log.exists() and all(written <= log.stat().st_mtime_ns for _, written in rows_files(state))
 
 
+def committed_bytes(state):
+    """The same, of what is kept for good; nobody may be using it."""
+    with contextlib.closing(sqlite3.connect(state / "parray.sqlite")) as store:
+        return store.execute("SELECT total(bytes) FROM logs").fetchone()[0]
+
+
 def rows_files(state):
     for path in state.glob("jobs/*/rows*"):
         with contextlib.suppress(FileNotFoundError):
