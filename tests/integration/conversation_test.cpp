@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <initializer_list>
 #include <thread>
 
 #include "coordinator/coordinator.h"
@@ -271,7 +272,7 @@ TEST_CASE("a message of too many frames is dropped whole, and nothing behind it"
   const Server server(quick());
   Speaker speaker(server);
   Frames hello = encode(msg::Hello{protocol_version, "w", "w", 1, 1, trace_version, "same"});
-  for (const std::size_t frames : {15, 16, 17, 32, 100'000}) {
+  for (const std::size_t frames : std::initializer_list<std::size_t>{15, 16, 17, 32, 100'000}) {
     Frames many(frames, Frame(std::string("x")));
     many.back() = hello.front();  // no part of it is taken for a message
     speaker.say_raw(many);

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "cli/doctor/floating_point.h"
@@ -236,10 +237,10 @@ TEST_CASE("messages pass over loopback") {
 }
 
 TEST_CASE("keys let the known client in alone; an authenticator that does otherwise is found") {
-  const TemporaryDirectory honest;
+  const TemporaryDirectory first;
   const TemporaryDirectory careless;
   const TemporaryDirectory deaf;
-  CHECK(check_keys(seconds(10), honest.path()).status == CheckStatus::ok);
+  CHECK(check_keys(seconds(10), first.path()).status == CheckStatus::ok);
   const Finding open = check_keys(milliseconds(500), careless.path(), KeyTrial::accepts_anybody);
   CHECK(open.status == CheckStatus::failed);
   CHECK(open.detail == "a client whose key is not known was let in");
