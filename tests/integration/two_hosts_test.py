@@ -10,6 +10,7 @@ import tempfile
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
+os.environ["ASAN_OPTIONS"] = "detect_leaks=0"  # as in mpi.py
 BIN = pathlib.Path(os.environ["PARRAY_BIN_DIR"])
 SCENE = pathlib.Path(os.environ["PARRAY_SOURCE_DIR"]) / "scenes" / "one-weekend-484.json"
 SETTINGS = ["--width", "120", "--height", "80", "--spp", "64", "--quiet"]
