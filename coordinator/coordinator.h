@@ -135,6 +135,7 @@ class Coordinator final : public Actor {
   void restore_jobs();
   void prepare(Time now, Job& job);
   struct Prepared;
+  void trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared);
   void begin_tracing(Job& job, const Prepared& prepared);
   void restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan);
   void next_pass(Job& job);

@@ -133,19 +133,21 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
     } catch (const std::exception& error) {
       p.failure = std::string("taking it up: ") + error.what();
     }
-    return {[this, prepared, id, generation] {
-              Job* there = job_at_work(id, generation);
-              if (there == nullptr) {
-                return;
-              }
-              if (!prepared->failure.empty()) {
-                fail_job(*there, prepared->failure);
-              } else {
-                begin_tracing(*there, *prepared);
-              }
-            },
-            {}};
+    return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
   });
+}
+
+/// Of a job that may have ended meanwhile.
+void Coordinator::trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared) {
+  Job* job = job_at_work(id, generation);
+  if (job == nullptr) {
+    return;
+  }
+  if (!prepared.failure.empty()) {
+    fail_job(*job, prepared.failure);
+  } else {
+    begin_tracing(*job, prepared);
+  }
 }
 
 void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
@@ -236,18 +238,7 @@ void Coordinator::next_pass(Job& job) {
     } catch (const std::bad_alloc&) {
       p.failure = "not enough memory to decide on its next pass";
     }
-    return {[this, prepared, id, generation] {
-              Job* there = job_at_work(id, generation);
-              if (there == nullptr) {
-                return;
-              }
-              if (!prepared->failure.empty()) {
-                fail_job(*there, prepared->failure);
-              } else {
-                begin_tracing(*there, *prepared);
-              }
-            },
-            {}};
+    return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
   });
 }
 

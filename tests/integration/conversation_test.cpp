@@ -1,51 +1,16 @@
 // A coordinator over real ZeroMQ, and a worker played by hand: what PROTOCOL.md says it answers.
 #include <doctest/doctest.h>
-#include <spdlog/sinks/null_sink.h>
 
 #include <algorithm>
-#include <atomic>
 #include <initializer_list>
-#include <thread>
 
-#include "coordinator/coordinator.h"
-#include "proto/zmq_link.h"
+#include "tests/support/served.h"
 #include "tests/support/service.h"
 
 namespace parray::test {
 namespace {
 
 /// A coordinator that serves a free port from a thread of its own.
-class Server {
- public:
-  explicit Server(CoordinatorOptions options)
-      : server_("tcp://127.0.0.1:*", default_max_message_bytes),
-        coordinator_(awakening(std::move(options)), nullptr,
-                     std::make_shared<spdlog::logger>(
-                         "silent", std::make_shared<spdlog::sinks::null_sink_mt>())),
-        thread_([this] {
-          run_actor(coordinator_, server_.link(), clock_, [this](Time) { return stop_.load(); });
-        }) {}
-  ~Server() {
-    stop_ = true;
-    thread_.join();
-  }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
-  [[nodiscard]] const std::string& endpoint() const { return server_.endpoint(); }
-
- private:
-  CoordinatorOptions awakening(CoordinatorOptions options) {
-    options.backroom.wake = [this] { server_.link().wake(); };
-    return options;
-  }
-
-  ZmqServer server_;
-  Coordinator coordinator_;
-  SteadyClock clock_;
-  std::atomic<bool> stop_ = false;
-  std::thread thread_;
-};
-
 CoordinatorOptions quick() {
   CoordinatorOptions options;
   options.heartbeat = milliseconds(50);
@@ -55,33 +20,9 @@ CoordinatorOptions quick() {
   return options;
 }
 
-/// One side of a conversation; every wait ends after 20 s.
-class Speaker {
+class Peer : public Speaker {
  public:
-  explicit Speaker(const Server& server)
-      : link_(zmq_connect(server.endpoint(), default_max_message_bytes, seconds(1))) {}
-
-  void say(const Message& message) { link_->send({}, message); }
-  void say_raw(Frames frames) { link_->send({}, std::move(frames)); }
-
-  /// The next message of type M; others are passed over.
-  template <typename M>
-  M hear() {
-    const SteadyClock clock;
-    const Time end = clock.now() + seconds(20);
-    while (clock.now() < end) {
-      if (auto delivery = link_->receive()) {
-        Message message = delivery->content.open();
-        if (auto* expected = std::get_if<M>(&message)) {
-          return std::move(*expected);
-        }
-      } else {
-        link_->wait(milliseconds(20));
-      }
-    }
-    FAIL("waited 20 s for a message");
-    return {};
-  }
+  using Speaker::Speaker;
 
   void join(const std::string& name) {
     say(msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
@@ -97,9 +38,6 @@ class Speaker {
     say(submit);
     return hear<msg::Submitted>().job;
   }
-
- private:
-  std::unique_ptr<Link> link_;
 };
 
 msg::Result traced(const Scene& scene, const msg::Grant& grant) {
@@ -118,9 +56,9 @@ TEST_CASE(
     "a result that comes after its lease's deadline is stale, and the lease is granted again") {
   const Server server(quick());
   const OneLease job;
-  Speaker worker(server);
+  Peer worker(server);
   worker.join("slow");
-  Speaker client(server);
+  Peer client(server);
   client.submit(job.scene, job.settings);
   const auto first = worker.hear<msg::Grant>();
   const auto second = worker.hear<msg::Grant>();  // no heartbeat named the first: it expired
@@ -134,9 +72,9 @@ TEST_CASE("a result counts once: repeated, it is nobody's") {
   const Server server(quick());
   OneLease job;
   job.settings.schedule = SchedulePolicy::factoring;  // several leases: the job stays open
-  Speaker worker(server);
+  Peer worker(server);
   worker.join("w");
-  Speaker client(server);
+  Peer client(server);
   client.submit(job.scene, job.settings);
   const auto result = traced(job.scene, worker.hear<msg::Grant>());
   worker.say(result);
@@ -149,9 +87,9 @@ TEST_CASE("a result of other cells or samples than the lease's is not merged, an
   for (const bool cells : {true, false}) {
     const Server server(quick());
     OneLease job;
-    Speaker worker(server);
+    Peer worker(server);
     worker.join("w");
-    Speaker client(server);
+    Peer client(server);
     client.submit(job.scene, job.settings);
     auto grant = worker.hear<msg::Grant>();
     if (cells) {
@@ -172,9 +110,9 @@ TEST_CASE("a result of other cells or samples than the lease's is not merged, an
 TEST_CASE("who cannot trace a lease is heard, and told that it need not say so again") {
   const Server server(quick());
   const OneLease job;
-  Speaker worker(server);
+  Peer worker(server);
   worker.join("w");
-  Speaker client(server);
+  Peer client(server);
   const JobId id = client.submit(job.scene, job.settings);
   auto grant = worker.hear<msg::Grant>();
   for (int i = 0; i < 2; ++i) {
@@ -195,9 +133,9 @@ TEST_CASE("what there is of a picture can be had before it is done") {
   OneLease job;
   job.settings.progressive = true;
   job.settings.schedule = SchedulePolicy::factoring;
-  Speaker worker(server);
+  Peer worker(server);
   worker.join("w");
-  Speaker client(server);
+  Peer client(server);
   const JobId id = client.submit(job.scene, job.settings);
   client.say(msg::Fetch{1, id});
   CHECK(client.hear<msg::Error>().status == 2);
@@ -218,7 +156,7 @@ TEST_CASE("what there is of a picture can be had before it is done") {
 TEST_CASE("workers of another protocol, trace version or arithmetic are refused with the reason") {
   const Server server(quick());
   const auto refusal = [&](const msg::Hello& hello) {
-    Speaker worker(server);
+    Peer worker(server);
     worker.say(hello);
     return worker.hear<msg::Refuse>().reason;
   };
@@ -231,14 +169,14 @@ TEST_CASE("workers of another protocol, trace version or arithmetic are refused 
 
 TEST_CASE("a worker that the coordinator does not know is asked who it is") {
   const Server server(quick());
-  Speaker worker(server);
+  Peer worker(server);
   worker.say(msg::Heartbeat{});
   worker.hear<msg::Who>();
 }
 
 TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revoke") {
   const Server server(quick());
-  Speaker worker(server);
+  Peer worker(server);
   worker.join("w");
   worker.say(msg::Heartbeat{1, false, {{7, 8}}});
   const auto revoke = worker.hear<msg::Revoke>();
@@ -248,7 +186,7 @@ TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revo
 
 TEST_CASE("malformed messages are dropped, a client's is answered, and the service goes on") {
   const Server server(quick());
-  Speaker client(server);
+  Peer client(server);
   client.say_raw({std::string("not MessagePack")});
   client.say_raw({std::string(100000, '\x91')});  // arrays nested 100 000 deep
   client.say_raw({});
@@ -270,7 +208,7 @@ TEST_CASE("malformed messages are dropped, a client's is answered, and the servi
 
 TEST_CASE("a message of too many frames is dropped whole, and nothing behind it") {
   const Server server(quick());
-  Speaker speaker(server);
+  Peer speaker(server);
   Frames hello = encode(msg::Hello{protocol_version, "w", "w", 1, 1, trace_version, "same"});
   for (const std::size_t frames : std::initializer_list<std::size_t>{15, 16, 17, 32, 100'000}) {
     Frames many(frames, Frame(std::string("x")));
@@ -285,7 +223,7 @@ TEST_CASE("a message of too many frames is dropped whole, and nothing behind it"
 TEST_CASE("a repeated submit makes no second job, and a scene that is none makes no job") {
   const Server server(quick());
   const OneLease job;
-  Speaker client(server);
+  Peer client(server);
   const JobId id = client.submit(job.scene, job.settings);
   CHECK(client.submit(job.scene, job.settings) == id);
   msg::Submit bad;
@@ -301,7 +239,7 @@ TEST_CASE("a repeated submit makes no second job, and a scene that is none makes
 
 TEST_CASE("what is not there is refused by name") {
   const Server server(quick());
-  Speaker client(server);
+  Peer client(server);
   for (const Message& request :
        {Message(msg::ShowJob{1, 5}), Message(msg::Cancel{1, 5}), Message(msg::Pause{1, 5}),
         Message(msg::Resume{1, 5}), Message(msg::Fetch{1, 5})}) {
