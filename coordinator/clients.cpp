@@ -36,8 +36,9 @@ struct Coordinator::Accepted {
 };
 
 void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
+  const std::string user = sender_.role == Role::any ? m.user : sender_.name;
   for (const auto& [id, job] : jobs_) {
-    if (job.record.token == m.token && job.record.user == sender_.name) {  // a repeated submit
+    if (job.record.token == m.token && job.record.user == user) {  // a repeated submit
       send(peer, msg::Submitted{m.request, id});
       return;
     }
@@ -49,7 +50,9 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   accepted->job.next_epoch = options_.first_epoch;
   JobRecord& record = accepted->job.record;
   record.token = m.token;
-  record.user = sender_.name;
+  record.user = user;
+  record.share = sender_.share;
+  record.max_failures = m.max_failures;
   record.name = m.name;
   record.priority = m.priority;
   record.settings = m.settings;
@@ -57,7 +60,9 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   record.duplicates_removed = m.duplicates_removed;
   record.load_seconds = m.load_seconds;
   record.scene_bytes = m.scene.size();
+  record.note(options_.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
   try {
+    check_limits(record);
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > options_.memory) {
       throw InputError("its picture takes " + megabytes(needed) +
@@ -118,7 +123,7 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
   send(peer, msg::Submitted{request, job.record.id});
   const JobId id = job.record.id;
   jobs_.emplace(id, std::move(job));
-  sort_open_jobs();
+  list_open_jobs();
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
@@ -140,60 +145,11 @@ Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id)
   return job;
 }
 
-/// The job, or null once the client has been told that there is none, or that it is another's.
-Job* Coordinator::asked_to_change(const PeerId& peer, std::uint64_t request, JobId id) {
-  Job* job = asked_for(peer, request, id);
-  if (job != nullptr && sender_.role == Role::client && job->record.user != sender_.name) {
-    fail_request(
-        peer, request, 2,
-        "job " + std::to_string(id) + " is " +
-            (job->record.user.empty() ? "nobody's" : "that of '" + job->record.user + "'") +
-            ", not that of '" + sender_.name + "': ask them, or an administrator");
-    return nullptr;
-  }
-  return job;
-}
-
 void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   if (const Job* job = asked_for(peer, m.request, m.job)) {
-    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
-  }
-}
-
-void Coordinator::on(Time now, const PeerId& peer, msg::Cancel& m) {
-  if (Job* job = asked_to_change(peer, m.request, m.job)) {
-    if (!job->ended()) {
-      close_job(*job, JobState::cancelled, "cancelled by a client");
-    }
-    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
-  }
-}
-
-/// Leases that are granted are traced to their end.
-void Coordinator::on(Time now, const PeerId& peer, msg::Pause& m) {
-  if (Job* job = asked_to_change(peer, m.request, m.job)) {
-    if (!job->ended() && job->phase != JobPhase::finishing &&
-        job->record.state != JobState::paused) {
-      job->record.state = JobState::paused;
-      job->record.reason = "paused by a client: parray resume " + std::to_string(m.job);
-      keep(*job);
-      log_->info("job {} '{}' is paused", m.job, job->record.name);
-    }
-    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
-  }
-}
-
-void Coordinator::on(Time now, const PeerId& peer, msg::Resume& m) {
-  if (Job* job = asked_to_change(peer, m.request, m.job)) {
-    if (job->record.state == JobState::paused) {
-      job->record.state =
-          job->work && job->work->started != never ? JobState::running : JobState::queued;
-      job->record.reason.clear();
-      keep(*job);
-      grants_due_ = true;
-      log_->info("job {} '{}' goes on", m.job, job->record.name);
-    }
-    send(peer, msg::Job{m.request, job_summary(*job, now, waits_for(*job))});
+    json summary = job_summary(*job, now, waits_for(*job));
+    summary["events"] = events_to_json(job->record.events);
+    send(peer, msg::Job{m.request, std::move(summary)});
   }
 }
 
@@ -266,14 +222,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
     if (list.size() == most_listed) {
       break;
     }
-    list.push_back({{"name", worker.hello.name},
-                    {"threads", worker.hello.threads},
-                    {"leases", worker.held},
-                    {"accepted", worker.accepted},
-                    {"samples_per_second", worker.samples_per_second},
-                    {"state", worker.quarantined.empty() ? "ready" : "quarantined"},
-                    {"reason", worker.quarantined},
-                    {"seconds_silent", to_seconds(now - worker.last_heard)}});
+    list.push_back(worker_summary(worker, now));
   }
   send(peer, msg::Workers{m.request, std::move(list), workers_.size()});
 }

@@ -14,7 +14,9 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
       log_(log),
       warnings_(log),
       arrivals_(std::move(log), 100),
+      requests_(options_.limits.requests),
       backroom_(store, options_.backroom) {
+  restore_worker_notes();
   restore_jobs();
 }
 
@@ -76,6 +78,10 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
 
 void Coordinator::receive(Time now, Delivery delivery) {
   now_ = now;
+  if (workers_.at(delivery.peer) == nullptr && !requests_.allow(now, delivery.peer)) {
+    warnings_.warn(now, "more messages from one peer than --max-requests: dropped");
+    return;
+  }
   try {
     Message message = delivery.content.open();
     sender_ = std::move(delivery.sender);
@@ -98,6 +104,7 @@ Time Coordinator::tick(Time now, bool drained) {
   now_ = now;
   backroom_.run_finished();
   note_storage(now);
+  keep_house(now);
   if (drained) {
     for (const PeerId& peer : workers_.silent(now, options_.silence)) {
       lose_worker(now, peer, "silent for too long", true);
@@ -176,9 +183,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
   }
   if (known == nullptr) {
     known = &workers_.add(now, peer, m);
-    if (convicted_.contains(known->key)) {
-      workers_.quarantine(*known, "it has returned wrong bits before");
-    }
+    workers_.bar(*known, convicted_.contains(known->key) ? "it has returned wrong bits before" : "",
+                 is_drained(*known));
     grants_due_ = true;
     arrivals_.info(
         now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "coordinator/backroom.h"
+#include "coordinator/fair_queue.h"
 #include "coordinator/job.h"
+#include "coordinator/limits.h"
 #include "coordinator/log_budget.h"
 #include "coordinator/store/store.h"
 #include "coordinator/worker_registry.h"
@@ -28,9 +30,10 @@ struct CoordinatorOptions {
   /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
   /// millisecond-sized piece of work takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
-  LeaseLength lease_length{0.02, 1};
-  std::size_t max_jobs = 1000;
+  /// A worker holds two: whoever is next in turn waits for no more than these.
+  LeaseLength lease_length{0.02, 0.5};
   std::size_t max_workers = 4096;
+  Limits limits{};
   /// Bytes for pictures under way and, where no store keeps them, scenes and finished pictures.
   std::uint64_t memory = std::uint64_t{8} << 30;
   /// A job fails when so many different workers have failed at the same cells.
@@ -42,6 +45,8 @@ struct CoordinatorOptions {
   Epoch first_epoch = 1;
   /// trace_fingerprint() of this build; workers must have the same.
   std::string fingerprint;
+  /// Seconds since 1970, for a job's history. Any thread.
+  std::function<double()> wall_clock = [] { return 0.0; };
   Backroom::Options backroom{};
 };
 
@@ -84,11 +89,11 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, msg::Submit& m);
   void on(Time now, const PeerId& peer, msg::ListJobs& m);
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
-  void on(Time now, const PeerId& peer, msg::Cancel& m);
-  void on(Time now, const PeerId& peer, msg::Pause& m);
-  void on(Time now, const PeerId& peer, msg::Resume& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
+  // Those that change something (steering.cpp).
+  void on(Time now, const PeerId& peer, msg::SteerJob& m);
+  void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
   template <typename Other>
   void on(Time now, const PeerId& peer, Other& m);  // not for a coordinator
 
@@ -110,6 +115,26 @@ class Coordinator final : public Actor {
   [[nodiscard]] bool may_trace(Time now, WorkerRecord& worker, const Job& job) const;
   void send_grant(Time now, WorkerRecord& worker, Job& job, const Lease& lease);
   void note_storage(Time now);
+
+  // What clients want changed (steering.cpp).
+  void pause(Job& job);
+  void resume(Job& job);
+  void cancel(Job& job);
+  void requeue(Job& job);
+  void forget(Job& job);
+  void prioritise(Job& job, std::uint32_t priority);
+  void drain(const std::string& name, bool host);
+  void readmit(const std::string& name, bool host);
+  [[nodiscard]] std::string asker() const;
+  [[nodiscard]] bool is_drained(const WorkerRecord& worker) const;
+  void keep_worker_notes();
+  void restore_worker_notes();
+
+  // What may be kept, and by whom (housekeeping.cpp).
+  void check_limits(const JobRecord& record) const;
+  void keep_house(Time now);
+  void note_usage(Store::Usage usage);
+  void forget_job(JobId id, const std::string& why);
 
   // Results (results.cpp).
   struct Merged;
@@ -143,9 +168,11 @@ class Coordinator final : public Actor {
   void close_job(Job& job, JobState state, const std::string& reason);
   void fail_job(Job& job, const std::string& reason);
   void keep(const Job& job);
+  void note(Job& job, const std::string& what);
   void make_room_for_job();
   bool make_room(std::uint64_t bytes);
-  void sort_open_jobs();
+  void list_open_jobs();
+  void queue_open_jobs();
   [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
   [[nodiscard]] std::uint64_t memory_in_use() const;
   [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
@@ -162,8 +189,15 @@ class Coordinator final : public Actor {
   LogBudget arrivals_;  ///< of workers, and departures
   WorkerRegistry workers_;
   std::map<JobId, Job> jobs_;
-  std::vector<JobId> open_jobs_;  ///< those that have not ended, by priority, then by age
-  std::set<TracerKey> convicted_;
+  std::vector<JobId> open_jobs_;  ///< those that have not ended, by age
+  FairQueue queue_;               ///< of the open jobs
+  Time queue_again_at_{};         ///< when what is left of them is to be looked at again
+  double price_ = 1e-7;           ///< thread-seconds a sample, of the latest results
+  std::map<TracerKey, std::string> convicted_;      ///< and their names
+  std::set<std::pair<bool, std::string>> drained_;  ///< workers by name, or (true) by host
+  Store::Usage usage_;                              ///< of the store, some seconds ago
+  Time next_housekeeping_{};
+  RequestBudget requests_;
   std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at
   JobId next_job_ = 1;
   std::uint64_t next_generation_ = 1;

@@ -22,6 +22,9 @@ bool Coordinator::grant_leases(Time now) {
   if (!grants_due_ || !storage_.empty() || backroom_.backlog() > most_backlog) {
     return true;
   }
+  if (queue_again_at_ <= now) {
+    queue_open_jobs();
+  }
   int granted = 0;
   for (std::size_t in_vain = 0; in_vain < workers_.size();) {
     if (granted == most_granted_at_once) {
@@ -37,11 +40,12 @@ bool Coordinator::grant_leases(Time now) {
   return true;
 }
 
-/// Pending work first, by the jobs' order; a job that holds no memory yet gets it when its turn
+/// Pending work first, of whose turn it is; a job that holds no memory yet gets it when its turn
 /// comes. A copy of somebody else's lease only for a worker with nothing else to do.
 bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
+  using Answer = FairQueue::Answer;
   bool room = true;
-  for (const JobId id : open_jobs_) {
+  const auto offer_work = [&](JobId id) {
     Job& job = jobs_.at(id);
     if (room && job.phase == JobPhase::waiting && job.record.state != JobState::paused) {
       room = make_room(memory_of(job));
@@ -50,16 +54,16 @@ bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
       }
     }
     if (may_trace(now, worker, job) && grant_from(now, worker, job, false)) {
-      return true;
+      return Answer::granted;
     }
-    if (job.phase == JobPhase::preparing) {
-      break;  // those behind it wait for their turn
-    }
-  }
-  return worker.held == 0 && std::any_of(open_jobs_.begin(), open_jobs_.end(), [&](JobId id) {
-           Job& job = jobs_.at(id);
-           return may_trace(now, worker, job) && grant_from(now, worker, job, true);
-         });
+    return job.phase == JobPhase::preparing ? Answer::wait : Answer::nothing;
+  };
+  const auto offer_copy = [&](JobId id) {
+    Job& job = jobs_.at(id);
+    const bool granted = may_trace(now, worker, job) && grant_from(now, worker, job, true);
+    return granted ? Answer::granted : Answer::nothing;
+  };
+  return queue_.visit(offer_work) || (worker.held == 0 && queue_.visit(offer_copy));
 }
 
 bool Coordinator::may_trace(Time now, WorkerRecord& worker, const Job& job) const {
@@ -90,12 +94,15 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   if (job.work->started == never) {
     job.work->started = now;
     job.work->pass_began = now;
+    note(job, "begun");
   }
   if (job.record.state == JobState::queued) {
     job.record.state = JobState::running;
   }
   ++tally_.granted;
   ++worker.held;
+  const double samples = job.work->plan->cell_samples() * static_cast<double>(lease->range.count());
+  queue_.charge(samples * (job.work->price > 0 ? job.work->price : price_));
   send_grant(now, worker, job, *lease);
   return true;
 }

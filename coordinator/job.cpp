@@ -27,6 +27,21 @@ double Job::progress(Time now) const {
   return std::min(share, 1.0);
 }
 
+double Job::samples_left(Time now) const {
+  const RenderSettings& s = record.settings;
+  const double most = static_cast<double>(s.width) * s.height * s.samples_per_pixel;
+  return work && work->plan && work->expected_samples > 0
+             ? static_cast<double>(work->expected_samples) * (1 - progress(now))
+             : most * (1 - progress(now));
+}
+
+double Job::ended_seconds(Time now, double wall) const {
+  if (ended_at != never) {
+    return to_seconds(now - ended_at);
+  }
+  return record.events.empty() ? 0 : wall - record.events.back().at;
+}
+
 PassTimes Job::times(Time now) const {
   if (!work || work->started == never) {
     return {};

@@ -62,6 +62,7 @@ struct JobWork {
   std::uint64_t cells = 0;    ///< of this pass, merged
   bool whole = false;         ///< every pixel has a sample
   std::uint64_t expected_samples = 0;
+  double price = 0;  ///< thread-seconds a sample, of the latest results; 0: not known yet
 
   std::set<WorkerId> contributors;
   RenderFacts facts;
@@ -82,6 +83,16 @@ struct Job {
   Time retry_at = never;          ///< of finishing, after a full disk
   PictureParcel picture;          ///< of a done job, where no store keeps it
   std::uint64_t picture_bytes = 0;
+  Time ended_at = never;  ///< in this life
+
+  /// Bytes of memory that it has for no other reason than that somebody may ask for it.
+  [[nodiscard]] std::uint64_t kept_bytes() const {
+    return ended() ? picture_bytes + scene.size() : 0;
+  }
+  /// Since it ended, in this life or an earlier one; `wall`: seconds since 1970.
+  [[nodiscard]] double ended_seconds(Time now, double wall) const;
+  /// Samples to be traced yet, roughly.
+  [[nodiscard]] double samples_left(Time now) const;
 
   [[nodiscard]] bool ended() const { return phase == JobPhase::ended; }
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }

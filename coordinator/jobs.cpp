@@ -22,17 +22,34 @@ Job* Coordinator::job_at_work(JobId id, std::uint64_t generation) {
   return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
 }
 
-void Coordinator::sort_open_jobs() {
+void Coordinator::list_open_jobs() {
   open_jobs_.clear();
   for (const auto& [id, job] : jobs_) {
     if (!job.ended()) {
       open_jobs_.push_back(id);
     }
   }
-  std::stable_sort(open_jobs_.begin(), open_jobs_.end(), [this](JobId a, JobId b) {
-    return jobs_.at(a).record.priority > jobs_.at(b).record.priority;
-  });
+  queue_open_jobs();
+}
+
+/// By what is left of them, which changes.
+void Coordinator::queue_open_jobs() {
+  std::vector<FairQueue::Entry> entries;
+  for (const JobId id : open_jobs_) {
+    const Job& job = jobs_.at(id);
+    const bool fresh = !job.work || job.work->started == never;
+    const double price = job.work && job.work->price > 0 ? job.work->price : price_;
+    entries.push_back({id, job.record.user, job.record.share, job.record.priority,
+                       fresh && job.record.state != JobState::paused,
+                       job.samples_left(now_) * price});
+  }
+  queue_.assign(entries);
+  queue_again_at_ = now_ + milliseconds(100);
   grants_due_ = true;
+}
+
+void Coordinator::note(Job& job, const std::string& what) {
+  job.record.note(options_.wall_clock(), what);
 }
 
 /// Only the records are read; pictures under way are taken up when their turn comes.
@@ -52,7 +69,7 @@ void Coordinator::restore_jobs() {
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     jobs_.emplace(id, std::move(job));
   }
-  sort_open_jobs();
+  list_open_jobs();
   if (!open_jobs_.empty()) {
     log_->info("{} unfinished jobs taken up", open_jobs_.size());
   }
@@ -165,6 +182,10 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   if (job.record.settings.in_passes() && work.started != never) {
     work.pass_began = now_;
   }
+  // No more than a few thousand leases a second, however many workers there are.
+  LeaseLength length = options_.lease_length;
+  constexpr double most_leases = 4000;
+  length.longest = std::max(length.longest, static_cast<double>(workers_.size()) / most_leases);
   // A result stays below 32 MiB as the collector has it, so that no errand takes long.
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
   const std::uint64_t most_cells =
@@ -172,7 +193,7 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   if (work.leases) {
     job.next_epoch = work.leases->next_epoch();
   }
-  work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, options_.lease_length),
+  work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, length),
                       prepared.missing, job.next_epoch, most_cells);
   grants_due_ = true;
   if (prepared.complete) {
@@ -200,7 +221,7 @@ void Coordinator::end_pass_if_done(Job& job) {
   }
   std::set<WorkerId> able;
   for (const auto& [peer, worker] : workers_) {
-    if (worker.quarantined.empty()) {
+    if (worker.may_trace()) {
       able.insert(worker.id);
     }
   }
@@ -250,12 +271,13 @@ void Coordinator::finish_job(Job& job) {
     PictureParcel picture;
     std::uint64_t bytes = 0;
     std::string report;
+    std::vector<JobEvent> events;
     std::string failure;
     bool full = false;
   };
   const auto finished = std::make_shared<Finished>();
   backroom_.give([this, finished, store = store_, record = job.record, id = job.record.id,
-                  picture = job.work->picture, facts = job.work->facts,
+                  picture = job.work->picture, facts = job.work->facts, clock = options_.wall_clock,
                   generation = job.work->generation]() mutable -> Backroom::Outcome {
     try {
       auto made = finish_picture(*picture, record, facts);
@@ -263,6 +285,8 @@ void Coordinator::finish_job(Job& job) {
       record.report = std::move(made.report);
       record.state = JobState::done;
       record.reason.clear();
+      record.note(clock(), "done");
+      finished->events = record.events;
       const auto& parts = made.picture;
       finished->bytes = picture_size(parts.image.width, parts.image.height, true);
       if (store != nullptr) {
@@ -294,6 +318,7 @@ void Coordinator::finish_job(Job& job) {
         return;
       }
       there->record.report = finished->report;
+      there->record.events = finished->events;
       if (store_ == nullptr) {
         there->picture = finished->picture;
         there->picture_bytes = finished->bytes;
@@ -307,28 +332,28 @@ void Coordinator::finish_job(Job& job) {
   });
 }
 
-/// A job that has ended needs nothing but its record, and its picture.
+/// A job that has ended needs nothing but its record, and its picture; or, while there is room,
+/// what it takes to go on after all.
 void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
-  const bool kept = state == JobState::done;  // with its picture
   job.record.state = state;
   job.record.reason = reason;
   job.phase = JobPhase::ended;
   job.pause_reason.clear();
-  job.scene = {};
+  job.ended_at = now_;
   if (job.work && job.work->leases) {
+    job.next_epoch = job.work->leases->next_epoch();
     for (auto& [peer, worker] : workers_) {
       worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
     }
   }
   job.work.reset();
-  sort_open_jobs();
-  if (store_ != nullptr && !kept) {
-    backroom_.give([store = store_, record = job.record]() -> Backroom::Outcome {
-      store->put_job(record);
-      store->drop_work(record.id);
-      return {};
-    });
+  if (state == JobState::done) {
+    job.scene = {};  // its record is kept, with its picture
+  } else {
+    note(job, fmt::format("{}: {}", name_of(state), reason));
+    keep(job);
   }
+  list_open_jobs();
   make_room(0);
   log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
              reason.empty() ? "" : ": ", reason);
@@ -340,50 +365,46 @@ void Coordinator::fail_job(Job& job, const std::string& reason) {
 
 /// Forgets the oldest ended job when there are too many.
 void Coordinator::make_room_for_job() {
-  if (jobs_.size() + submitting_.size() <= options_.max_jobs) {
+  if (jobs_.size() + submitting_.size() <= options_.limits.jobs) {
     return;
   }
   const auto oldest =
       std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return j.second.ended(); });
   if (oldest == jobs_.end()) {
-    throw InputError("this coordinator has its " + std::to_string(options_.max_jobs) +
+    throw InputError("this coordinator has its " + std::to_string(options_.limits.jobs) +
                      " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
-  log_->info("job {} '{}' forgotten to make room", oldest->first, oldest->second.record.name);
-  if (store_ != nullptr) {
-    backroom_.give([store = store_, id = oldest->first]() -> Backroom::Outcome {
-      store->drop_job(id);
-      return {};
-    });
-  }
-  jobs_.erase(oldest);
+  forget_job(oldest->first, "to make room");
 }
 
-/// Whether so many bytes more are within memory. Finished pictures make room, the oldest first; the
-/// last one only if nothing else can.
+/// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest
+/// first; the last picture only if nothing else can.
 bool Coordinator::make_room(std::uint64_t bytes) {
   std::uint64_t in_use = memory_in_use() + bytes;
-  std::uint64_t in_pictures = 0;
+  std::uint64_t kept = 0;
   std::size_t pictures = 0;
   bool at_work = false;
   for (const auto& [id, job] : jobs_) {
-    in_pictures += job.picture_bytes;
+    kept += job.kept_bytes();
     pictures += job.picture_bytes > 0 ? 1 : 0;
     at_work = at_work || job.work;
   }
-  if (in_use - in_pictures > options_.memory) {
+  if (in_use - kept > options_.memory) {
     return false;  // in vain
   }
   for (auto& [id, job] : jobs_) {
-    if (in_use <= options_.memory || (pictures == 1 && (at_work || bytes == 0))) {
+    if (in_use <= options_.memory) {
       break;
     }
-    if (job.picture_bytes > 0) {
-      in_use -= job.picture_bytes;
-      --pictures;
-      job.picture = {};
-      job.picture_bytes = 0;
+    const bool last_picture = job.picture_bytes > 0 && pictures == 1;
+    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) {
+      continue;
     }
+    in_use -= job.kept_bytes();
+    pictures -= job.picture_bytes > 0 ? 1 : 0;
+    job.picture = {};
+    job.picture_bytes = 0;
+    job.scene = {};
   }
   return in_use <= options_.memory;
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iostream>
 #include <memory>
 #include <random>
@@ -41,8 +42,35 @@ struct Arguments {
   std::string log_level = "info";
   double memory_gib = static_cast<double>(default_memory_gib());
   std::size_t max_failures = 3;
+  double disk_gib = 100;
+  double user_disk_gib = 50;
+  double keep_days = 90;
   CoordinatorOptions options;
 };
+
+void declare_limits(CommandLine& line, Arguments& a) {
+  Limits& limits = a.options.limits;
+  line.number("--max-jobs", limits.jobs, 1, 1000000,
+              "Jobs kept; the oldest that has ended makes room")
+      .show_default();
+  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000, "Unfinished jobs of one user")
+      .show_default();
+  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Pixels of a picture")
+      .show_default();
+  line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
+              "Pixels of all unfinished jobs of one user")
+      .show_default();
+  line.number("--max-disk", a.disk_gib, 0.001, 1e6,
+              "GiB below --state; jobs that have ended make room, the oldest first")
+      .show_default();
+  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6, "GiB below --state of one user")
+      .show_default();
+  line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days that a job is kept once it has ended")
+      .show_default();
+  line.number("--max-requests", limits.requests, 1, 1000000,
+              "Messages a second of one peer that is no worker; more are dropped")
+      .show_default();
+}
 
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--bind", a.bind,
@@ -56,9 +84,7 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.option("--state", a.state,
               "Directory for jobs, accepted rows and pictures, so that a coordinator started "
               "again goes on; without it they end with the process");
-  line.number("--max-jobs", a.options.max_jobs, 1, 1000000,
-              "Jobs kept; the oldest that has ended makes room")
-      .show_default();
+  declare_limits(line, a);
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
       .show_default();
   line.number("--memory", a.memory_gib, 0.001, 1e6,
@@ -113,6 +139,10 @@ Time from_seconds(double value) {
   return std::chrono::duration_cast<Time>(std::chrono::duration<double>(value));
 }
 
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 /// Anywhere: no other life's epochs are within reach.
 Epoch random_epoch() {
   std::random_device device;
@@ -153,6 +183,10 @@ int serve(Arguments& a) {
   }
   a.options.memory = static_cast<std::uint64_t>(a.memory_gib * 0x1p30);
   a.options.max_failures = static_cast<std::uint32_t>(a.max_failures);
+  a.options.limits.disk = static_cast<std::uint64_t>(a.disk_gib * 0x1p30);
+  a.options.limits.user_disk = static_cast<std::uint64_t>(a.user_disk_gib * 0x1p30);
+  a.options.limits.keep_seconds = a.keep_days * 24 * 3600;
+  a.options.wall_clock = seconds_since_1970;
   a.options.backroom.wake = [&server] { server.link().wake(); };
   Coordinator coordinator(a.options, store.get(), log);
   const SteadyClock clock;

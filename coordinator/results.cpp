@@ -202,6 +202,14 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   }
   workers_.measure(*worker, merged.samples, merged.seconds);
   ++worker->accepted;
+  if (merged.samples > 0) {
+    constexpr double least = 1e-10;
+    constexpr double most = 1e3;
+    const double price = std::clamp(
+        merged.seconds * worker->hello.threads / static_cast<double>(merged.samples), least, most);
+    work.price = work.price > 0 ? (work.price + price) / 2 : price;
+    price_ = work.price;
+  }
   if (work.contributors.insert(worker->id).second) {
     work.facts.threads += worker->hello.threads;
     ++work.facts.workers;
@@ -252,6 +260,7 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
                   dispute.claims[0].name, dispute.claims[1].name);
+  note(job, job.record.flag);
   keep(job);
   job.work->disputes.push_back(std::move(dispute));
   ask_another(job, job.work->disputes.back());
@@ -267,7 +276,7 @@ void Coordinator::ask_another(Job& job, Dispute& dispute) {
   }
   job.work->leases->want_check(dispute.range, heard);
   const bool somebody = std::any_of(workers_.begin(), workers_.end(), [&](const auto& worker) {
-    return worker.second.quarantined.empty() && !heard.contains(worker.second.id);
+    return worker.second.may_trace() && !heard.contains(worker.second.id);
   });
   if (!somebody) {
     job.pause_reason = "workers " + names +
@@ -305,10 +314,11 @@ void Coordinator::convict(TracerKey tracer, const std::string& name, const std::
       "worker '{}' returns wrong bits ({}): it gets no more leases, and what it alone has "
       "traced is traced again: test that machine",
       name, why);
-  convicted_.insert(tracer);
+  convicted_[tracer] = name;
+  keep_worker_notes();
   WorkerRecord* worker = workers_.by_key(tracer);
   if (worker != nullptr) {
-    workers_.quarantine(*worker, why);
+    workers_.bar(*worker, why, worker->drained);
     worker->held = 0;
   }
   for (const JobId id : std::vector<JobId>(open_jobs_)) {
@@ -387,6 +397,7 @@ void Coordinator::retract(Job& job, TracerKey tracer, const std::string& name) {
               --work.errands;
               if (retracted->relied) {
                 there->record.flag = retracted->flag;
+                note(*there, retracted->flag);
                 work.samples = retracted->samples;
                 work.cells = retracted->cells;
                 if (retracted->retraction.restarted) {
@@ -435,6 +446,7 @@ void Coordinator::note_failure(Time now, Job& job, Failure failure) {
       now, fmt::format("job {}: worker '{}' could not trace cells [{}, {}): {}", job.record.id,
                        failure.worker, failure.range.begin, failure.range.end, failure.reason));
   job.work->failures.push_back(failure);
+  note(job, fmt::format("worker '{}' could not trace a part: {}", failure.worker, failure.reason));
   std::map<std::string, std::uint32_t> times;
   const std::vector<Failure>& all = job.work->failures;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -448,9 +460,11 @@ void Coordinator::note_failure(Time now, Job& job, Failure failure) {
       workers_.usable() > 0 &&
       std::all_of(workers_.begin(), workers_.end(), [&](const auto& worker) {
         const auto found = times.find(worker.second.hello.name);
-        return !worker.second.quarantined.empty() || (found != times.end() && found->second >= 2);
+        return !worker.second.may_trace() || (found != times.end() && found->second >= 2);
       });
-  if (times.size() >= options_.max_failures || everybody_twice) {
+  const std::uint32_t most =
+      job.record.max_failures > 0 ? job.record.max_failures : options_.max_failures;
+  if (times.size() >= most || everybody_twice) {
     fail_job(job, fmt::format("{} (so failed {} worker{}, the last '{}')", failure.reason,
                               times.size(), times.size() == 1 ? ", twice" : "s", failure.worker));
   }

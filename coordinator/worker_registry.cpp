@@ -1,10 +1,29 @@
 #include "coordinator/worker_registry.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "coordinator/job_picture.h"
 
 namespace parray {
+
+using nlohmann::json;
+
+json worker_summary(const WorkerRecord& worker, Time now) {
+  const std::string_view state = !worker.quarantined.empty() ? "quarantined"
+                                 : !worker.drained           ? "ready"
+                                 : worker.held > 0           ? "draining"
+                                                             : "drained";
+  return {{"name", worker.hello.name},
+          {"host", worker.hello.host},
+          {"threads", worker.hello.threads},
+          {"leases", worker.held},
+          {"accepted", worker.accepted},
+          {"samples_per_second", worker.samples_per_second},
+          {"state", state},
+          {"reason", worker.quarantined},
+          {"seconds_silent", to_seconds(now - worker.last_heard)}};
+}
 
 WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
   const auto found = workers_.find(peer);
@@ -45,7 +64,7 @@ void WorkerRegistry::remove(const PeerId& peer) {
   if (found == workers_.end()) {
     return;
   }
-  if (found->second.quarantined.empty()) {
+  if (found->second.may_trace()) {
     count(found->second, false);
   }
   peers_.erase(found->second.id);
@@ -68,20 +87,28 @@ void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
 void WorkerRegistry::measure(WorkerRecord& worker, std::uint64_t samples, double took) {
   // What is shorter than any clock measures says nothing.
   constexpr double shortest = 1e-6;
-  if (samples == 0 || !worker.quarantined.empty()) {
+  if (samples == 0) {
     return;
   }
   const double speed = static_cast<double>(samples) / std::max(took, shortest);
-  count(worker, false);
-  worker.samples_per_second =
-      worker.samples_per_second > 0 ? (worker.samples_per_second + speed) / 2 : speed;
-  count(worker, true);
+  const auto settle = [&](bool in) {
+    if (worker.may_trace()) {
+      count(worker, in);
+    }
+  };
+  settle(false);
+  // Slower counts at once: a lease that is too long costs more than some that are too short.
+  const double known = worker.samples_per_second;
+  worker.samples_per_second = known > 0 && speed > known ? (known + speed) / 2 : speed;
+  settle(true);
 }
 
-void WorkerRegistry::quarantine(WorkerRecord& worker, const std::string& why) {
-  if (worker.quarantined.empty()) {
-    count(worker, false);
-    worker.quarantined = why;
+void WorkerRegistry::bar(WorkerRecord& worker, const std::string& why, bool drained) {
+  const bool before = worker.may_trace();
+  worker.quarantined = why;
+  worker.drained = drained;
+  if (worker.may_trace() != before) {
+    count(worker, !before);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,11 +36,16 @@ struct WorkerRecord {
   /// Job and epoch of the lease that it was tracing when it was last heard.
   std::optional<std::pair<std::uint64_t, Epoch>> tracing;
   std::string quarantined;                ///< why it gets no more leases; empty: it does
+  bool drained = false;                   ///< it gets no more because somebody has asked for that
   std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
                                           ///< none of their leases
 
-  [[nodiscard]] bool has_room() const { return quarantined.empty() && held < hello.capacity; }
+  [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained; }
+  [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }
 };
+
+/// The worker map of PROTOCOL.md.
+nlohmann::json worker_summary(const WorkerRecord& worker, Time now);
 
 /// All workers that are connected. Plain state; one thread.
 class WorkerRegistry {
@@ -58,7 +64,8 @@ class WorkerRegistry {
 
   /// A result of `samples` took so many seconds: a worker's speed is the mean of the last few.
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);
-  void quarantine(WorkerRecord& worker, const std::string& why);
+  /// No more leases for it, or, where `why` is empty and it is not `drained`, again.
+  void bar(WorkerRecord& worker, const std::string& why, bool drained);
   [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
 
   /// Those from whom nothing has been heard since `since`. Looked for at most ten times a second.

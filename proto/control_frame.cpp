@@ -1,5 +1,6 @@
 #include "proto/control_frame.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/printable.h"
@@ -261,17 +262,15 @@ void ControlReader::list(const char* key, nlohmann::json& value) const {
   value = at(key);
 }
 
-void ControlReader::verdict(const char* key, msg::Verdict& value) const {
+std::size_t ControlReader::index_of(const char* key,
+                                    std::span<const std::string_view> names) const {
   std::string name;
   text(key, name, max_name);
-  using enum msg::Verdict;
-  for (const msg::Verdict candidate : {accepted, duplicate, stale, mismatch}) {
-    if (name == name_of(candidate)) {
-      value = candidate;
-      return;
-    }
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    malformed(key, "is none of its words");
   }
-  malformed(key, "is not a verdict");
+  return static_cast<std::size_t>(found - names.begin());
 }
 
 }  // namespace parray

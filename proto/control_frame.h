@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -37,7 +39,11 @@ class ControlWriter {
   void settings(const char* key, RenderSettings& value);
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
   void list(const char* key, nlohmann::json& value) { map_[key] = value; }
-  void verdict(const char* key, msg::Verdict& value) { map_[key] = name_of(value); }
+  /// One of `names`, which has a name for each value of the enumeration.
+  template <typename Enum, std::size_t N>
+  void word(const char* key, Enum& value, const std::array<std::string_view, N>& names) {
+    map_[key] = names[static_cast<std::size_t>(value)];
+  }
 
   /// The control frame.
   [[nodiscard]] std::string frame() const;
@@ -73,12 +79,18 @@ class ControlReader {
   void settings(const char* key, RenderSettings& value) const;
   void object(const char* key, nlohmann::json& value) const;
   void list(const char* key, nlohmann::json& value) const;
-  void verdict(const char* key, msg::Verdict& value) const;
+  template <typename Enum, std::size_t N>
+  void word(const char* key, Enum& value, const std::array<std::string_view, N>& names) const {
+    value = static_cast<Enum>(index_of(key, names));
+  }
 
  private:
   [[nodiscard]] const nlohmann::json& at(const char* key) const;
   [[nodiscard]] std::uint64_t integer(const char* key, std::uint64_t lowest,
                                       std::uint64_t highest) const;
+  /// Of the text in `names`.
+  [[nodiscard]] std::size_t index_of(const char* key,
+                                     std::span<const std::string_view> names) const;
 
   nlohmann::json map_;
   std::string type_;

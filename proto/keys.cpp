@@ -118,7 +118,17 @@ struct Member {
   Role role;
   std::string name;
   std::string key;
+  double share = 1;
 };
+
+/// The rest of a line: nothing, or a share.
+bool read_share(std::istringstream& words, double& share) {
+  if (words >> std::ws; words.eof()) {
+    return true;
+  }
+  return words >> share && share >= least_share && share <= largest_share &&
+         (words >> std::ws).eof();
+}
 
 std::vector<Member> read_members(const fs::path& file) {
   std::vector<Member> members;
@@ -135,9 +145,10 @@ std::vector<Member> read_members(const fs::path& file) {
     words >> role >> member.name >> member.key;
     const auto known =
         std::find_if(roles.begin(), roles.end(), [&](Role r) { return name_of(r) == role; });
-    if (known == roles.end() || !is_name(member.name) || !is_key(member.key)) {
+    if (known == roles.end() || !is_name(member.name) || !is_key(member.key) ||
+        !read_share(words, member.share)) {
       throw InputError(file.string() + ":" + std::to_string(number) +
-                       ": not a line 'worker|client|admin NAME PUBLIC-KEY'");
+                       ": not a line 'worker|client|admin NAME PUBLIC-KEY [SHARE]'");
     }
     member.role = *known;
     members.push_back(std::move(member));
@@ -146,18 +157,23 @@ std::vector<Member> read_members(const fs::path& file) {
 }
 
 void write_members(const fs::path& file, const std::vector<Member>& members, bool fresh) {
-  std::string text = "# ParRay: who may connect. worker|client|admin NAME PUBLIC-KEY\n";
+  std::ostringstream text;
+  text << "# ParRay: who may connect. worker|client|admin NAME PUBLIC-KEY [SHARE]\n";
   for (const Member& member : members) {
-    text += std::string(name_of(member.role)) + " " + member.name + " " + member.key + "\n";
+    text << name_of(member.role) << " " << member.name << " " << member.key;
+    if (member.share != 1) {
+      text << " " << member.share;
+    }
+    text << "\n";
   }
-  write_file(file, text, 0644, fresh);
+  write_file(file, text.str(), 0644, fresh);
 }
 
 Member make_member(const fs::path& directory, const std::string& coordinator, Role role,
                    const std::string& name) {
   const KeyPair pair = make_key_pair();
   write_file(directory / (name + ".key"), member_text(coordinator, pair, role, name), 0600, true);
-  return {role, name, pair.open};
+  return {role, name, pair.open, 1};
 }
 
 }  // namespace
@@ -205,7 +221,7 @@ void make_farm_keys(const fs::path& directory) {
                 true);
 }
 
-void add_member_key(const fs::path& directory, Role role, const std::string& name) {
+void add_member_key(const fs::path& directory, Role role, const std::string& name, double share) {
   if (!is_name(name) || name == "coordinator") {
     throw InputError("'" + name +
                      "' is no name for a key: 1 to 64 letters, digits, '.', '_' and '-'");
@@ -218,6 +234,7 @@ void add_member_key(const fs::path& directory, Role role, const std::string& nam
                      "', already: remove it first, or take another");
   }
   members.push_back(make_member(directory, coordinator.open, role, name));
+  members.back().share = share;
   write_members(allowed_file(directory), members, false);
 }
 
@@ -252,7 +269,7 @@ AllowList::AllowList(const fs::path& directory) : file_(allowed_file(directory))
 void AllowList::read() {
   std::map<std::string, Sender> members;
   for (const Member& member : read_members(file_)) {
-    members[member.key] = {member.role, member.name};
+    members[member.key] = {member.role, member.name, member.share};
   }
   members_ = std::move(members);
 }

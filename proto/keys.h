@@ -14,7 +14,7 @@
 /// administrator can read.
 ///
 ///     DIR/coordinator.key   the coordinator's own pair; it never leaves its machine
-///     DIR/allowed           who may connect: a line "ROLE NAME PUBLIC-KEY" each
+///     DIR/allowed           who may connect: a line "ROLE NAME PUBLIC-KEY [SHARE]" each
 ///     DIR/NAME.key          what a worker or a person gets: the coordinator's public key, and a
 ///     pair
 ///
@@ -35,7 +35,12 @@ std::string_view name_of(Role role);
 struct Sender {
   Role role = Role::any;
   std::string name;  ///< of the key; empty where there are none
+  double share = 1;  ///< of the farm, against others' shares
 };
+
+/// Least and largest share that a user may have.
+inline constexpr double least_share = 0.001;
+inline constexpr double largest_share = 1000;
 
 struct KeyPair {
   std::string open;
@@ -56,8 +61,9 @@ struct MemberKey {
 void make_farm_keys(const std::filesystem::path& directory);
 /// Makes DIR/NAME.key and allows it. `name`: 1 .. 64 letters, digits, '.', '_' and '-'. Throws
 /// InputError when there are no farm's keys in DIR or the name is taken, is none or is
-/// "coordinator".
-void add_member_key(const std::filesystem::path& directory, Role role, const std::string& name);
+/// "coordinator". `share`: least_share .. largest_share.
+void add_member_key(const std::filesystem::path& directory, Role role, const std::string& name,
+                    double share = 1);
 /// Takes NAME off the list: a running coordinator hears no more of that key from the next second
 /// on. Throws InputError when it is not on it.
 void remove_member_key(const std::filesystem::path& directory, const std::string& name);

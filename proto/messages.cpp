@@ -25,6 +25,7 @@ void fields(F& f, msg::Hello& m) {
   f.number("capacity", m.capacity, 1U, 16U);
   f.number("trace_version", m.trace);
   f.text("fingerprint", m.fingerprint, max_name);
+  f.text("host", m.host, max_name);
 }
 template <typename F>
 void fields(F& f, msg::Welcome& m) {
@@ -81,7 +82,7 @@ template <typename F>
 void fields(F& f, msg::ResultVerdict& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
-  f.verdict("verdict", m.verdict);
+  f.word("verdict", m.verdict, verdict_names);
 }
 template <typename F>
 void fields(F& f, msg::Revoke& m) {
@@ -102,6 +103,8 @@ void fields(F& f, msg::Submit& m) {
   f.text("precision_reason", m.precision_reason, max_line);
   f.number("duplicates_removed", m.duplicates_removed);
   f.duration("load_seconds", m.load_seconds);
+  f.text("user", m.user, 64);
+  f.number("max_failures", m.max_failures, 0U, 1000U);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {
@@ -128,19 +131,11 @@ void fields(F& f, msg::Job& m) {
   f.object("job", m.job);
 }
 template <typename F>
-void fields(F& f, msg::Cancel& m) {
+void fields(F& f, msg::SteerJob& m) {
   f.number("request", m.request);
   f.number("job", m.job);
-}
-template <typename F>
-void fields(F& f, msg::Pause& m) {
-  f.number("request", m.request);
-  f.number("job", m.job);
-}
-template <typename F>
-void fields(F& f, msg::Resume& m) {
-  f.number("request", m.request);
-  f.number("job", m.job);
+  f.word("action", m.action, job_action_names);
+  f.number("priority", m.priority, 0U, 100U);
 }
 template <typename F>
 void fields(F& f, msg::Fetch& m) {
@@ -162,6 +157,13 @@ void fields(F& f, msg::ListWorkers& m) {
   f.number("request", m.request);
 }
 template <typename F>
+void fields(F& f, msg::SteerWorkers& m) {
+  f.number("request", m.request);
+  f.word("action", m.action, worker_action_names);
+  f.flag("host", m.host);
+  f.text("name", m.name, max_name, 1);
+}
+template <typename F>
 void fields(F& f, msg::Workers& m) {
   f.number("request", m.request);
   f.list("workers", m.workers);
@@ -176,10 +178,10 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",      "welcome",   "refuse",    "heartbeat", "pulse",        "who",     "grant",
-    "need_scene", "scene",     "result",    "failed",    "verdict",      "revoke",  "bye",
-    "submit",     "submitted", "list_jobs", "jobs",      "show_job",     "job",     "cancel",
-    "pause",      "resume",    "fetch",     "image",     "list_workers", "workers", "error"};
+    "hello",      "welcome",   "refuse",       "heartbeat",     "pulse",    "who",    "grant",
+    "need_scene", "scene",     "result",       "failed",        "verdict",  "revoke", "bye",
+    "submit",     "submitted", "list_jobs",    "jobs",          "show_job", "job",    "steer_job",
+    "fetch",      "image",     "list_workers", "steer_workers", "workers",  "error"};
 
 // The bulk frame of the messages that have one.
 
@@ -331,11 +333,6 @@ Frames Envelope::frames() const {
     return encode(*message);
   }
   return std::get<Frames>(content_);
-}
-
-std::string_view name_of(msg::Verdict verdict) {
-  constexpr std::array<std::string_view, 4> names = {"accepted", "duplicate", "stale", "mismatch"};
-  return names[static_cast<std::size_t>(verdict)];
 }
 
 }  // namespace parray

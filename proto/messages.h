@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,7 +18,7 @@
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 2;
+inline constexpr std::uint32_t protocol_version = 3;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
@@ -32,6 +33,7 @@ struct Hello {
   std::uint32_t capacity = 2;
   std::uint32_t trace = trace_version;
   std::string fingerprint;
+  std::string host{};  ///< its machine's name; workers of one share what has come there
 };
 struct Welcome {
   std::uint32_t heartbeat_ms = 1000;
@@ -102,6 +104,8 @@ struct Submit {
   double load_seconds = 0;
   SceneParcel scene;
   std::uint64_t duplicates_removed = 0;
+  std::string user;                ///< counts only where there are no keys to tell
+  std::uint32_t max_failures = 0;  ///< 0: the coordinator's
 };
 struct Submitted {
   std::uint64_t request = 0;
@@ -122,17 +126,12 @@ struct Job {
   std::uint64_t request = 0;
   nlohmann::json job;
 };
-struct Cancel {
+enum class JobAction : std::uint8_t { pause, resume, cancel, requeue, forget, prioritise };
+struct SteerJob {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
-};
-struct Pause {
-  std::uint64_t request = 0;
-  std::uint64_t job = 0;
-};
-struct Resume {
-  std::uint64_t request = 0;
-  std::uint64_t job = 0;
+  JobAction action = JobAction::pause;
+  std::uint32_t priority = 50;  ///< of `prioritise`
 };
 struct Fetch {
   std::uint64_t request = 0;
@@ -151,6 +150,13 @@ struct ImageData {
 struct ListWorkers {
   std::uint64_t request = 0;
 };
+enum class WorkerAction : std::uint8_t { drain, readmit };
+struct SteerWorkers {
+  std::uint64_t request = 0;
+  WorkerAction action = WorkerAction::drain;
+  bool host = false;  ///< `name` is that of a host: all workers there
+  std::string name;
+};
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
@@ -164,12 +170,12 @@ struct Error {
 
 }  // namespace msg
 
-using Message = std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse,
-                             msg::Who, msg::Grant, msg::NeedScene, msg::SceneData, msg::Result,
-                             msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
-                             msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job,
-                             msg::Cancel, msg::Pause, msg::Resume, msg::Fetch, msg::ImageData,
-                             msg::ListWorkers, msg::Workers, msg::Error>;
+using Message =
+    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
+                 msg::Grant, msg::NeedScene, msg::SceneData, msg::Result, msg::Failed,
+                 msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
+                 msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
+                 msg::ImageData, msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.
@@ -190,6 +196,11 @@ Frames encode(const Message& message);
 /// ProtocolError, and nothing else, for any bytes.
 Message decode(const Frames& frames);
 
-std::string_view name_of(msg::Verdict verdict);
+/// As they travel, in the order of the enumerations.
+inline constexpr std::array<std::string_view, 4> verdict_names = {"accepted", "duplicate", "stale",
+                                                                  "mismatch"};
+inline constexpr std::array<std::string_view, 6> job_action_names = {
+    "pause", "resume", "cancel", "requeue", "forget", "prioritise"};
+inline constexpr std::array<std::string_view, 2> worker_action_names = {"drain", "readmit"};
 
 }  // namespace parray

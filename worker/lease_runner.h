@@ -21,6 +21,8 @@ class LeaseRunner {
   /// team is done, or something has arrived.
   Time tick(Time now);
 
+  /// Nothing is being traced, and no lease is at hand.
+  [[nodiscard]] bool idle() const { return !next_ && !tracing_; }
   /// Nothing will be left to do.
   [[nodiscard]] bool over() const { return over_; }
   /// Gives up what it holds, and reports to the source what the team has done.

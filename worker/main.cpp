@@ -26,6 +26,7 @@ struct Arguments {
   int threads = usable_cpus();
   std::string keys;
   std::string name;
+  double idle_exit = 0;
   std::string log_level = "info";
 };
 
@@ -38,15 +39,18 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.number("--threads", a.threads, 1, 4096, "Threads that trace; default: the usable CPUs")
       .show_default();
   line.option("--name", a.name, "Name shown by parray workers; default: host name and process");
+  line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
+              "End after so many seconds without work, connected or not; 0: never")
+      .show_default();
   line.option("--log-level", a.log_level, "debug, info, warn or error")
       .one_of({"debug", "info", "warn", "error"})
       .show_default();
 }
 
-std::string default_name() {
+std::string host_name() {
   std::array<char, 100> host{};
   gethostname(host.data(), host.size() - 1);
-  return std::string(host.data()) + "-" + std::to_string(getpid());
+  return host.data();
 }
 
 std::string fresh_instance() {
@@ -57,8 +61,9 @@ std::string fresh_instance() {
 /// Tells connections made and lost, by watching the worker's state.
 class Reporter {
  public:
-  Reporter(const Worker& worker, spdlog::logger& log, bool keys)
-      : worker_(worker), log_(log), keys_(keys) {}
+  /// `idle_exit`: seconds without work after which it is to stop; 0: never.
+  Reporter(const Worker& worker, spdlog::logger& log, bool keys, double idle_exit)
+      : worker_(worker), log_(log), keys_(keys), idle_exit_(idle_exit) {}
 
   bool stop(const std::string& address) {
     constexpr Time long_since = seconds(10);
@@ -73,15 +78,29 @@ class Reporter {
       connected_ ? log_.info("serving {}", address)
                  : log_.warn("no word from {}: trying again", address);
     }
-    return interrupt_noted() || !worker_.refused().empty();
+    return interrupt_noted() || !worker_.refused().empty() || idle_for_too_long();
   }
 
  private:
+  bool idle_for_too_long() {
+    const Time now = clock_.now();
+    if (!worker_.idle()) {
+      at_work_ = now;
+    }
+    if (idle_exit_ == 0 || to_seconds(now - at_work_) < idle_exit_) {
+      return false;
+    }
+    log_.info("no work for {} s: leaving, as --idle-exit says", idle_exit_);
+    return true;
+  }
+
   const Worker& worker_;
   spdlog::logger& log_;
   const bool keys_;
+  const double idle_exit_;
   const SteadyClock clock_;
   const Time began_ = clock_.now();
+  Time at_work_ = began_;  ///< when it last was
   bool connected_ = false;
   bool told_ = false;
 };
@@ -96,7 +115,8 @@ int work(const Arguments& a) {
   const auto link = zmq_connect(a.coordinator, default_max_message_bytes, seconds(1), key);
   ThreadTeam team(a.threads, [&link] { link->wake(); });
   WorkerOptions options;
-  options.name = a.name.empty() ? default_name() : a.name;
+  options.name = a.name.empty() ? host_name() + "-" + std::to_string(getpid()) : a.name;
+  options.host = host_name();
   options.instance = fresh_instance();
   options.threads = static_cast<std::uint32_t>(a.threads);
   options.fingerprint = trace_fingerprint();
@@ -104,7 +124,7 @@ int work(const Arguments& a) {
   const SteadyClock clock;
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
             a.coordinator);
-  Reporter reporter(worker, *log, key.has_value());
+  Reporter reporter(worker, *log, key.has_value(), a.idle_exit);
   run_actor(worker, *link, clock, [&](Time) { return reporter.stop(a.coordinator); });
   if (!worker.refused().empty()) {
     throw RunError("the coordinator at " + a.coordinator +

@@ -190,7 +190,7 @@ void MessageSource::beat(Time now, const TeamState& team) {
   next_beat_ = now + heartbeat_;
   if (!connected_) {
     send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
-                    options_.capacity, trace_version, options_.fingerprint});
+                    options_.capacity, trace_version, options_.fingerprint, options_.host});
     return;
   }
   msg::Heartbeat heartbeat;

@@ -23,6 +23,7 @@ struct WorkerOptions {
   std::string fingerprint;
   /// The coordinator is in this process: messages travel as they are, and scenes are believed.
   bool in_process = false;
+  std::string host{};  ///< its machine's name
 };
 
 /// Leases by messages, a worker's side of PROTOCOL.md: says hello, keeps scenes and granted leases,
@@ -49,6 +50,8 @@ class MessageSource final : public LeaseSource {
 
   /// Not empty once the coordinator has refused this worker.
   [[nodiscard]] const std::string& refused() const { return refusal_; }
+  /// Leases that wait, or whose results nobody has acknowledged.
+  [[nodiscard]] bool holds_any() const { return !waiting_.empty() || !unacknowledged_.empty(); }
   [[nodiscard]] bool connected() const { return connected_; }
 
  private:

@@ -34,6 +34,8 @@ class Worker final : public Actor {
   /// Not empty once the coordinator has refused this worker.
   [[nodiscard]] const std::string& refused() const { return source_.refused(); }
   [[nodiscard]] bool connected() const { return source_.connected(); }
+  /// It has nothing to trace, and no result that the coordinator has not heard of.
+  [[nodiscard]] bool idle() const { return runner_.idle() && !source_.holds_any(); }
 
  private:
   /// Stands still within a turn.

@@ -8,9 +8,7 @@ void add_commands(CommandLine& line, Action& chosen) {
   add_jobs(line, chosen);
   add_show(line, chosen);
   add_watch(line, chosen);
-  add_pause(line, chosen);
-  add_resume(line, chosen);
-  add_cancel(line, chosen);
+  add_steering(line, chosen);
   add_fetch(line, chosen);
   add_workers(line, chosen);
   add_keygen(line, chosen);

@@ -12,9 +12,8 @@ void add_submit(CommandLine& line, Action& chosen);
 void add_jobs(CommandLine& line, Action& chosen);
 void add_show(CommandLine& line, Action& chosen);
 void add_watch(CommandLine& line, Action& chosen);
-void add_pause(CommandLine& line, Action& chosen);
-void add_resume(CommandLine& line, Action& chosen);
-void add_cancel(CommandLine& line, Action& chosen);
+/// Those that change a job.
+void add_steering(CommandLine& line, Action& chosen);
 void add_fetch(CommandLine& line, Action& chosen);
 void add_workers(CommandLine& line, Action& chosen);
 void add_keygen(CommandLine& line, Action& chosen);

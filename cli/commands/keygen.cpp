@@ -17,6 +17,7 @@ struct KeygenCommand {
   std::string role;
   std::string name;
   std::string removed;
+  double share = 1;
 };
 
 int make_farm(const fs::path& directory) {
@@ -45,7 +46,7 @@ int keygen(const KeygenCommand& command) {
   const Role role = command.role == "worker"  ? Role::worker
                     : command.role == "admin" ? Role::admin
                                               : Role::client;
-  add_member_key(directory, role, command.name);
+  add_member_key(directory, role, command.name, command.share);
   std::cout << "give " << (directory / (command.name + ".key")).string() << " to " << name_of(role)
             << " '" << command.name << "' by a safe way\n";
   return 0;
@@ -64,6 +65,10 @@ void add_keygen(CommandLine& line, Action& chosen) {
       .option("--role", options->role,
               "What its owner may do: worker, client or admin (default: client)")
       .one_of({"worker", "client", "admin"})
+      .needs(name);
+  command
+      .number("--share", options->share, least_share, largest_share,
+              "Their part of the farm where several want it, against 1 of others")
       .needs(name);
   command.option("--remove", options->removed, "Take a key off the list, at once and for ever")
       .type_name("NAME")

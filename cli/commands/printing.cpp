@@ -53,6 +53,10 @@ void print_job(const json& map, bool as_json) {
   if (!job.flag.empty()) facts.emplace_back("flag", printable(job.flag, 500));
   if (!job.reason.empty()) facts.emplace_back("reason", printable(job.reason, 500));
   std::cout << list_text(facts);
+  for (const json& event : map.value("events", json::array())) {
+    std::cout << "  " << moment_text(event.at("at").get<double>()) << "  "
+              << printable(event.at("what").get<std::string>(), 500) << "\n";
+  }
 }
 
 }  // namespace parray

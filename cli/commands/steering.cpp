@@ -1,5 +1,5 @@
-// What changes a job: cancel, pause, resume.
-#include <functional>
+// What changes a job: pause, resume, cancel, requeue, forget, priority.
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -11,25 +11,32 @@
 namespace parray {
 namespace {
 
-using Change = nlohmann::json (Client::*)(JobId);
-
 struct SteeringCommand {
   std::uint64_t job = 0;
+  std::uint32_t priority = 0;
   FarmOptions farm;
   bool as_json = false;
 };
 
-void add_steering(CommandLine& line, Action& chosen, const char* name, const char* help,
-                  Change change) {
-  Command command = line.command(name, help);
+void add_action(CommandLine& line, Action& chosen, const char* help, msg::JobAction action) {
+  const bool prioritise = action == msg::JobAction::prioritise;
+  const std::string name(job_action_names[static_cast<std::size_t>(action)]);
+  Command command = line.command(prioritise ? "priority" : name, help);
   const auto options = std::make_shared<SteeringCommand>();
   add_job(command, options->job);
+  if (prioritise) {
+    add_whole_number(
+        command, "PRIORITY", 0, 100,
+        [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
+        "Of one user's jobs those of higher priority go first")
+        .required();
+  }
   add_json(command, options->as_json);
   options->farm.add_to(command);
-  command.on_chosen([options, &chosen, change] {
-    chosen = [options, change] {
+  command.on_chosen([options, &chosen, action] {
+    chosen = [options, action] {
       FarmClient client(options->farm);
-      print_job(((*client).*change)(options->job), options->as_json);
+      print_job(client->steer(options->job, action, options->priority), options->as_json);
       return 0;
     };
   });
@@ -37,18 +44,14 @@ void add_steering(CommandLine& line, Action& chosen, const char* name, const cha
 
 }  // namespace
 
-void add_cancel(CommandLine& line, Action& chosen) {
-  add_steering(line, chosen, "cancel", "Cancel a job; one that has ended stays as it is",
-               &Client::cancel);
-}
-
-void add_pause(CommandLine& line, Action& chosen) {
-  add_steering(line, chosen, "pause", "Grant no more work of a job until it is resumed",
-               &Client::pause);
-}
-
-void add_resume(CommandLine& line, Action& chosen) {
-  add_steering(line, chosen, "resume", "Go on with a paused job", &Client::resume);
+void add_steering(CommandLine& line, Action& chosen) {
+  using enum msg::JobAction;
+  add_action(line, chosen, "Grant no more work of a job until it is resumed", pause);
+  add_action(line, chosen, "Go on with a paused job", resume);
+  add_action(line, chosen, "Cancel a job; one that has ended stays as it is", cancel);
+  add_action(line, chosen, "Render a job after all that has failed or was cancelled", requeue);
+  add_action(line, chosen, "Delete a job that has ended, with its picture", forget);
+  add_action(line, chosen, "Change the priority of a job: parray priority JOB 0..100", prioritise);
 }
 
 }  // namespace parray

@@ -17,6 +17,7 @@ struct SubmitCommand {
   OutputOptions output;
   FarmOptions farm;
   std::uint32_t priority = 50;
+  std::uint32_t max_failures = 0;
   bool wait = false;
   Following following;
 };
@@ -25,6 +26,7 @@ int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
+  submission.max_failures = command.max_failures;
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
@@ -65,7 +67,12 @@ void add_submit(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--priority", 0, 100,
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-      "Jobs of higher priority get the workers first (default: 50)");
+      "Of your jobs those of higher priority get the workers first (default: 50)");
+  add_whole_number(
+      command, "--max-failures", 1, 1000,
+      [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
+      "The job fails when so many workers have failed at the same part of it (default: the "
+      "coordinator's)");
   options->render.add_to(command);
   add_following(command, options->following);
   options->farm.add_to(command);

@@ -12,13 +12,33 @@ namespace parray {
 namespace {
 
 struct WorkersCommand {
+  std::string action;  ///< empty: list them
+  std::string name;
+  bool host = false;
   FarmOptions farm;
   bool as_json = false;
 };
 
-int workers(const WorkersCommand& command) {
+nlohmann::json ask(const WorkersCommand& command) {
   FarmClient client(command.farm);
-  const nlohmann::json list = client->workers();
+  if (command.action.empty()) {
+    return client->workers();
+  }
+  if (command.name.empty()) {
+    throw UsageError("workers " + command.action + ": name a worker, or a host with --host");
+  }
+  const msg::WorkerAction action =
+      command.action == "drain" ? msg::WorkerAction::drain : msg::WorkerAction::readmit;
+  nlohmann::json list = client->steer_workers(action, command.name, command.host);
+  if (list.empty()) {
+    std::cerr << "parray: none is there now by the name of " << printable(command.name)
+              << "; it counts for those that come\n";
+  }
+  return list;
+}
+
+int workers(const WorkersCommand& command) {
+  const nlohmann::json list = ask(command);
   if (command.as_json) {
     print_json(list);
     return 0;
@@ -31,17 +51,28 @@ int workers(const WorkersCommand& command) {
                     std::to_string(worker.at("threads").get<std::uint64_t>()),
                     std::to_string(worker.at("leases").get<std::uint64_t>()),
                     speed > 0 ? with_unit(speed, "samples/s") : "not measured",
-                    duration_text(worker.at("seconds_silent").get<double>())});
+                    duration_text(worker.at("seconds_silent").get<double>()),
+                    printable(worker.at("host").get<std::string>()),
+                    printable(worker.at("reason").get<std::string>(), 200)});
   }
-  std::cout << table_text({"WORKER", "STATE", "THREADS", "LEASES", "SPEED", "LAST HEARD"}, rows);
+  std::cout << table_text(
+      {"WORKER", "STATE", "THREADS", "LEASES", "SPEED", "LAST HEARD", "HOST", "REASON"}, rows);
   return 0;
 }
 
 }  // namespace
 
 void add_workers(CommandLine& line, Action& chosen) {
-  Command command = line.command("workers", "List the coordinator's workers");
+  Command command =
+      line.command("workers", "List the coordinator's workers; drain or readmit them");
   const auto options = std::make_shared<WorkersCommand>();
+  command
+      .option("ACTION", options->action,
+              "drain: no more leases for it, those that it has are traced; readmit: it gets "
+              "leases again, whether it was drained or quarantined")
+      .one_of({"drain", "readmit"});
+  command.option("NAME", options->name, "Which one; it counts for those that come later, too");
+  command.flag("--host", options->host, "NAME is a host: all workers there");
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });

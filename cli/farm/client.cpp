@@ -1,5 +1,8 @@
 #include "cli/farm/client.h"
 
+#include <pwd.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -26,6 +29,12 @@ std::string random_token() {
     token += digits[device() % digits.size()];
   }
   return token;
+}
+
+/// Of whoever runs this process; empty: it has none.
+std::string login_name() {
+  const passwd* const entry = getpwuid(getuid());
+  return entry == nullptr ? "" : std::string(entry->pw_name).substr(0, 64);
 }
 
 /// Time that a slow line, 10 MB/s, takes for so much.
@@ -86,6 +95,8 @@ JobId Client::submit(Submission submission) {
   request.precision_reason = std::move(submission.precision_reason);
   request.duplicates_removed = submission.duplicates_removed;
   request.load_seconds = submission.load_seconds;
+  request.max_failures = submission.max_failures;
+  request.user = login_name();
   request.scene = SceneParcel(std::move(submission.scene));
   const std::uint64_t bulk = request.scene.size();
   return ask<msg::Submitted>(std::move(request), bulk).job;
@@ -93,15 +104,17 @@ JobId Client::submit(Submission submission) {
 
 nlohmann::json Client::show(JobId job) { return ask<msg::Job>(msg::ShowJob{0, job}).job; }
 
-nlohmann::json Client::cancel(JobId job) { return ask<msg::Job>(msg::Cancel{0, job}).job; }
-
-nlohmann::json Client::pause(JobId job) { return ask<msg::Job>(msg::Pause{0, job}).job; }
-
-nlohmann::json Client::resume(JobId job) { return ask<msg::Job>(msg::Resume{0, job}).job; }
+nlohmann::json Client::steer(JobId job, msg::JobAction action, std::uint32_t priority) {
+  return ask<msg::Job>(msg::SteerJob{0, job, action, priority}).job;
+}
 
 nlohmann::json Client::jobs() { return ask<msg::Jobs>(msg::ListJobs{}).jobs; }
 
 nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).workers; }
+
+nlohmann::json Client::steer_workers(msg::WorkerAction action, const std::string& name, bool host) {
+  return ask<msg::Workers>(msg::SteerWorkers{0, action, host, name}).workers;
+}
 
 static Picture picture_of(msg::ImageData answer) {
   try {

@@ -24,6 +24,7 @@ struct Submission {
   double load_seconds = 0;
   std::shared_ptr<const Scene> scene;
   std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
+  std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
 };
 
 /// A finished picture and the coordinator's report of it.
@@ -91,12 +92,13 @@ class Client {
   JobId submit(Submission submission);
   /// The job map of PROTOCOL.md.
   nlohmann::json show(JobId job);
-  nlohmann::json cancel(JobId job);
-  nlohmann::json pause(JobId job);
-  nlohmann::json resume(JobId job);
+  /// Answered with the job map, too. `priority`: 0 .. 100, of JobAction::prioritise.
+  nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 0);
   /// Lists of the maps of PROTOCOL.md.
   nlohmann::json jobs();
   nlohmann::json workers();
+  /// Of a worker by name, or all of a host. Answered with the maps of those that are there.
+  nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// The picture of a job that is done; its SHA-256 is checked.
   Picture fetch(JobId job, bool statistics = false);
   /// What there is of the picture of a job that may not be done.

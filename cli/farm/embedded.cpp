@@ -42,7 +42,8 @@ CoordinatorOptions patient_options(const std::string& fingerprint) {
   options.lease_timeout = std::chrono::hours(24);
   options.fingerprint = fingerprint;
   options.memory = std::numeric_limits<std::uint64_t>::max() / 2;  // the user has asked for it
-  options.max_failures = 1;                                        // there is nobody else to try
+  options.limits.pixels = options.limits.user_pixels = std::numeric_limits<std::size_t>::max();
+  options.max_failures = 1;  // there is nobody else to try
   return options;
 }
 

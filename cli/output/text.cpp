@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 
 namespace parray {
 namespace {
@@ -32,6 +33,16 @@ std::string with_unit(double value, std::string_view unit) {
     ++prefix;
   }
   return three_digits(value) + " " + prefixes[prefix] + tail;
+}
+
+std::string moment_text(double since_1970) {
+  constexpr double longest = 1e11;  // some three thousand years, and safe to convert
+  const auto whole = static_cast<std::time_t>(std::clamp(since_1970, 0.0, longest));
+  std::tm local{};
+  localtime_r(&whole, &local);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &local);
+  return text.data();
 }
 
 std::string duration_text(double length) {

@@ -89,7 +89,7 @@ void DiskStore::put_job(const JobRecord& job) {
   std::string text = record_to_json(job);
   JobEntry& entry = jobs_[job.id];
   entry.scene = job.scene;
-  entry.unfinished = is_unfinished(job.state);
+  entry.unfinished = needs_scene(job.state);
   Change& change = changes_[job.id];
   change.record = true;
   change.text = std::move(text);
@@ -171,8 +171,12 @@ void DiskStore::drop_job(JobId job) {
   change.text.clear();
 }
 
+void DiskStore::put_note(const std::string& name, const std::string& text) {
+  new_notes_[name] = text;
+}
+
 void DiskStore::commit() {
-  if (changes_.empty() && new_scenes_.empty() && !scenes_dropped_) {
+  if (changes_.empty() && new_scenes_.empty() && !scenes_dropped_ && new_notes_.empty()) {
     return;
   }
   std::exception_ptr failure;
@@ -249,6 +253,9 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
   for (const std::string& digest : unused) {
     execute(*database_, "DELETE FROM scenes WHERE digest = ?", digest);
   }
+  for (const auto& [name, text] : new_notes_) {
+    execute(*database_, "INSERT OR REPLACE INTO notes VALUES (?, ?)", name, text);
+  }
   for (const auto& [id, change] : changes_) {
     if (!held_back.contains(id)) {
       record_change(id, change);
@@ -294,6 +301,7 @@ void DiskStore::record_picture(JobId job, const JobEntry* entry) {
 /// What was committed is no change any more, and its files that nobody needs go.
 void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   new_scenes_.clear();
+  new_notes_.clear();
   for (const std::string& digest : unused) {
     scenes_.erase(digest);
     remove_file(files_.scene(digest));
@@ -317,6 +325,31 @@ void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::
     }
     return true;
   });
+}
+
+Store::Usage DiskStore::usage() {
+  Usage usage;
+  const auto bytes_of = [](const auto& file) { return file.bytes; };
+  for (const auto& [digest, file] : scenes_) {
+    usage.total += bytes_of(file);
+  }
+  for (const auto& [id, entry] : jobs_) {
+    const std::uint64_t own = (entry.log ? entry.log->committed : 0) +
+                              (entry.picture ? bytes_of(entry.picture->file) : 0);
+    const auto scene = scenes_.find(entry.scene);
+    usage.total += own;
+    usage.jobs[id] = own + (scene == scenes_.end() ? 0 : bytes_of(scene->second));
+  }
+  return usage;
+}
+
+std::string DiskStore::note(const std::string& name) {
+  if (const auto fresh = new_notes_.find(name); fresh != new_notes_.end()) {
+    return fresh->second;
+  }
+  Statement row(*database_, "SELECT text FROM notes WHERE name = ?");
+  row.bind(name);
+  return row.step() ? std::string(row.bytes(0)) : "";
 }
 
 std::vector<JobRecord> DiskStore::jobs() {

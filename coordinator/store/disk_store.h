@@ -60,8 +60,11 @@ class DiskStore final : public Store {
   void put_picture(JobId job, std::span<const std::string_view> pieces) override;
   void drop_work(JobId job) override;
   void drop_job(JobId job) override;
+  void put_note(const std::string& name, const std::string& text) override;
   void commit() override;
 
+  Usage usage() override;
+  std::string note(const std::string& name) override;
   std::vector<JobRecord> jobs() override;
   std::optional<std::string> scene(const std::string& digest) override;
   void each_rows(JobId job, const RowsVisitor& visit) override;
@@ -108,6 +111,7 @@ class DiskStore final : public Store {
   // What of it the database does not know yet.
   std::map<JobId, Change> changes_;
   std::set<std::string> new_scenes_;
+  std::map<std::string, std::string> new_notes_;
   bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
 };
 

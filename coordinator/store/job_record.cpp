@@ -2,6 +2,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "common/base/error.h"
 #include "proto/settings_json.h"
@@ -17,6 +18,23 @@ std::string_view name_of(JobState state) { return state_names[static_cast<std::s
 
 bool is_unfinished(JobState state) {
   return state == JobState::queued || state == JobState::running || state == JobState::paused;
+}
+
+void JobRecord::note(double at, std::string what) {
+  constexpr std::size_t most = 64;
+  constexpr std::ptrdiff_t kept_of_old = 16;
+  if (events.size() == most) {
+    events.erase(events.begin() + kept_of_old);
+  }
+  events.push_back({at, std::move(what)});
+}
+
+json events_to_json(const std::vector<JobEvent>& events) {
+  json list = json::array();
+  for (const JobEvent& event : events) {
+    list.push_back({{"at", event.at}, {"what", event.what}});
+  }
+  return list;
 }
 
 std::string record_to_json(const JobRecord& job) {
@@ -35,7 +53,10 @@ std::string record_to_json(const JobRecord& job) {
                     {"reason", job.reason},
                     {"report", job.report},
                     {"scene_bytes", job.scene_bytes},
-                    {"flag", job.flag}};
+                    {"flag", job.flag},
+                    {"share", job.share},
+                    {"max_failures", job.max_failures},
+                    {"events", events_to_json(job.events)}};
   return map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -68,6 +89,11 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.report = map.at("report");
     job.scene_bytes = map.value("scene_bytes", std::uint64_t{0});
     job.flag = map.value("flag", std::string());
+    job.share = map.value("share", 1.0);
+    job.max_failures = map.value("max_failures", std::uint32_t{0});
+    for (const json& event : map.value("events", json::array())) {
+      job.events.push_back({event.at("at"), event.at("what")});
+    }
     return job;
   } catch (const std::exception& error) {
     throw RunError("the state's record of job " + std::to_string(id) +

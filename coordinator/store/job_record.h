@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,8 +16,17 @@ using JobId = std::uint64_t;
 enum class JobState : std::uint8_t { queued, running, paused, done, failed, cancelled };
 std::string_view name_of(JobState state);
 
-/// Whether a job in this state may still be rendered, and so needs its scene and its rows.
+/// Whether a job in this state is yet to be rendered.
 bool is_unfinished(JobState state);
+/// Whether it may still be rendered, perhaps because somebody asks for it again, and so needs its
+/// scene and its rows.
+inline bool needs_scene(JobState state) { return state != JobState::done; }
+
+/// Something that has happened to a job.
+struct JobEvent {
+  double at = 0;  ///< seconds since 1970
+  std::string what;
+};
 
 /// What outlives a coordinator about a job.
 struct JobRecord {
@@ -38,7 +48,16 @@ struct JobRecord {
   std::string reason;  ///< of a failure
   std::string report;  ///< JSON, of a done job
   std::string flag;    ///< what was found wrong with results, and mended; empty: nothing
+  double share = 1;    ///< of its user
+  std::uint32_t max_failures = 0;  ///< 0: the coordinator's
+  std::vector<JobEvent> events{};  ///< the first few and the latest
+
+  /// Adds to the events; of many, those in the middle are forgotten.
+  void note(double at, std::string what);
 };
+
+/// For a job map.
+nlohmann::json events_to_json(const std::vector<JobEvent>& events);
 
 /// The record as JSON text, without its id. Text that is no UTF-8 has its bad bytes replaced.
 std::string record_to_json(const JobRecord& job);

@@ -21,6 +21,10 @@ constexpr const char* present_tables =
     "CREATE TABLE logs (job INTEGER PRIMARY KEY, number INTEGER NOT NULL, bytes INTEGER NOT NULL);"
     "PRAGMA user_version = 2;";
 
+/// Added since, to states of the present version too.
+constexpr const char* later_tables =
+    "CREATE TABLE IF NOT EXISTS notes (name TEXT PRIMARY KEY, text TEXT NOT NULL);";
+
 /// What a job of version 1 becomes.
 struct Converted {
   JobRecord record;
@@ -112,6 +116,9 @@ void ready_database(Database& database, StateFiles& files) {
     transaction.commit();
   } else if (version < present_version) {
     convert_version_1(database, files);
+  }
+  if (database.number("SELECT COUNT(*) FROM sqlite_master WHERE name = 'notes'") == 0) {
+    database.run(later_tables);  // only then: it writes, which a full disk refuses
   }
   shrink_from_now_on(database);
 }

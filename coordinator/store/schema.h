@@ -12,6 +12,7 @@ namespace parray {
 ///     scenes(digest, bytes, checksum)              size and XXH3-64 of the scene's file
 ///     pictures(job, number, bytes, checksum)       likewise; number: see StateFiles
 ///     logs(job, number, bytes)                     committed bytes of the job's rows file
+///     notes(name, text)
 ///
 /// A state of version 1, which had everything in the database, is converted: finished jobs keep
 /// their pictures; unfinished ones, whose rows have another form, are cancelled. Crashing or

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,10 +50,19 @@ class Store {
   /// The job's rows are no longer needed; nor is a scene that no unfinished job uses at the commit.
   virtual void drop_work(JobId job) = 0;
   virtual void drop_job(JobId job) = 0;  ///< with everything that is kept of it
+  /// A text by name, in place of the one before.
+  virtual void put_note(const std::string& name, const std::string& text) = 0;
   /// What was put before is kept, durably, when it returns; room of what was dropped is free.
   virtual void commit() = 0;
 
-  virtual std::vector<JobRecord> jobs() = 0;  ///< by ascending id
+  /// Bytes on the disk. A scene counts once in `total`, and for each job that has it.
+  struct Usage {
+    std::uint64_t total = 0;
+    std::map<JobId, std::uint64_t> jobs{};
+  };
+  virtual Usage usage() = 0;
+  virtual std::string note(const std::string& name) = 0;  ///< empty: there is none
+  virtual std::vector<JobRecord> jobs() = 0;              ///< by ascending id
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.

@@ -153,13 +153,13 @@ TEST_CASE("late and foreign answers are passed over") {
 TEST_CASE("an error answer is an InputError or a RunError, with the coordinator's words") {
   std::uint32_t status = 2;
   ScriptedLink link([&](Message& message) {
-    const auto& asked = std::get<msg::Cancel>(message);
+    const auto& asked = std::get<msg::SteerJob>(message);
     link.arrived.push_back(encode(msg::Error{asked.request, status, "no job 3"}));
   });
   Client client(link, link, options());
-  CHECK(message_of<InputError>([&] { client.cancel(3); }) == "no job 3");
+  CHECK(message_of<InputError>([&] { client.steer(3, msg::JobAction::cancel); }) == "no job 3");
   status = 1;
-  CHECK(message_of<RunError>([&] { client.cancel(3); }) == "no job 3");
+  CHECK(message_of<RunError>([&] { client.steer(3, msg::JobAction::cancel); }) == "no job 3");
 }
 
 TEST_CASE("answers that cannot be read are told apart from none") {

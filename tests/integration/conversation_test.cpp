@@ -241,8 +241,9 @@ TEST_CASE("what is not there is refused by name") {
   const Server server(quick());
   Peer client(server);
   for (const Message& request :
-       {Message(msg::ShowJob{1, 5}), Message(msg::Cancel{1, 5}), Message(msg::Pause{1, 5}),
-        Message(msg::Resume{1, 5}), Message(msg::Fetch{1, 5})}) {
+       {Message(msg::ShowJob{1, 5}), Message(msg::SteerJob{1, 5, msg::JobAction::cancel}),
+        Message(msg::SteerJob{1, 5, msg::JobAction::pause}),
+        Message(msg::SteerJob{1, 5, msg::JobAction::resume}), Message(msg::Fetch{1, 5})}) {
     client.say(request);
     const auto error = client.hear<msg::Error>();
     CHECK(error.status == 2);

@@ -198,7 +198,8 @@ TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on w
   const JobId other = service.submit(small_scene(), many_leases());
   service.turn();
   ann.listen();
-  CHECK(service.ask<msg::Job>(msg::Pause{1, job}).job.at("state") == "paused");
+  CHECK(service.ask<msg::Job>(msg::SteerJob{1, job, msg::JobAction::pause}).job.at("state") ==
+        "paused");
   CHECK(contains(service.job(job).at("reason"), "parray resume"));
   ann.send_honest(ann.put_down());
   service.turn();
@@ -214,10 +215,12 @@ TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on w
   service.turn(seconds(1));
   ann.listen();
   CHECK(ann.held.empty());
-  CHECK(service.ask<msg::Job>(msg::Resume{1, job}).job.at("state") == "queued");
+  CHECK(service.ask<msg::Job>(msg::SteerJob{1, job, msg::JobAction::resume}).job.at("state") ==
+        "queued");
   work(service, {{&ann, honest}}, job);
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
-  CHECK(service.ask<msg::Job>(msg::Pause{1, job}).job.at("state") == "done");
+  CHECK(service.ask<msg::Job>(msg::SteerJob{1, job, msg::JobAction::pause}).job.at("state") ==
+        "done");
 }
 
 TEST_CASE("a job that is paused before it began holds nobody up") {
@@ -226,12 +229,13 @@ TEST_CASE("a job that is paused before it began holds nobody up") {
   Service service(options);
   const JobId first = service.submit(small_scene(), many_leases(), 90);
   const JobId second = service.submit(small_scene(), many_leases());
-  service.ask<msg::Job>(msg::Pause{1, first});
+  service.ask<msg::Job>(msg::SteerJob{1, first, msg::JobAction::pause});
   Hand ann(service, "ann");
   work(service, {{&ann, honest}}, second);
   CHECK(service.state(second) == "done");
   CHECK(service.state(first) == "paused");
-  CHECK(service.ask<msg::Job>(msg::Cancel{1, first}).job.at("state") == "cancelled");
+  CHECK(service.ask<msg::Job>(msg::SteerJob{1, first, msg::JobAction::cancel}).job.at("state") ==
+        "cancelled");
 }
 
 }  // namespace parray::test

@@ -107,16 +107,17 @@ TEST_CASE("jobs are changed by those who own them, and by administrators") {
 
   bob.say(msg::ShowJob{1, 1});
   CHECK(bob.hear<msg::Job>().job.at("user") == "ann");
-  for (const Message& change :
-       {Message(msg::Pause{7, 1}), Message(msg::Resume{7, 1}), Message(msg::Cancel{7, 1})}) {
+  for (const Message& change : {Message(msg::SteerJob{7, 1, msg::JobAction::pause}),
+                                Message(msg::SteerJob{7, 1, msg::JobAction::resume}),
+                                Message(msg::SteerJob{7, 1, msg::JobAction::cancel})}) {
     bob.say(change);
     const auto error = bob.hear<msg::Error>();
     CHECK(error.status == 2);
     CHECK(contains(error.message, "job 1 is that of 'ann', not that of 'bob'"));
   }
-  ann.say(msg::Pause{8, 1});
+  ann.say(msg::SteerJob{8, 1, msg::JobAction::pause});
   CHECK(ann.hear<msg::Job>().job.at("state") == "paused");
-  admin.say(msg::Cancel{9, 1});
+  admin.say(msg::SteerJob{9, 1, msg::JobAction::cancel});
   CHECK(admin.hear<msg::Job>().job.at("state") == "cancelled");
 }
 

@@ -47,7 +47,9 @@ class PiledLink final : public Link {
 
 TEST_CASE("1000 waiting jobs of 4096 x 4096 hold no pictures, before and after a restart") {
   CrashStore store(0, 1);
-  Service service(service_options(), &store);
+  CoordinatorOptions options = service_options();
+  options.limits.user_jobs = options.limits.user_pixels = SIZE_MAX;
+  Service service(options, &store);
   const std::uint64_t before = peak_address_space();
   REQUIRE(JobPicture::memory(huge()) > std::uint64_t{1} << 30);
   for (int i = 0; i < 1000; ++i) {

@@ -29,7 +29,10 @@ class CrashStore final : public Store {
   /// The job's rows are gone because its picture is there.
   [[nodiscard]] bool has_picture(JobId job) const { return committed_.pictures.contains(job); }
 
-  void put_job(const JobRecord& job) override { changed_ = true; staged_.jobs[job.id] = job; }
+  void put_job(const JobRecord& job) override {
+    changed_ = true;
+    staged_.jobs[job.id] = job;
+  }
   void put_scene(const std::string& digest, std::string_view bytes) override {
     take_room();
     changed_ = true;
@@ -39,7 +42,10 @@ class CrashStore final : public Store {
     changed_ = true;
     staged_.rows[job].push_back(std::move(entry));
   }
-  void drop_rows(JobId job) override { changed_ = true; staged_.rows.erase(job); }
+  void drop_rows(JobId job) override {
+    changed_ = true;
+    staged_.rows.erase(job);
+  }
   void put_picture(JobId job, std::span<const std::string_view> pieces) override {
     take_room();
     std::string picture;
@@ -59,6 +65,10 @@ class CrashStore final : public Store {
     staged_.pictures.erase(job);
     drop_work(job);
   }
+  void put_note(const std::string& name, const std::string& text) override {
+    changed_ = true;
+    staged_.notes[name] = text;
+  }
   void commit() override {
     take_room();
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
@@ -73,6 +83,25 @@ class CrashStore final : public Store {
     committed_ = staged_;
   }
 
+  Usage usage() override {
+    Usage usage;
+    for (const auto& [digest, bytes] : staged_.scenes) {
+      usage.total += bytes.size();
+    }
+    for (const auto& [id, job] : staged_.jobs) {
+      std::uint64_t own = picture_bytes(id);
+      for (const std::string& entry : staged_.rows[id]) {
+        own += entry.size();
+      }
+      usage.total += own;
+      const auto scene = staged_.scenes.find(job.scene);
+      usage.jobs[id] = own + (scene == staged_.scenes.end() ? 0 : scene->second.size());
+    }
+    return usage;
+  }
+  std::string note(const std::string& name) override {
+    return find(staged_.notes, name).value_or("");
+  }
   std::vector<JobRecord> jobs() override {
     std::vector<JobRecord> all;
     for (const auto& [id, job] : staged_.jobs) {
@@ -100,6 +129,7 @@ class CrashStore final : public Store {
     std::map<std::string, std::string> scenes;
     std::map<JobId, std::vector<std::string>> rows;
     std::map<JobId, std::string> pictures;
+    std::map<std::string, std::string> notes;
     bool scenes_dropped = false;
   };
 
@@ -115,7 +145,7 @@ class CrashStore final : public Store {
   }
   [[nodiscard]] bool is_used(const std::string& digest) const {
     return std::any_of(staged_.jobs.begin(), staged_.jobs.end(), [&](const auto& job) {
-      return job.second.scene == digest && is_unfinished(job.second.state);
+      return job.second.scene == digest && needs_scene(job.second.state);
     });
   }
 

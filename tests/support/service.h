@@ -78,9 +78,17 @@ class Service {
     return answers.empty() ? M{} : std::move(answers.back());
   }
 
-  JobId submit(const Scene& scene, const RenderSettings& settings, std::uint32_t priority = 50) {
-    return ask<msg::Submitted>(submission(scene, settings, priority)).job;
+  JobId submit(const Scene& scene, const RenderSettings& settings, std::uint32_t priority = 50,
+               const std::string& user = {}) {
+    msg::Submit submit = submission(scene, settings, priority);
+    submit.user = user;
+    return ask<msg::Submitted>(submit).job;
   }
+  nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 50) {
+    return ask<msg::Job>(msg::SteerJob{1, job, action, priority}).job;
+  }
+  /// Why a request is refused; empty: it is not.
+  std::string refusal(const Message& request) { return ask<msg::Error>(request).message; }
   msg::Submit submission(const Scene& scene, const RenderSettings& settings,
                          std::uint32_t priority = 50) {
     msg::Submit submit;
@@ -130,8 +138,8 @@ class Service {
 /// A worker that is played by hand: what it makes of a lease is up to the test.
 class Hand {
  public:
-  Hand(Service& service, std::string name, std::uint32_t capacity = 1)
-      : service_(service), name_(std::move(name)), capacity_(capacity) {
+  Hand(Service& service, std::string name, std::uint32_t capacity = 1, std::string host = "here")
+      : service_(service), name_(std::move(name)), host_(std::move(host)), capacity_(capacity) {
     join();
   }
 
@@ -141,7 +149,7 @@ class Hand {
     peer_ = name_ + " " + std::to_string(instance_);
     held.clear();
     say(msg::Hello{protocol_version, name_, std::to_string(instance_), 1, capacity_, trace_version,
-                   "same"});
+                   "same", host_});
     service_.turn(Time(0));
   }
   void say(const Message& message) { service_.say(peer_, message); }
@@ -207,6 +215,7 @@ class Hand {
  private:
   Service& service_;
   std::string name_;
+  std::string host_;
   std::uint32_t capacity_;
   PeerId peer_;
   int instance_ = 0;

@@ -129,20 +129,45 @@ TEST_CASE("a finished job keeps its picture and drops its rows and its scene") {
   CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "1"));
 }
 
-TEST_CASE("a scene stays while an unfinished job uses it, a paused one too") {
+TEST_CASE("a scene stays while a job that may be rendered yet uses it, a failed one too") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());
   store.put_scene(digest('a'), "scene");
   store.put_job(stored_job(1));
   store.put_job(stored_job(2, JobState::paused));
   store.commit();
-  store.put_job(stored_job(1, JobState::failed));
+  store.put_job(stored_job(1, JobState::done));
   store.drop_work(1);
+  store.commit();
+  CHECK(store.scene(digest('a')) == "scene");
+  store.put_job(stored_job(2, JobState::failed));
   store.commit();
   CHECK(store.scene(digest('a')) == "scene");
   store.drop_job(2);
   store.commit();
   CHECK_FALSE(store.scene(digest('a')).has_value());
+}
+
+TEST_CASE("notes are kept by name, and what everything takes is told, scenes once") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_note("workers", "some");
+    store.put_note("workers", "others");
+    store.put_scene(digest('a'), "scene");
+    store.put_job(stored_job(1));
+    store.put_job(stored_job(2));
+    store.append_rows(2, "rows");
+    CHECK(store.note("workers") == "others");
+    store.commit();
+  }
+  DiskStore store(directory.path());
+  CHECK(store.note("workers") == "others");
+  CHECK(store.note("nothing").empty());
+  const Store::Usage usage = store.usage();
+  CHECK(usage.jobs.at(1) == 5);
+  CHECK(usage.jobs.at(2) == 5 + 16 + 4);
+  CHECK(usage.total == 5 + 16 + 4);
 }
 
 TEST_CASE("dropped rows are gone, and what is appended after them is a log of its own") {

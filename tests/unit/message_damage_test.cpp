@@ -175,15 +175,18 @@ TEST_CASE("a message with frames too few or too many is refused") {
 TEST_CASE("a control frame that is no map, or says no type or version, is refused") {
   for (const json& odd :
        {json(nullptr), json(7), json("hello"), json::array({1, 2}), json::object(),
-        json{{"type", "pulse"}}, json{{"v", 2}}, json{{"v", 2}, {"type", 3}},
-        json{{"v", "1"}, {"type", "pulse"}}, json{{"v", -1}, {"type", "pulse"}},
-        json{{"v", 1.0}, {"type", "pulse"}}, json{{"v", std::uint64_t{1} << 32}, {"type", "pulse"}},
-        json{{"v", 2}, {"type", ""}}, json{{"v", 2}, {"type", "Pulse"}},
-        json{{"v", 2}, {"type", "pulse\n"}}, json{{"v", 2}, {"type", std::string(1000, 'x')}}}) {
+        json{{"type", "pulse"}}, json{{"v", protocol_version}},
+        json{{"v", protocol_version}, {"type", 3}}, json{{"v", "1"}, {"type", "pulse"}},
+        json{{"v", -1}, {"type", "pulse"}}, json{{"v", 1.0}, {"type", "pulse"}},
+        json{{"v", std::uint64_t{1} << 32}, {"type", "pulse"}},
+        json{{"v", protocol_version}, {"type", ""}},
+        json{{"v", protocol_version}, {"type", "Pulse"}},
+        json{{"v", protocol_version}, {"type", "pulse\n"}},
+        json{{"v", protocol_version}, {"type", std::string(1000, 'x')}}}) {
     CAPTURE(odd.dump());
     CHECK(refused({pack(odd)}));
   }
-  CHECK_FALSE(refused({pack({{"v", 2}, {"type", "pulse"}})}));
+  CHECK_FALSE(refused({pack({{"v", protocol_version}, {"type", "pulse"}})}));
 }
 
 TEST_CASE("a hello of any version can be read, so that it can be answered; others are refused") {
@@ -208,11 +211,12 @@ TEST_CASE("an error knows the request that it can be told to") {
     FAIL("not refused");
     return {};
   };
-  CHECK(request_of({{"v", 2}, {"type", "teapot"}, {"request", 9}}) == 9);
-  CHECK(request_of({{"v", 2}, {"type", "show_job"}, {"request", 9}}) == 9);
+  CHECK(request_of({{"v", protocol_version}, {"type", "teapot"}, {"request", 9}}) == 9);
+  CHECK(request_of({{"v", protocol_version}, {"type", "show_job"}, {"request", 9}}) == 9);
   CHECK(request_of({{"v", 7}, {"type", "show_job"}, {"request", 9}}) == 9);
-  CHECK(request_of({{"v", 2}, {"type", "show_job"}, {"request", "9"}}) == std::nullopt);
-  CHECK(request_of({{"v", 2}, {"type", "show_job"}}) == std::nullopt);
+  CHECK(request_of({{"v", protocol_version}, {"type", "show_job"}, {"request", "9"}}) ==
+        std::nullopt);
+  CHECK(request_of({{"v", protocol_version}, {"type", "show_job"}}) == std::nullopt);
 }
 
 TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
@@ -230,7 +234,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
   // As a value of an otherwise good message: the deepest that is allowed, and one more.
   for (const int depth : {7, 8}) {
     std::string bytes =
-        "\x83\xa1v\x02\xa4type\xa5pulse\xa4"
+        "\x83\xa1v\x03\xa4type\xa5pulse\xa4"
         "deep";
     bytes += std::string(static_cast<std::size_t>(depth), '\x91') + '\xc0';
     CHECK(refused({bytes}) == (depth > 7));
@@ -239,7 +243,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
 
 TEST_CASE("a control frame over 1 MiB is refused") {
   const auto padded = [](std::size_t bytes) {
-    json map = {{"v", 2}, {"type", "pulse"}, {"pad", std::string(bytes, 'x')}};
+    json map = {{"v", protocol_version}, {"type", "pulse"}, {"pad", std::string(bytes, 'x')}};
     return Frames{pack(map)};
   };
   CHECK_FALSE(refused(padded(1'000'000)));
@@ -259,7 +263,7 @@ TEST_CASE("lengths that lie do not allocate") {
 }
 
 TEST_CASE("binary values and extensions are refused, they are in no message") {
-  json map = {{"v", 2}, {"type", "pulse"}, {"blob", json::binary({1, 2, 3})}};
+  json map = {{"v", protocol_version}, {"type", "pulse"}, {"blob", json::binary({1, 2, 3})}};
   CHECK(refused({pack(map)}));
   map["blob"] = json::binary({1, 2, 3}, 42);
   CHECK(refused({pack(map)}));

@@ -103,7 +103,8 @@ const std::vector<TypeRow>& protocol() {
         {"threads", 16},
         {"capacity", 3},
         {"trace_version", 9},
-        {"fingerprint", "abc"}}},
+        {"fingerprint", "abc"},
+        {"host", "node"}}},
       {"welcome", {{"heartbeat_ms", 250}, {"silence_ms", 4000}}},
       {"refuse", {{"reason", "another build"}}},
       {"heartbeat",
@@ -142,16 +143,16 @@ const std::vector<TypeRow>& protocol() {
         {"settings", settings},
         {"precision_reason", "asked for"},
         {"duplicates_removed", 3},
-        {"load_seconds", 0.25}},
+        {"load_seconds", 0.25},
+        {"user", "ann"},
+        {"max_failures", 4}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
       {"list_jobs", {{"request", 8}}},
       {"jobs", {{"request", 8}, {"jobs", json::array({job, job})}}},
       {"show_job", {{"request", 8}, {"job", 5}}},
       {"job", {{"request", 8}, {"job", job}}},
-      {"cancel", {{"request", 8}, {"job", 5}}},
-      {"pause", {{"request", 8}, {"job", 5}}},
-      {"resume", {{"request", 8}, {"job", 5}}},
+      {"steer_job", {{"request", 8}, {"job", 5}, {"action", "prioritise"}, {"priority", 70}}},
       {"fetch", {{"request", 8}, {"job", 5}, {"partial", false}, {"statistics", true}}},
       {"image",
        {{"request", 8},
@@ -161,6 +162,7 @@ const std::vector<TypeRow>& protocol() {
         {"statistics", false}},
        true},
       {"list_workers", {{"request", 8}}},
+      {"steer_workers", {{"request", 8}, {"action", "readmit"}, {"host", true}, {"name", "node"}}},
       {"workers",
        {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}, {"total", 1500}}},
       {"error", {{"request", 8}, {"status", 2}, {"message", "no such job"}}}};
@@ -217,7 +219,7 @@ TEST_CASE("every key of a message is needed, and of its own type") {
       CHECK(problem_with(row.type, key, json::array({nullptr})).empty() ==
             (key == "jobs" || key == "workers"));
       CHECK(problem_with(row.type, key, "text").empty() ==
-            (field->is_string() && key != "scene" && key != "verdict"));
+            (field->is_string() && key != "scene" && key != "verdict" && key != "action"));
     }
   }
 }
@@ -248,7 +250,8 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
         Range{"welcome", "silence_ms", 1, 600'000}, Range{"submit", "priority", 0, 100},
         Range{"error", "status", 1, 2}, Range{"grant", "job", 0, UINT64_MAX},
         Range{"result", "accelerator_bytes", 0, UINT64_MAX},
-        Range{"submit", "duplicates_removed", 0, UINT64_MAX}}) {
+        Range{"submit", "duplicates_removed", 0, UINT64_MAX},
+        Range{"submit", "max_failures", 0, 1000}, Range{"steer_job", "priority", 0, 100}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");

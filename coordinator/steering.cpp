@@ -1,0 +1,233 @@
+// What clients want changed of jobs, and administrators of workers.
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "coordinator/coordinator.h"
+
+namespace parray {
+
+using nlohmann::json;
+
+/// The job, or null once the client has been told that there is none, or that it is another's.
+Job* Coordinator::asked_to_change(const PeerId& peer, std::uint64_t request, JobId id) {
+  Job* job = asked_for(peer, request, id);
+  if (job != nullptr && sender_.role == Role::client && job->record.user != sender_.name) {
+    fail_request(
+        peer, request, 2,
+        "job " + std::to_string(id) + " is " +
+            (job->record.user.empty() ? "nobody's" : "that of '" + job->record.user + "'") +
+            ", not that of '" + sender_.name + "': ask them, or an administrator");
+    return nullptr;
+  }
+  return job;
+}
+
+/// For a job's history.
+std::string Coordinator::asker() const {
+  return sender_.name.empty() ? "a client" : "'" + sender_.name + "'";
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
+  using enum msg::JobAction;
+  Job* job = asked_to_change(peer, m.request, m.job);
+  if (job == nullptr) {
+    return;
+  }
+  try {
+    switch (m.action) {
+      case pause:
+        this->pause(*job);
+        break;
+      case resume:
+        this->resume(*job);
+        break;
+      case cancel:
+        this->cancel(*job);
+        break;
+      case requeue:
+        this->requeue(*job);
+        break;
+      case prioritise:
+        this->prioritise(*job, m.priority);
+        break;
+      case forget:
+        break;
+    }
+    json summary = job_summary(*job, now, waits_for(*job));
+    if (m.action == forget) {
+      this->forget(*job);
+    }
+    send(peer, msg::Job{m.request, std::move(summary)});
+  } catch (const InputError& error) {
+    fail_request(peer, m.request, 2, error.what());
+  }
+}
+
+/// Leases that are granted are traced to their end.
+void Coordinator::pause(Job& job) {
+  if (job.ended() || job.phase == JobPhase::finishing || job.record.state == JobState::paused) {
+    return;
+  }
+  job.record.state = JobState::paused;
+  job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(job.record.id);
+  note(job, "paused by " + asker());
+  keep(job);
+  queue_open_jobs();
+  log_->info("job {} '{}' is paused", job.record.id, job.record.name);
+}
+
+void Coordinator::resume(Job& job) {
+  if (job.record.state != JobState::paused) {
+    return;
+  }
+  job.record.state = job.work && job.work->started != never ? JobState::running : JobState::queued;
+  job.record.reason.clear();
+  note(job, "resumed by " + asker());
+  keep(job);
+  queue_open_jobs();
+  log_->info("job {} '{}' goes on", job.record.id, job.record.name);
+}
+
+void Coordinator::cancel(Job& job) {
+  if (!job.ended()) {
+    close_job(job, JobState::cancelled, "cancelled by " + asker());
+  }
+}
+
+/// A job that has failed, or was cancelled, is to be rendered after all; it goes on from the rows
+/// that are kept.
+void Coordinator::requeue(Job& job) {
+  const std::string number = std::to_string(job.record.id);
+  if (!job.ended() || job.record.state == JobState::done) {
+    throw InputError("job " + number + " is " + std::string(name_of(job.record.state)) +
+                     ": only one that has failed or was cancelled is queued again");
+  }
+  if (store_ == nullptr && job.scene.size() == 0) {
+    throw InputError("the scene of job " + number + " is no longer kept: submit it again");
+  }
+  check_limits(job.record);
+  job.record.state = JobState::queued;
+  job.record.reason.clear();
+  if (store_ == nullptr) {
+    job.record.passes = {};  // they were decided by rows that are gone
+  }
+  job.phase = JobPhase::waiting;
+  job.retry_at = never;
+  note(job, "queued again by " + asker());
+  keep(job);
+  list_open_jobs();
+  log_->info("job {} '{}' is queued again", job.record.id, job.record.name);
+}
+
+void Coordinator::forget(Job& job) {
+  if (!job.ended()) {
+    throw InputError("job " + std::to_string(job.record.id) + " has not ended: cancel it first");
+  }
+  forget_job(job.record.id, "as " + asker() + " wishes");
+}
+
+void Coordinator::prioritise(Job& job, std::uint32_t priority) {
+  if (job.ended()) {
+    throw InputError("job " + std::to_string(job.record.id) + " has ended: it has no turn to come");
+  }
+  job.record.priority = priority;
+  note(job, fmt::format("priority {} by {}", priority, asker()));
+  keep(job);
+  queue_open_jobs();
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
+  if (sender_.role == Role::client) {
+    fail_request(peer, m.request, 2,
+                 "the key '" + sender_.name +
+                     "' is that of a client: workers are an "
+                     "administrator's");
+    return;
+  }
+  m.action == msg::WorkerAction::drain ? drain(m.name, m.host) : readmit(m.name, m.host);
+  keep_worker_notes();
+  grants_due_ = true;
+  auto list = json::array();
+  for (const auto& [id, worker] : workers_) {
+    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) {
+      list.push_back(worker_summary(worker, now));
+    }
+  }
+  const std::uint64_t total = list.size();
+  send(peer, msg::Workers{m.request, std::move(list), total});
+}
+
+/// They trace what they hold, and get no more, those that come later included.
+void Coordinator::drain(const std::string& name, bool host) {
+  drained_.insert({host, name});
+  for (auto& [peer, worker] : workers_) {
+    workers_.bar(worker, worker.quarantined, is_drained(worker));
+  }
+  log_->info("{} '{}' is drained by {}", host ? "host" : "worker", name, asker());
+}
+
+/// They get leases again, whatever they were barred for.
+void Coordinator::readmit(const std::string& name, bool host) {
+  drained_.erase({host, name});
+  for (auto& [peer, worker] : workers_) {
+    if ((host ? worker.hello.host : worker.hello.name) == name) {
+      drained_.erase({false, worker.hello.name});
+      convicted_.erase(worker.key);
+    }
+  }
+  std::erase_if(convicted_, [&](const auto& liar) { return !host && liar.second == name; });
+  for (auto& [peer, worker] : workers_) {
+    const std::string why = convicted_.contains(worker.key) ? worker.quarantined : "";
+    workers_.bar(worker, why, is_drained(worker));
+  }
+  log_->info("{} '{}' is readmitted by {}", host ? "host" : "worker", name, asker());
+}
+
+bool Coordinator::is_drained(const WorkerRecord& worker) const {
+  return drained_.contains({false, worker.hello.name}) ||
+         drained_.contains({true, worker.hello.host});
+}
+
+/// Who is barred is barred in the next life, too.
+void Coordinator::keep_worker_notes() {
+  if (store_ == nullptr) {
+    return;
+  }
+  json drained = json::array();
+  for (const auto& [host, name] : drained_) {
+    drained.push_back({host, name});
+  }
+  json convicted = json::array();
+  for (const auto& [tracer, name] : convicted_) {
+    convicted.push_back({tracer, name});
+  }
+  const json notes = {{"drained", std::move(drained)}, {"convicted", std::move(convicted)}};
+  backroom_.give(
+      [store = store_,
+       text = notes.dump(-1, ' ', false, json::error_handler_t::replace)]() -> Backroom::Outcome {
+        store->put_note("workers", text);
+        return {};
+      });
+}
+
+void Coordinator::restore_worker_notes() {
+  const std::string text = store_ == nullptr ? "" : store_->note("workers");
+  if (text.empty()) {
+    return;
+  }
+  try {
+    const json notes = json::parse(text);
+    for (const json& drained : notes.at("drained")) {
+      drained_.insert({drained.at(0).get<bool>(), drained.at(1).get<std::string>()});
+    }
+    for (const json& liar : notes.at("convicted")) {
+      convicted_[liar.at(0).get<TracerKey>()] = liar.at(1).get<std::string>();
+    }
+  } catch (const json::exception& error) {
+    throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
+  }
+}
+
+}  // namespace parray
