@@ -216,6 +216,33 @@ void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Jo
   });
 }
 
+/// What has been merged, so far or in all.
+void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
+  const Job* job = asked_for(peer, m.request, m.job);
+  if (job == nullptr) {
+    return;
+  }
+  const auto answer = std::make_shared<msg::JournalData>();
+  answer->request = m.request;
+  answer->job = job_summary(*job, now, waits_for(*job));
+  answer->report = job->record.report.empty() ? json::object() : json::parse(job->record.report);
+  const bool done = job->record.state == JobState::done;
+  const RenderSettings& s = job->record.settings;
+  backroom_.give([this, answer, peer, done, store = store_, id = m.job, kept = job->journal,
+                  size = picture_size(s.width, s.height, true),
+                  picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
+    std::string bytes = kept;
+    if (picture) {
+      bytes = picture->journal().bytes();
+    } else if (store != nullptr && done) {
+      const auto file = store->picture(id);
+      bytes = file && file->size() > size ? file->substr(size) : "";
+    }
+    answer->journal = Bulk::of(std::move(bytes));
+    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
+  });
+}
+
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   auto list = json::array();
   for (const auto& [id, worker] : workers_) {

@@ -102,6 +102,9 @@ void Coordinator::receive(Time now, Delivery delivery) {
 /// Who seems silent, or late, is judged only when everything that they have sent is in.
 Time Coordinator::tick(Time now, bool drained) {
   now_ = now;
+  if (wall_zero_ == 0) {
+    wall_zero_ = options_.wall_clock() - to_seconds(now);
+  }
   backroom_.run_finished();
   note_storage(now);
   keep_house(now);

@@ -90,6 +90,7 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, msg::ListJobs& m);
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);
+  void on(Time now, const PeerId& peer, msg::FetchJournal& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
   // Those that change something (steering.cpp).
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
@@ -169,6 +170,8 @@ class Coordinator final : public Actor {
   void fail_job(Job& job, const std::string& reason);
   void keep(const Job& job);
   void note(Job& job, const std::string& what);
+  /// Seconds, by the clock that the coordinator began with.
+  [[nodiscard]] double since_1970(Time now) const { return wall_zero_ + to_seconds(now); }
   void make_room_for_job();
   bool make_room(std::uint64_t bytes);
   void list_open_jobs();
@@ -209,6 +212,7 @@ class Coordinator final : public Actor {
   PeerId granted_last_;          ///< the worker whose turn was the last
   std::string storage_;          ///< why nothing can be kept; empty: it can
   Time now_{};                   ///< of this turn
+  double wall_zero_ = 0;         ///< seconds since 1970 when `now` was 0; set by the first tick
   Backroom backroom_;            ///< last: its errands end before what they speak of
 };
 

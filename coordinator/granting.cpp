@@ -101,6 +101,7 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   }
   ++tally_.granted;
   ++worker.held;
+  worker.note_grant(job.record.id, lease->epoch, now);
   const double samples = job.work->plan->cell_samples() * static_cast<double>(lease->range.count());
   queue_.charge(samples * (job.work->price > 0 ? job.work->price : price_));
   send_grant(now, worker, job, *lease);

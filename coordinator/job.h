@@ -78,12 +78,13 @@ struct Job {
   SceneParcel scene;  ///< where no store keeps it
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;
-  std::unique_ptr<JobWork> work;  ///< null while waiting, and once ended
-  std::string pause_reason;       ///< of a pause that ends by itself
-  Time retry_at = never;          ///< of finishing, after a full disk
-  PictureParcel picture;          ///< of a done job, where no store keeps it
-  std::uint64_t picture_bytes = 0;
-  Time ended_at = never;  ///< in this life
+  std::unique_ptr<JobWork> work;    ///< null while waiting, and once ended
+  std::string pause_reason;         ///< of a pause that ends by itself
+  Time retry_at = never;            ///< of finishing, after a full disk
+  PictureParcel picture;            ///< of a done job, where no store keeps it
+  std::string journal;              ///< likewise
+  std::uint64_t picture_bytes = 0;  ///< of both
+  Time ended_at = never;            ///< in this life
 
   /// Bytes of memory that it has for no other reason than that somebody may ask for it.
   [[nodiscard]] std::uint64_t kept_bytes() const {

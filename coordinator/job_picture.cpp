@@ -10,7 +10,7 @@
 namespace parray {
 namespace {
 
-enum class EntryKind : std::uint32_t { cells = 1, retraction = 2 };
+enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3 };
 
 void put_range(ByteWriter& out, const CellRange& range) {
   out.put(range.begin);
@@ -58,6 +58,7 @@ bool JobPicture::relies_on(TracerKey tracer) const {
 
 void JobPicture::restart() {
   collector_.reset();
+  journal_.clear();
   earlier_tracers_.clear();
   framebuffer_ = Framebuffer(settings_.width, settings_.height);
   passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance);
@@ -86,9 +87,20 @@ std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) co
   return out.take();
 }
 
+std::string JobPicture::journal_entry(const JournalEntry& entry) {
+  ByteWriter out;
+  out.put(static_cast<std::uint32_t>(EntryKind::journal));
+  out.put_bytes(journal_.add(entry));
+  return out.take();
+}
+
 void JobPicture::replay(std::string_view entry) {
   ByteReader in(entry);
   const auto kind = static_cast<EntryKind>(in.get<std::uint32_t>());
+  if (kind == EntryKind::journal) {
+    journal_.replay(in.get_bytes(in.left()));
+    return;
+  }
   const auto pass = in.get<std::uint32_t>();
   if (!collector_ || (collector_->done() && passes_->pass() + 1 == pass)) {
     begin_pass();
@@ -128,6 +140,24 @@ std::uint64_t JobPicture::memory(const RenderSettings& settings) {
   constexpr std::uint64_t in_passes = 60;  // samples of each pixel, allocation
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   return pixels * (even + (settings.in_passes() ? in_passes : 0)) + (std::uint64_t{1} << 20);
+}
+
+void keep_journal(JobPicture& picture, Store* store, JobId id,
+                  const std::vector<JournalEntry>& entries) {
+  for (const JournalEntry& entry : entries) {
+    std::string logged = picture.journal_entry(entry);
+    if (store != nullptr) {
+      store->append_rows(id, std::move(logged));
+    }
+  }
+}
+
+std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at) {
+  const std::uint32_t pass = picture.passes().pass();
+  if (picture.journal().has_pass(pass)) {
+    return {};
+  }
+  return {JournalPass{pass, picture.plan()->cells(), at, grain_of(*picture.plan())}};
 }
 
 TracerKey tracer_key(std::string_view name, std::string_view instance) {

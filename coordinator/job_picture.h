@@ -12,7 +12,9 @@
 #include "common/image/framebuffer.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene.h"
+#include "coordinator/journal.h"
 #include "coordinator/result_collector.h"
+#include "coordinator/store/store.h"
 
 namespace parray {
 
@@ -63,6 +65,9 @@ class JobPicture {
   static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                  std::string_view packed);
   [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
+  /// Adds to the journal; returns the log's entry of it.
+  std::string journal_entry(const JournalEntry& entry);
+  [[nodiscard]] const Journal& journal() const { return journal_; }
   /// Everything of earlier lives is in.
   void end_replay() { passes_->begin_timing(framebuffer_); }
   /// Takes in an entry of an earlier life, in the order in which they were written; begins the
@@ -96,7 +101,14 @@ class JobPicture {
   std::unique_ptr<PassController> passes_;
   std::unique_ptr<ResultCollector> collector_;  ///< of the pass under way; null before the first
   std::set<TracerKey> earlier_tracers_;         ///< of the passes before
+  Journal journal_;
 };
+
+/// Adds entries to the picture's journal and, where there is a store, to the job's log.
+void keep_journal(JobPicture& picture, Store* store, JobId id,
+                  const std::vector<JournalEntry>& entries);
+/// That the pass under way has begun, unless the journal knows.
+std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at);
 
 /// Names whoever traces across lives of the coordinator: a process of a worker, or a rank.
 TracerKey tracer_key(std::string_view name, std::string_view instance);

@@ -121,7 +121,7 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
   job.work->generation = next_generation_++;
   const auto prepared = std::make_shared<Prepared>();
   backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
-                  id = job.record.id,
+                  at = since_1970(now_), id = job.record.id,
                   generation = job.work->generation]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     try {
@@ -136,6 +136,7 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       p.picture = std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()),
                                                record.passes, record.tile);
       p.complete = !take_up(*p.picture, store, id);
+      keep_journal(*p.picture, store, id, begun_entries(*p.picture, at));
       record.passes = p.passes = p.picture->passes().begun();
       p.missing = p.picture->collector().missing();
       p.samples = p.picture->framebuffer().counts().samples;
@@ -241,12 +242,13 @@ void Coordinator::next_pass(Job& job) {
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
   backroom_.give([this, prepared, store = store_, record = job.record, id = job.record.id,
-                  picture = job.work->picture, times = job.times(now_),
+                  picture = job.work->picture, times = job.times(now_), at = since_1970(now_),
                   generation = job.work->generation]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     p.picture = picture;
     try {
       p.complete = !picture->begin_pass(times);
+      keep_journal(*picture, store, id, begun_entries(*picture, at));
       p.passes = record.passes = picture->passes().begun();
       p.missing = picture->collector().missing();
       p.samples = picture->framebuffer().counts().samples;
@@ -272,6 +274,7 @@ void Coordinator::finish_job(Job& job) {
     std::uint64_t bytes = 0;
     std::string report;
     std::vector<JobEvent> events;
+    std::string journal;
     std::string failure;
     bool full = false;
   };
@@ -290,11 +293,13 @@ void Coordinator::finish_job(Job& job) {
       const auto& parts = made.picture;
       finished->bytes = picture_size(parts.image.width, parts.image.height, true);
       if (store != nullptr) {
-        const auto pieces = picture_pieces(parts.image, parts.statistics);
+        auto pieces = picture_pieces(parts.image, parts.statistics);
+        pieces.push_back(picture->journal().bytes());  // behind what everybody reads
         store->put_picture(id, pieces);
         store->put_job(record);
         store->drop_work(id);
       } else {
+        finished->journal = picture->journal().bytes();
         finished->picture =
             PictureParcel(std::make_shared<const PictureParts>(std::move(made.picture)));
       }
@@ -321,7 +326,8 @@ void Coordinator::finish_job(Job& job) {
       there->record.events = finished->events;
       if (store_ == nullptr) {
         there->picture = finished->picture;
-        there->picture_bytes = finished->bytes;
+        there->picture_bytes = finished->bytes + finished->journal.size();
+        there->journal = std::move(finished->journal);
       }
       close_job(*there, JobState::done, "");
     };
@@ -403,6 +409,7 @@ bool Coordinator::make_room(std::uint64_t bytes) {
     in_use -= job.kept_bytes();
     pictures -= job.picture_bytes > 0 ? 1 : 0;
     job.picture = {};
+    job.journal = {};
     job.picture_bytes = 0;
     job.scene = {};
   }

@@ -31,10 +31,25 @@ struct Coordinator::Merged {
   bool confirmed = false;                     ///< likewise: two agree on it
   bool whole = false;
   std::uint64_t samples = 0;
+  std::uint32_t threads = 0;
+  double granted_at = 0;  ///< seconds since 1970
+  double arrived_at = 0;
   double seconds = 0;
   double build_seconds = 0;
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
+
+  /// For the job's journal.
+  [[nodiscard]] std::vector<JournalEntry> entries(const Journal& journal, std::uint32_t pass,
+                                                  std::uint64_t digest) const {
+    std::vector<JournalEntry> entries;
+    if (!journal.knows(tracer)) {
+      entries.emplace_back(JournalWorker{tracer, threads, name});
+    }
+    entries.emplace_back(JournalMerge{pass, tracer, epoch, arrived.range, samples, granted_at,
+                                      arrived_at, seconds, digest});
+    return entries;
+  }
 };
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
@@ -60,20 +75,23 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
   take_result(now, *worker, *job, m, arrived);
 }
 
-void Coordinator::take_result(Time /*now*/, WorkerRecord& worker, Job& job, msg::Result& result,
+void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
                               const LeaseTable::Arrived& arrived) {
   auto merged = std::make_shared<Merged>();
   merged->worker = worker.id;
   merged->tracer = worker.key;
   merged->name = worker.hello.name;
   merged->epoch = result.epoch;
+  merged->threads = worker.hello.threads;
+  merged->granted_at = since_1970(worker.granted(job.record.id, result.epoch, now));
+  merged->arrived_at = since_1970(now);
   merged->arrived = arrived;
   merged->seconds = result.seconds;
   merged->build_seconds = result.build_seconds;
   merged->accelerator_bytes = result.accelerator_bytes;
   merged->isa = result.isa;
   const auto work = [merged, store = store_, id = job.record.id, picture = job.work->picture,
-                     plan = job.work->plan, parcel = std::move(result.cells),
+                     plan = job.work->plan, pass = job.work->pass, parcel = std::move(result.cells),
                      depth = job.record.settings.max_depth] {
     if (picture->plan() != plan) {
       return;
@@ -103,6 +121,7 @@ void Coordinator::take_result(Time /*now*/, WorkerRecord& worker, Job& job, msg:
       if (store != nullptr) {
         store->append_rows(id, picture->cells_entry(merged->tracer, range, packed.data.view()));
       }
+      keep_journal(*picture, store, id, merged->entries(picture->journal(), pass, packed.checksum));
     } else {
       merged->digests =
           cell_digests(cells->records, record_bytes(plan->grid()->shape().cell_pixels));
@@ -367,8 +386,8 @@ void Coordinator::retract(Job& job, TracerKey tracer, const std::string& name) {
   };
   const auto retracted = std::make_shared<Retracted>();
   ++job.work->errands;
-  backroom_.give([this, retracted, tracer, name, store = store_, id = job.record.id,
-                  record = job.record, picture = job.work->picture,
+  backroom_.give([this, retracted, tracer, name, at = since_1970(now_), store = store_,
+                  id = job.record.id, record = job.record, picture = job.work->picture,
                   generation = job.work->generation]() mutable -> Backroom::Outcome {
     retracted->relied = picture->relies_on(tracer);
     if (retracted->relied) {
@@ -380,6 +399,11 @@ void Coordinator::retract(Job& job, TracerKey tracer, const std::string& name) {
       } else if (store != nullptr) {
         store->append_rows(id, picture->retraction_entry(retracted->retraction.cells));
       }
+      keep_journal(*picture, store, id,
+                   retracted->retraction.restarted
+                       ? begun_entries(*picture, at)
+                       : std::vector<JournalEntry>{JournalRetraction{picture->passes().pass(), at,
+                                                                     retracted->retraction.cells}});
       if (store != nullptr) {
         record.flag = retracted->flag;
         store->put_job(record);

@@ -25,6 +25,21 @@ json worker_summary(const WorkerRecord& worker, Time now) {
           {"seconds_silent", to_seconds(now - worker.last_heard)}};
 }
 
+void WorkerRecord::note_grant(std::uint64_t job, Epoch epoch, Time now) {
+  constexpr std::size_t most = 32;  // twice what it may hold
+  if (grants.size() == most) {
+    grants.pop_front();
+  }
+  grants.push_back({job, epoch, now});
+}
+
+Time WorkerRecord::granted(std::uint64_t job, Epoch epoch, Time otherwise) const {
+  const auto found = std::find_if(grants.begin(), grants.end(), [&](const Granted& grant) {
+    return grant.job == job && grant.epoch == epoch;
+  });
+  return found == grants.end() ? otherwise : found->at;
+}
+
 WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
   const auto found = workers_.find(peer);
   return found == workers_.end() ? nullptr : &found->second;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
@@ -35,10 +36,21 @@ struct WorkerRecord {
   std::size_t held = 0;           ///< leases, of all jobs
   /// Job and epoch of the lease that it was tracing when it was last heard.
   std::optional<std::pair<std::uint64_t, Epoch>> tracing;
+  /// When it got its latest leases.
+  struct Granted {
+    std::uint64_t job = 0;
+    Epoch epoch = 0;
+    Time at{};
+  };
+  std::deque<Granted> grants;
   std::string quarantined;                ///< why it gets no more leases; empty: it does
   bool drained = false;                   ///< it gets no more because somebody has asked for that
   std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
                                           ///< none of their leases
+
+  void note_grant(std::uint64_t job, Epoch epoch, Time now);
+  /// When it got that lease; `otherwise` if that is long ago.
+  [[nodiscard]] Time granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
 
   [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained; }
   [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }

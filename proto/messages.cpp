@@ -153,6 +153,17 @@ void fields(F& f, msg::ImageData& m) {
   f.flag("statistics", m.statistics);
 }
 template <typename F>
+void fields(F& f, msg::FetchJournal& m) {
+  f.number("request", m.request);
+  f.number("job", m.job);
+}
+template <typename F>
+void fields(F& f, msg::JournalData& m) {
+  f.number("request", m.request);
+  f.object("job", m.job);
+  f.object("report", m.report);
+}
+template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
   f.number("request", m.request);
 }
@@ -181,14 +192,14 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "hello",      "welcome",   "refuse",       "heartbeat",     "pulse",    "who",    "grant",
     "need_scene", "scene",     "result",       "failed",        "verdict",  "revoke", "bye",
     "submit",     "submitted", "list_jobs",    "jobs",          "show_job", "job",    "steer_job",
-    "fetch",      "image",     "list_workers", "steer_workers", "workers",  "error"};
+    "fetch",      "image", "fetch_journal", "journal", "list_workers", "steer_workers", "workers",  "error"};
 
 // The bulk frame of the messages that have one.
 
 template <typename M>
 constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::SceneData> ||
                           std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
-                          std::is_same_v<M, msg::ImageData>;
+                          std::is_same_v<M, msg::ImageData> || std::is_same_v<M, msg::JournalData>;
 
 Bulk bulk_of(const msg::Grant& m) {
   const std::vector<SampleRange>& samples = m.cells.samples;
@@ -198,6 +209,7 @@ Bulk bulk_of(const msg::Grant& m) {
 Bulk bulk_of(const msg::SceneData& m) { return m.content.bytes(); }
 Bulk bulk_of(const msg::Result& m) { return m.cells.packed(*m.grid); }
 Bulk bulk_of(const msg::Submit& m) { return m.scene.bytes(); }
+Bulk bulk_of(const msg::JournalData& m) { return m.journal; }
 Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(m.statistics); }
 
 void set_bulk(msg::Grant& m, const Bulk& bulk) {
@@ -228,6 +240,7 @@ void set_bulk(msg::Grant& m, const Bulk& bulk) {
 void set_bulk(msg::SceneData& m, Bulk bulk) { m.content = SceneParcel(std::move(bulk)); }
 void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsParcel(std::move(bulk)); }
 void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = SceneParcel(std::move(bulk)); }
+void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
 void set_bulk(msg::ImageData& m, Bulk bulk) {
   if (bulk.data.size() != picture_size(m.width, m.height, m.statistics)) {
     throw ProtocolError("image data do not fit the image");

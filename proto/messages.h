@@ -147,6 +147,16 @@ struct ImageData {
   bool statistics = false;
   PictureParcel picture;
 };
+struct FetchJournal {
+  std::uint64_t request = 0;
+  std::uint64_t job = 0;
+};
+struct JournalData {
+  std::uint64_t request = 0;
+  nlohmann::json job;
+  nlohmann::json report;  ///< of a job that is done
+  Bulk journal;           ///< coordinator/journal.h
+};
 struct ListWorkers {
   std::uint64_t request = 0;
 };
@@ -175,7 +185,7 @@ using Message =
                  msg::Grant, msg::NeedScene, msg::SceneData, msg::Result, msg::Failed,
                  msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
                  msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
-                 msg::ImageData, msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
+                 msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.

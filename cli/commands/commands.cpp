@@ -10,6 +10,7 @@ void add_commands(CommandLine& line, Action& chosen) {
   add_watch(line, chosen);
   add_steering(line, chosen);
   add_fetch(line, chosen);
+  add_journal_commands(line, chosen);
   add_workers(line, chosen);
   add_keygen(line, chosen);
   add_validate(line, chosen);

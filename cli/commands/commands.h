@@ -15,6 +15,8 @@ void add_watch(CommandLine& line, Action& chosen);
 /// Those that change a job.
 void add_steering(CommandLine& line, Action& chosen);
 void add_fetch(CommandLine& line, Action& chosen);
+/// Those that read a job's journal: audit, replay.
+void add_journal_commands(CommandLine& line, Action& chosen);
 void add_workers(CommandLine& line, Action& chosen);
 void add_keygen(CommandLine& line, Action& chosen);
 void add_validate(CommandLine& line, Action& chosen);

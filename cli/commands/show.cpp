@@ -1,12 +1,27 @@
+#include <iostream>
 #include <memory>
 
+#include "cli/audit/time_spent.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
+#include "cli/output/text.h"
 
 namespace parray {
 namespace {
+
+void print_time_spent(const std::string& journal) {
+  const TimeSpent spent = time_spent(read_journal(journal));
+  if (spent.threads == 0) {
+    return;
+  }
+  const auto share = [](double part) { return formatted("%.0f %%", 100 * part); };
+  std::cout << duration_text(spent.seconds) << " with " << counted(spent.threads, "thread")
+            << " of " << counted(spent.workers, "worker") << ": " << share(spent.tracing)
+            << " tracing, " << share(spent.start) << " until they had the scene, "
+            << share(spent.between) << " between leases, " << share(spent.tail) << " at the end\n";
+}
 
 struct ShowCommand {
   std::uint64_t job = 0;
@@ -16,7 +31,11 @@ struct ShowCommand {
 
 int show(const ShowCommand& command) {
   FarmClient client(command.farm);
-  print_job(client->show(command.job), command.as_json);
+  const nlohmann::json job = client->show(command.job);
+  print_job(job, command.as_json);
+  if (!command.as_json && job_status(job).ended()) {
+    print_time_spent(client->journal(command.job).journal);
+  }
   return 0;
 }
 

@@ -145,6 +145,16 @@ Picture Client::fetch(JobId job, bool statistics) {
   return picture;
 }
 
+Client::JobJournal Client::journal(JobId job) {
+  auto answer = ask<msg::JournalData>(msg::FetchJournal{0, job});
+  try {
+    return {std::move(answer.job), std::move(answer.report),
+            std::string(answer.journal.verified())};
+  } catch (const DecodeError& error) {
+    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
+  }
+}
+
 void Client::rest(Time duration) {
   const Time end = clock_.now() + duration;
   for (Time now = clock_.now(); now < end; now = clock_.now()) {

@@ -104,6 +104,14 @@ class Client {
   /// What there is of the picture of a job that may not be done.
   Image fetch_partial(JobId job);
 
+  /// What has been merged into a job's picture; see coordinator/journal.h.
+  struct JobJournal {
+    nlohmann::json job;
+    nlohmann::json report;  ///< of a job that is done; else empty
+    std::string journal;
+  };
+  JobJournal journal(JobId job);
+
   /// Sleeps, with options.poll called.
   void rest(Time duration);
 

@@ -13,14 +13,19 @@ static std::uint64_t cells_of(double number) {
   return static_cast<std::uint64_t>(std::min(number, 0x1p62));
 }
 
+ChunkGrain grain_of(const WorkPlan& plan) {
+  return {plan.cells(), plan.grid()->cells_per_row(), plan.grid()->shape().piece_cells,
+          plan.cell_samples()};
+}
+
 ChunkSizer::ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
                        std::optional<std::uint64_t> cells)
-    : policy_(policy),
-      length_(length),
-      total_(cells.value_or(plan.cells())),
-      row_cells_(plan.grid()->cells_per_row()),
-      piece_cells_(plan.grid()->shape().piece_cells),
-      cell_samples_(plan.cell_samples()) {}
+    : ChunkSizer(policy, grain_of(plan), length) {
+  grain_.cells = cells.value_or(grain_.cells);
+}
+
+ChunkSizer::ChunkSizer(SchedulePolicy policy, const ChunkGrain& grain, LeaseLength length)
+    : policy_(policy), length_(length), grain_(grain) {}
 
 std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& farm,
                                 std::uint64_t remaining, std::uint64_t step) const {
@@ -38,25 +43,25 @@ std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& fa
       measured > 0 ? speed * length_.longest : first_lease_samples * request.threads;
   const double least = measured * length_.shortest;
   ChunkRequest chunk;
-  chunk.total = std::max(total_, remaining);
+  chunk.total = std::max(grain_.cells, remaining);
   chunk.remaining = remaining;
   chunk.step = step;
-  chunk.row_units = row_cells_;
+  chunk.row_units = grain_.row_cells;
   chunk.workers = std::max(farm.workers, 1U);
   chunk.threads = request.threads;
   const double share = speed / all;  // of two that are infinite: no number
   chunk.share = share > 1e-9 ? std::min(share, 1.0) : 1e-9;
-  chunk.least = std::max<std::uint64_t>(cells_of(least / cell_samples_),
-                                        std::uint64_t{request.threads} * piece_cells_);
-  chunk.most = std::max(cells_of(most / cell_samples_), chunk.least);
+  chunk.least = std::max<std::uint64_t>(cells_of(least / grain_.cell_samples),
+                                        std::uint64_t{request.threads} * grain_.piece_cells);
+  chunk.most = std::max(cells_of(most / grain_.cell_samples), chunk.least);
   return chunk_units(policy_, chunk);
 }
 
 std::vector<std::uint64_t> ChunkSizer::starts(std::uint32_t workers,
                                               std::uint32_t threads_each) const {
   ChunkRequest job;
-  job.total = total_;
-  job.row_units = row_cells_;
+  job.total = grain_.cells;
+  job.row_units = grain_.row_cells;
   job.workers = workers;
   job.threads = threads_each;
   return chunk_starts(policy_, job);

@@ -30,12 +30,23 @@ struct LeaseLength {
   double longest = 1;
 };
 
+/// What a chunk's size depends on of a plan.
+struct ChunkGrain {
+  std::uint64_t cells = 0;
+  std::uint64_t row_cells = 1;    ///< of one whole row
+  std::uint32_t piece_cells = 1;  ///< that a thread takes at a time
+  double cell_samples = 1;        ///< on average; > 0
+};
+ChunkGrain grain_of(const WorkPlan& plan);
+
 /// How many cells the next lease has, whichever way leases are handed out. Immutable.
 class ChunkSizer {
  public:
   /// Of a plan's cells, or of `cells` of them.
   ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
              std::optional<std::uint64_t> cells = {});
+  /// Of any plan of that grain.
+  ChunkSizer(SchedulePolicy policy, const ChunkGrain& grain, LeaseLength length);
 
   /// Of `remaining` > 0 cells; `step` chunks have been handed out before. 1 .. remaining.
   [[nodiscard]] std::uint64_t cells(const LeaseRequest& request, const FarmSpeed& farm,
@@ -49,10 +60,7 @@ class ChunkSizer {
  private:
   SchedulePolicy policy_;
   LeaseLength length_;
-  std::uint64_t total_;
-  std::uint64_t row_cells_;
-  std::uint32_t piece_cells_;
-  double cell_samples_;
+  ChunkGrain grain_;
 };
 
 }  // namespace parray

@@ -41,8 +41,9 @@ CoordinatorOptions whatever_dies() {
   return options;
 }
 
-void check_picture(const SimFarm& farm, const Scene& scene, const RenderSettings& settings) {
+void check_picture(SimFarm& farm, const Scene& scene, const RenderSettings& settings) {
   CHECK(farm.picture_sha256() == reference_sha256(scene, settings));
+  CHECK(farm.audit().complete());
   CHECK(farm.report().at("image_sha256") == farm.picture_sha256());
   CHECK(farm.report().at("samples") ==
         std::uint64_t{settings.width} * settings.height * settings.samples_per_pixel);
@@ -170,6 +171,7 @@ TEST_CASE(
     }));
     CHECK(lost == 0);
     CHECK(farm.picture_sha256() == reference_passes_sha256(scene, settings));
+    CHECK(farm.audit().complete());
     CHECK(farm.report().at("passes") == settings.passes);
     CHECK(farm.report().at("stopped_by") == "passes");
     weather.add(farm);

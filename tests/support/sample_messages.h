@@ -71,6 +71,8 @@ inline std::vector<Message> sample_messages() {
       msg::SteerJob{8, 5, msg::JobAction::prioritise, 70},
       msg::Fetch{8, 5, false, true},
       msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false, PictureParcel(Bulk::of(pixels))},
+      msg::FetchJournal{8, 5},
+      msg::JournalData{8, job, {{"image_sha256", digest}}, Bulk::of("merged")},
       msg::ListWorkers{8},
       msg::SteerWorkers{8, msg::WorkerAction::readmit, true, "node"},
       msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},

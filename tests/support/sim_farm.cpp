@@ -63,7 +63,9 @@ std::size_t SimFarm::acknowledged_but_lost() const {
     if (!kept.contains(lease.first)) {
       for (const std::string& entry : store_.committed_rows(lease.first)) {
         ByteReader in(entry);
-        in.get<std::uint32_t>();  // kind
+        if (in.get<std::uint32_t>() != 1) {
+          continue;  // not of cells
+        }
         const auto pass = in.get<std::uint32_t>();
         in.get<TracerKey>();
         const auto begin = in.get<std::uint64_t>();
@@ -78,9 +80,16 @@ std::size_t SimFarm::acknowledged_but_lost() const {
       }));
 }
 
+Audit SimFarm::audit() {
+  const std::string file = store_.picture(*job_).value_or("");
+  const std::uint64_t size = picture_size(picture_->width, picture_->height, true);
+  return audit_journal(read_journal(std::string_view(file).substr(size)));
+}
+
 std::size_t SimFarm::add_worker(double samples_per_second, Ailments ailments) {
   const std::string id = "w" + std::to_string(next_peer_++);
-  workers_.push_back(std::make_unique<SimWorker>(network, id, samples_per_second, ailments, next_peer_));
+  workers_.push_back(
+      std::make_unique<SimWorker>(network, id, samples_per_second, ailments, next_peer_));
   return workers_.size() - 1;
 }
 

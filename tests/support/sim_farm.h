@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/audit/audit.h"
 #include "common/image/image.h"
 #include "coordinator/coordinator.h"
 #include "tests/support/crash_store.h"
@@ -71,6 +72,8 @@ class SimFarm {
     const auto parts = picture_->picture.picture(picture_->width, picture_->height);
     return image_sha256(parts->image);
   }
+  /// Of its journal, as the store keeps it.
+  [[nodiscard]] Audit audit();
   [[nodiscard]] const Coordinator& coordinator() const { return *coordinator_; }
 
   SimNetwork network;

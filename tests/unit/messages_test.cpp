@@ -161,6 +161,8 @@ const std::vector<TypeRow>& protocol() {
         {"height", 3},
         {"statistics", false}},
        true},
+      {"fetch_journal", {{"request", 8}, {"job", 5}}},
+      {"journal", {{"request", 8}, {"job", job}, {"report", {{"image_sha256", digest}}}}, true},
       {"list_workers", {{"request", 8}}},
       {"steer_workers", {{"request", 8}, {"action", "readmit"}, {"host", true}, {"name", "node"}}},
       {"workers",

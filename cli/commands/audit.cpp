@@ -1,0 +1,142 @@
+// What a job's journal says: was everything merged once, and what other farms would have taken.
+#include "cli/audit/audit.h"
+
+#include <array>
+#include <iostream>
+#include <memory>
+
+#include "cli/audit/replay.h"
+#include "cli/commands/commands.h"
+#include "cli/commands/farm.h"
+#include "cli/commands/options.h"
+#include "cli/commands/printing.h"
+#include "cli/output/text.h"
+#include "common/base/bytes.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+struct JournalCommand {
+  std::uint64_t job = 0;
+  FarmOptions farm;
+  bool as_json = false;
+};
+
+std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uint64_t job) {
+  if (journal.journal.empty()) {
+    throw InputError("job " + std::to_string(job) +
+                     " has no journal: nothing of it has been merged, or it is no longer kept");
+  }
+  try {
+    return read_journal(journal.journal);
+  } catch (const DecodeError& error) {
+    throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
+  }
+}
+
+json audit_to_json(const Audit& audit, const std::string& sha256) {
+  json workers = json::array();
+  for (const Audit::Worker& worker : audit.workers) {
+    workers.push_back({{"name", worker.name},
+                       {"threads", worker.threads},
+                       {"leases", worker.leases},
+                       {"cells", worker.cells},
+                       {"seconds", worker.seconds}});
+  }
+  return {
+      {"complete", audit.complete()}, {"problems", audit.problems},    {"passes", audit.passes},
+      {"cells", audit.cells},         {"merged", audit.merged},        {"set_back", audit.set_back},
+      {"leases", audit.leases},       {"workers", std::move(workers)}, {"image_sha256", sha256}};
+}
+
+void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t job) {
+  for (const std::string& problem : audit.problems) {
+    std::cout << problem << "\n";
+  }
+  std::cout << "job " << job << ": " << audit.merged << " of " << counted(audit.cells, "cell")
+            << " of " << (audit.passes == 1 ? "1 pass" : std::to_string(audit.passes) + " passes")
+            << " merged, " << (audit.problems.empty() ? "each once" : "not each once") << ", in "
+            << counted(audit.leases, "lease") << "; " << audit.set_back << " set back\n";
+  std::vector<std::vector<std::string>> rows;
+  for (const Audit::Worker& worker : audit.workers) {
+    rows.push_back({printable(worker.name), std::to_string(worker.threads),
+                    std::to_string(worker.leases), std::to_string(worker.cells),
+                    duration_text(worker.seconds)});
+  }
+  std::cout << table_text({"WORKER", "THREADS", "LEASES", "CELLS", "TRACING"}, rows);
+  if (!sha256.empty()) {
+    std::cout << "image_sha256 " << sha256 << " is that of the picture that is kept\n";
+  }
+}
+
+int audit(const JournalCommand& command) {
+  FarmClient client(command.farm);
+  const Client::JobJournal journal = client->journal(command.job);
+  const bool done = !journal.report.empty();
+  Audit audit = audit_journal(entries_of(journal, command.job));
+  if (done && audit.problems.empty() && audit.merged != audit.cells) {
+    audit.problems.push_back("the job is done, but " + std::to_string(audit.cells - audit.merged) +
+                             " cells have not been merged");
+  }
+  // fetch() compares the picture with what the report states.
+  const std::string sha256 =
+      done ? client->fetch(command.job).report.value("image_sha256", std::string()) : "";
+  command.as_json ? print_json(audit_to_json(audit, sha256))
+                  : print_audit(audit, sha256, command.job);
+  return audit.problems.empty() ? 0 : 1;
+}
+
+int replay(const JournalCommand& command) {
+  FarmClient client(command.farm);
+  const auto journal = entries_of(client->journal(command.job), command.job);
+  constexpr std::array<std::uint32_t, 5> copies = {1, 2, 4, 8, 16};
+  json document = json::array();
+  std::vector<std::vector<std::string>> rows;
+  for (const SchedulePolicy policy : {SchedulePolicy::static_split, SchedulePolicy::guided,
+                                      SchedulePolicy::factoring, SchedulePolicy::weighted}) {
+    rows.push_back({std::string(name_of(policy))});
+    for (const std::uint32_t times : copies) {
+      const Replayed replayed = replay_job(journal, {policy, times});
+      rows.back().push_back(duration_text(replayed.seconds) + ", " +
+                            formatted("%.0f %%", 100 * replayed.efficiency));
+      document.push_back({{"schedule", name_of(policy)},
+                          {"workers_times", times},
+                          {"seconds", replayed.seconds},
+                          {"efficiency", replayed.efficiency},
+                          {"leases", replayed.leases}});
+    }
+  }
+  if (command.as_json) {
+    print_json(document);
+    return 0;
+  }
+  std::cout << "time to trace, and efficiency, with the job's workers so many times:\n"
+            << table_text({"SCHEDULE", "1", "2", "4", "8", "16"}, rows);
+  return 0;
+}
+
+void add_command(CommandLine& line, Action& chosen, const char* name, const char* help,
+                 int (*run)(const JournalCommand&)) {
+  Command command = line.command(name, help);
+  const auto options = std::make_shared<JournalCommand>();
+  add_job(command, options->job);
+  add_json(command, options->as_json);
+  options->farm.add_to(command);
+  command.on_chosen([options, &chosen, run] { chosen = [options, run] { return run(*options); }; });
+}
+
+}  // namespace
+
+void add_journal_commands(CommandLine& line, Action& chosen) {
+  add_command(line, chosen, "audit",
+              "Check from a job's journal that every sample was merged once, and say by whom",
+              audit);
+  add_command(line, chosen, "replay",
+              "What other schedules, or more workers, would have made of a job's recorded costs",
+              replay);
+}
+
+}  // namespace parray

@@ -1,0 +1,91 @@
+// The journal of real jobs: whatever happens to a farm, every cell is merged once.
+#include "cli/audit/audit.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "tests/support/crash_store.h"
+#include "tests/support/service.h"
+
+namespace parray::test {
+namespace {
+
+Audit audit(Service& service, JobId job) {
+  const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
+  return audit_journal(read_journal(data.journal.data.view()));
+}
+
+}  // namespace
+
+TEST_CASE("a job's journal is complete when it is done, with a store and without") {
+  CrashStore store(0, 1);
+  for (Store* const kept : {static_cast<Store*>(nullptr), static_cast<Store*>(&store)}) {
+    Service service(service_options(), kept);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), many_leases());
+    for (int i = 0; i < 3; ++i) {
+      work(service, {{&ann, honest}, {&bob, honest}}, job, 1);
+    }
+    const Audit early = audit(service, job);
+    CHECK(early.problems.empty());
+    CHECK(early.merged > 0);
+    CHECK_FALSE(early.complete());
+    work(service, {{&ann, honest}, {&bob, honest}}, job);
+    REQUIRE(service.state(job) == "done");
+    const Audit late = audit(service, job);
+    CHECK(late.complete());
+    CHECK(late.workers.size() == 2);
+    CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+  }
+}
+
+TEST_CASE("a journal goes on in another life of the coordinator") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job, 3);
+  service.turn();
+  service.restart();
+  ann.join();
+  work(service, {{&ann, honest}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(audit(service, job).complete());
+  CHECK(audit(service, job).workers.size() == 2);  // the same name, another process
+}
+
+TEST_CASE("what a liar has traced is set back in the journal, and merged once more") {
+  CoordinatorOptions options = service_options();
+  options.spot_checks = 1;
+  Service service(options);
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  Hand liar(service, "liar");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(audit(service, job).complete());
+  CHECK(audit(service, job).set_back > 0);
+}
+
+TEST_CASE("of a picture in passes that a liar has spoilt, the journal begins again") {
+  CoordinatorOptions options = service_options();
+  options.spot_checks = 1;
+  CrashStore store(0, 1);
+  Service service(options, &store);
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  Hand liar(service, "liar");
+  RenderSettings settings = many_leases();
+  settings.passes = {4, 8};
+  settings.samples_per_pixel = 8;
+  const JobId job = service.submit(small_scene(), settings);
+  work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(audit(service, job).complete());
+  CHECK(audit(service, job).passes == 2);
+}
+
+}  // namespace parray::test
