@@ -174,7 +174,8 @@ bool set_perceptual_intent(std::FILE* file) {
     if (name == "IDAT") return true;
     if (name == "sRGB") {
       return std::fseek(file, at, SEEK_SET) == 0 &&
-             std::fwrite(perceptual.data(), 1, perceptual.size(), file) == perceptual.size();
+             std::fwrite(perceptual.data(), 1, perceptual.size(), file) == perceptual.size() &&
+             std::fflush(file) == 0;
     }
     at += 12 + (long{head[0]} << 24 | long{head[1]} << 16 | long{head[2]} << 8 | long{head[3]});
   }
@@ -210,10 +211,10 @@ std::string write_file(const std::string& name, const Image& image, bool exr,
   CheckedFile file(stream.get());
   std::string problem = encode(name, file, image, exr ? Format::exr : Format::png, metadata,
                                channels, between_strips);
-  if (problem.empty() && !exr && !set_perceptual_intent(stream.get())) {
+  const std::string cause = file.finish();
+  if (cause.empty() && problem.empty() && !exr && !set_perceptual_intent(stream.get())) {
     problem = std::generic_category().message(errno);
   }
-  const std::string cause = file.finish();
   return cause.empty() ? problem : cause;
 }
 

@@ -16,7 +16,7 @@ using nlohmann::json;
 using test::message_of;
 
 /// As a coordinator's, of a picture of one pixel.
-Picture picture_of(const json& changes) {
+Picture picture_of(const json& changes = json::object()) {
   Picture picture;
   picture.image = {1, 1, {0.25F, 0.5F, 1.0F}};
   picture.report = {{"version", "1.2.3"},
@@ -61,7 +61,7 @@ std::string refusal(const json& changes, const std::string& name, const Metadata
 
 TEST_CASE("a recipe has all that decides the bits, in both kinds of file") {
   for (const bool exr : {true, false}) {
-    const Picture picture = picture_of({});
+    const Picture picture = picture_of();
     const Recipe recipe = kept_recipe(picture, exr);
     RenderSettings expected;
     expected.width = 1;
@@ -96,7 +96,7 @@ TEST_CASE("where pixels differ, the recipe has the passes and where these spend 
 }
 
 TEST_CASE("numbers are numbers in EXR, what is unknown is left out") {
-  const ImageMetadata metadata = as_kept(recipe_metadata(picture_of({}), true), true);
+  const ImageMetadata metadata = as_kept(recipe_metadata(picture_of(), true), true);
   const auto is = [&](const std::string& name, const MetadataValue& value) {
     return std::find(metadata.begin(), metadata.end(), std::pair(name, value)) != metadata.end();
   };
@@ -118,13 +118,15 @@ TEST_CASE("previews and pictures of others have no recipe") {
 TEST_CASE("a recipe with a value that cannot be is refused with its name") {
   for (const char* name : {"width", "max_depth", "seed", "sampler", "precision", "samples",
                            "samples_per_pixel", "image_sha256", "scene_sha256"}) {
-    const std::string message = refusal({}, name, -1.5);
+    const std::string message = refusal(json::object(), name, -1.5);
     CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), message);
     CHECK_MESSAGE(message.find(name) != std::string::npos, message);
   }
-  CHECK(refusal({}, "width", std::uint64_t{70000}).find("width: 70000") != std::string::npos);
-  CHECK(refusal({}, "width", std::uint64_t{1} << 32).find("parray:width") != std::string::npos);
-  CHECK(refusal({}, "precision", "auto").find("parray:precision") != std::string::npos);
+  CHECK(refusal(json::object(), "width", std::uint64_t{70000}).find("width: 70000") !=
+        std::string::npos);
+  CHECK(refusal(json::object(), "width", std::uint64_t{1} << 32).find("parray:width") !=
+        std::string::npos);
+  CHECK(refusal(json::object(), "precision", "auto").find("parray:precision") != std::string::npos);
   for (const char* passes : {"", "1,", "[1],2", "x", "-1", "0", "1e3"}) {
     const std::string message = refusal(adaptive, "passes", passes);
     CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), passes, message);
@@ -132,7 +134,7 @@ TEST_CASE("a recipe with a value that cannot be is refused with its name") {
 }
 
 TEST_CASE("another scene and another tracer are refused") {
-  Recipe recipe = kept_recipe(picture_of({}), true);
+  Recipe recipe = kept_recipe(picture_of(), true);
   const auto refused = [&](const std::string& scene_sha256) {
     return message_of<InputError>(
         [&] { check_recipe(recipe, "a.exr", scene_sha256, "scene.json"); });
