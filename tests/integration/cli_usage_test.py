@@ -56,8 +56,9 @@ OPTIONS = {
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
-    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers samples least_samples most_samples trace_version
-    target_error target_half_width time_limit rays samples_per_second rays_per_second nonfinite_samples features duplicates_removed""".split()
+    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers
+    samples least_samples most_samples trace_version target_error target_half_width time_limit rays
+    samples_per_second rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 
 class CliTest(unittest.TestCase):
