@@ -5,6 +5,7 @@
 
 #include "common/adaptive/error_estimate.h"
 #include "common/image/image.h"
+#include "proto/messages.h"
 
 namespace parray {
 
@@ -56,6 +57,8 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
                        {"samples", excluded.count},
                        {"first_sample", excluded.first}});
   }
+  const auto [least, most] =
+      std::minmax_element(framebuffer.samples().begin(), framebuffer.samples().end());
   // Building is no tracing: it stands under its own name.
   const double tracing = std::max(facts.render_seconds - facts.build_seconds, 0.0);
   const double rate = tracing > 0 ? 1 / tracing : 0;
@@ -63,8 +66,13 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"width", s.width},
           {"height", s.height},
           {"samples_per_pixel", samples_per_pixel_of(job)},
+          {"least_samples", *least},
+          {"most_samples", *most},
           {"error", error_of(job, estimate)},
           {"adaptive", s.adaptive},
+          {"target_error", s.target_error},
+          {"target_half_width", s.target_half_width},
+          {"time_limit", s.time_limit},
           {"passes", job.passes().begun()},
           {"stopped_by", name_of(job.passes().stopped_by())},
           {"max_depth", s.max_depth},
@@ -95,6 +103,7 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
             {"build", facts.build_seconds},
             {"render", facts.render_seconds}}},
           {"flag", record.flag},
+          {"trace_version", trace_version},
           {"version", PARRAY_VERSION}};
 }
 

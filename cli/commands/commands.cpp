@@ -16,6 +16,7 @@ void add_commands(CommandLine& line, Action& chosen) {
   add_validate(line, chosen);
   add_convert(line, chosen);
   add_compare(line, chosen);
+  add_verify(line, chosen);
   add_plan(line, chosen);
   add_tradeoff(line, chosen);
   add_doctor(line, chosen);

@@ -22,6 +22,7 @@ void add_keygen(CommandLine& line, Action& chosen);
 void add_validate(CommandLine& line, Action& chosen);
 void add_convert(CommandLine& line, Action& chosen);
 void add_compare(CommandLine& line, Action& chosen);
+void add_verify(CommandLine& line, Action& chosen);
 void add_plan(CommandLine& line, Action& chosen);
 void add_tradeoff(CommandLine& line, Action& chosen);
 void add_doctor(CommandLine& line, Action& chosen);

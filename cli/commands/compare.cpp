@@ -57,10 +57,7 @@ json formulas() {
 }
 
 std::string sha256_in(const ImageFile& file) {
-  for (const auto& [name, value] : file.metadata) {
-    if (name == "parray:image_sha256") return value;
-  }
-  return {};
+  return text_in(file.metadata, "parray:image_sha256").value_or("");
 }
 
 std::string size_text(const Image& image) {

@@ -5,6 +5,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
+#include "cli/commands/rendering.h"
 #include "cli/output/delivery.h"
 #include "cli/output/extra_channels.h"
 #include "common/base/error.h"
@@ -29,7 +30,7 @@ int fetch(const FetchCommand& command) {
   check_outputs(command.output.paths());
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
-  Picture picture = client->fetch(command.job, wants_statistics(aovs));
+  Picture picture = fetch_picture(*client, command.job, command.output.paths());
   add_channels(picture, extra_channels(aovs, {}, {}, 1));
   return deliver(std::move(picture), command.output.paths(), {});
 }

@@ -178,6 +178,27 @@ void RenderOptions::add_limits_to(Command& command) {
       .group(limits_group);
 }
 
+void RenderOptions::add_like_to(Command& command) {
+  command
+      .option("--like", like_,
+              "All that decides the bits as the recipe in this picture's file has it: the same "
+              "picture again; with no other option of this group or the next")
+      .type_name("PICTURE")
+      .group(settings_group)
+      .forbid_empty();
+  command_ = command;
+}
+
+void RenderOptions::check_like() const {
+  if (like_.empty()) return;
+  for (const GivenOption& given : command_->given_options()) {
+    const bool decides = given.group == settings_group || given.group == limits_group;
+    if (decides && given.name != "--like") {
+      throw UsageError(given.name + " and --like, which decides it, too: leave one of them out");
+    }
+  }
+}
+
 /// A limit without --spp goes as far as it has to.
 void RenderOptions::lay_limits_over(RenderSettings& settings) const {
   settings.target_error = target_error_;
@@ -205,6 +226,10 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   settings.schedule = schedule_.value_or(settings.schedule);
   settings.row_order = row_order_.value_or(settings.row_order);
   lay_limits_over(settings);
+  if (followed_) {
+    static_cast<PictureSettings&>(settings) = followed_->picture();
+    static_cast<StopSettings&>(settings) = followed_->stop();
+  }
   try {
     check_settings(settings);
   } catch (const InputError& error) {

@@ -48,6 +48,15 @@ class RenderOptions {
   void add_to(Command& command);
   /// All but how many samples to take: for a command that finds out.
   void add_without_samples_to(Command& command);
+  /// --like, after add_to(): for commands that render.
+  void add_like_to(Command& command);
+  /// The picture of --like; empty: none.
+  [[nodiscard]] const std::string& like() const { return like_; }
+  /// Throws UsageError where --like stands beside an option that decides the picture. Only as long
+  /// as the command line is there.
+  void check_like() const;
+  /// over() takes all that decides the picture from these settings instead of the scene's.
+  void follow(const RenderSettings& settings) { followed_ = settings; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -59,6 +68,9 @@ class RenderOptions {
   void add_limits_to(Command& command);
   void lay_limits_over(RenderSettings& settings) const;
 
+  std::string like_;
+  std::optional<Command> command_;  ///< that has --like
+  std::optional<RenderSettings> followed_;
   std::optional<std::uint32_t> width_;
   std::optional<std::uint32_t> height_;
   std::optional<std::uint32_t> samples_per_pixel_;

@@ -71,6 +71,7 @@ void add_render(CommandLine& line, Action& chosen) {
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
   options->render.add_to(command);
+  options->render.add_like_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
       command, "--threads", 1, most_threads,

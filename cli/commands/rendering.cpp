@@ -8,9 +8,12 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
 #include "cli/output/progress.h"
+#include "cli/output/recipe.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/image/image_file.h"
 #include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
 #include "common/trace/isa.h"
 
 namespace parray {
@@ -22,13 +25,25 @@ Time next_look(Time waited) {
   return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
+/// load_scene(), by the recipe of --like if there is one.
+SceneFile load_like(const std::string& scene_file, RenderOptions options) {
+  if (options.like().empty()) return load_scene(scene_file, options);
+  options.check_like();
+  const std::string picture = printable(options.like(), 4096);
+  const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
+  options.follow(recipe.settings);
+  SceneFile file = load_scene(scene_file, options);
+  check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
+  return file;
+}
+
 }  // namespace
 
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  SceneFile file = load_scene(scene_file, options);
+  SceneFile file = load_like(scene_file, options);
   const ResolvedSettings resolved = resolve_settings(requirements_of(file.scene), file.settings);
   Submission submission;
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));
@@ -69,11 +84,18 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
   }
 }
 
+Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
+  Picture picture = client.fetch(job, wants_statistics(outputs.aovs));
+  const bool lacks_samples = picture.statistics.samples.empty() &&
+                             can_hold_channels(outputs.image) && samples_differ(picture.report);
+  return lacks_samples ? client.fetch(job, true) : picture;
+}
+
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
   wait_until_done(client, job, following);
-  Picture picture = client.fetch(job, wants_statistics(extra.aovs));
+  Picture picture = fetch_picture(client, job, outputs);
   add_channels(picture, extra);
   return deliver(std::move(picture), outputs, times);
 }

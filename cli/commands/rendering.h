@@ -24,6 +24,9 @@ void check_isa(Isa isa);
 /// Throws RunError when it fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const Following& following);
 
+/// The picture of a job that is done, with the statistics that `outputs` are to hold.
+Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
+
 /// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
 /// `times` as deliver() has them.
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,

@@ -74,6 +74,7 @@ void add_submit(CommandLine& line, Action& chosen) {
       "The job fails when so many workers have failed at the same part of it (default: the "
       "coordinator's)");
   options->render.add_to(command);
+  options->render.add_like_to(command);
   add_following(command, options->following);
   options->farm.add_to(command);
   command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });

@@ -31,6 +31,7 @@ void MpiOptions::add_to(Command& command) {
   output.add_to(command, true);
   output.add_aov_to(command);
   render.add_to(command);
+  render.add_like_to(command);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
                           std::uint32_t& target, const char* description) {
     return add_whole_number(

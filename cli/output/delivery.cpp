@@ -1,10 +1,10 @@
 #include "cli/output/delivery.h"
 
-#include <array>
 #include <iostream>
 #include <string>
-#include <string_view>
 
+#include "cli/output/extra_channels.h"
+#include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/image/image_file.h"
@@ -16,26 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// What the image file says about itself: fields of the report.
-constexpr std::array<std::string_view, 12> kept_in_image = {
-    "version", "scene_sha256", "image_sha256", "width",     "height",      "samples_per_pixel",
-    "samples", "max_depth",    "seed",         "precision", "accelerator", "sampler"};
-
-std::string text_of(const json& value) {
-  return value.is_string() ? value.get<std::string>() : value.dump();
-}
-
-ImageMetadata metadata_of(const json& report) {
-  ImageMetadata metadata = {{"Software", "ParRay " + report.value("version", "")}};
-  for (const std::string_view key : kept_in_image) {
-    const auto found = report.find(key);
-    if (found != report.end()) {
-      metadata.emplace_back("parray:" + std::string(key), text_of(*found));
-    }
-  }
-  return metadata;
-}
 
 void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
@@ -98,7 +78,9 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   json& report = picture.report;
   const Time begin = clock.now();
   if (!outputs.image.empty()) {
-    write_image(outputs.image, picture.image, metadata_of(report), picture.channels,
+    const bool exr = can_hold_channels(outputs.image);
+    if (exr) add_sample_counts(picture);
+    write_image(outputs.image, picture.image, recipe_metadata(picture, exr), picture.channels,
                 check_interrupted);
   }
   const Time end = clock.now();

@@ -29,8 +29,8 @@ struct CommandTimes {
   double submit_seconds = 0;  ///< until its scene was taken in
 };
 
-/// Writes a finished picture, with its channels, and its report, and says on stdout what was
-/// written (on stderr, too, if samples were not finite). The report gets `seconds.write` and
+/// Writes a finished picture, with its recipe and channels, and its report, and says on stdout what
+/// was written (on stderr, too, if samples were not finite). The report gets `seconds.write` and
 /// `seconds.total`. With `times` that is the time since the start, and its parts add up to it:
 /// `submit`, and `other`: waiting for a turn, making the image and its error. Without them it is
 /// the sum of what parts there are.

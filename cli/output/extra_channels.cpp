@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cli/output/recipe.h"
 #include "common/process/stop_signal.h"
 #include "common/trace/integrator/extra_channels.h"
 #include "common/trace/tracer.h"
@@ -34,7 +35,7 @@ Channels trace_channels_of(const ExtraChannels& extra, const std::string& scene_
 
 void add_statistics(Picture& picture, const Aovs& aovs) {
   if (aovs.contains(Aov::samples)) {
-    picture.channels.push_back({"samples", picture.statistics.samples});
+    picture.channels.push_back({samples_channel, picture.statistics.samples});
   }
   if (!aovs.contains(Aov::half_width)) return;
   const std::vector<float>& all = picture.statistics.half_width;
@@ -48,6 +49,14 @@ void add_statistics(Picture& picture, const Aovs& aovs) {
 }
 
 }  // namespace
+
+void add_sample_counts(Picture& picture) {
+  const auto is_samples = [](const Channel& channel) { return channel.name == samples_channel; };
+  if (samples_differ(picture.report) && !picture.statistics.samples.empty() &&
+      std::none_of(picture.channels.begin(), picture.channels.end(), is_samples)) {
+    picture.channels.push_back({samples_channel, picture.statistics.samples});
+  }
+}
 
 void add_channels(Picture& picture, const ExtraChannels& extra) {
   if (extra.aovs.empty()) return;

@@ -26,6 +26,10 @@ ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
 /// Whether the picture has to come with its statistics.
 bool wants_statistics(const Aovs& aovs);
 
+/// Adds channel `samples`, without which nobody could trace the picture again, where pixels have
+/// different numbers of samples, unless it is there.
+void add_sample_counts(Picture& picture);
+
 /// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
 /// their names, and `seconds.aovs`. Throws Interrupted (see common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);

@@ -52,15 +52,9 @@ const std::vector<float>& floats_of(const Channels& channels, const std::string&
   throw InputError(file + ": channel " + name + " is missing: start anew with --restart");
 }
 
-/// The numbers that the file keeps as text.
 double number_in(const ImageMetadata& metadata, const std::string& name, const std::string& file) {
-  for (const auto& [key, value] : metadata) {
-    if (key == name) {
-      char* end = nullptr;
-      const double number = std::strtod(value.c_str(), &end);
-      if (end != value.c_str() && *end == '\0' && number > 0 && number < 1e15) return number;
-    }
-  }
+  const double number = real_in(metadata, name).value_or(0);
+  if (number > 0 && number < 1e15) return number;
   throw InputError(file + ": " + name + " is missing: start anew with --restart");
 }
 
@@ -165,11 +159,10 @@ void Reference::save(const std::filesystem::path& path) const {
     channels.push_back({std::string("second.") + rgb[c], channel_of(half_[1], c)});
     channels.push_back({std::string("variance.") + rgb[c], channel_of(variance, c)});
   }
-  write_image(path, mean,
-              {{"Software", "ParRay " PARRAY_VERSION},
-               {samples_name, number_text(samples_[0])},
-               {chunks_name, std::to_string(chunks_)}},
-              channels);
+  write_image(
+      path, mean,
+      {{"Software", "ParRay " PARRAY_VERSION}, {samples_name, samples_[0]}, {chunks_name, chunks_}},
+      channels);
 }
 
 void Reference::load(const std::filesystem::path& path) {

@@ -20,6 +20,9 @@ struct Channel {
 };
 using Channels = std::vector<Channel>;
 
+/// The channel of Aov::samples: what tracing a picture again needs to know of each pixel.
+inline constexpr const char* samples_channel = "samples";
+
 /// What a picture can show beside radiance ("arbitrary output variables").
 enum class Aov : std::uint8_t { depth, normal, albedo, sphere, cost, samples, half_width };
 using Aovs = std::set<Aov>;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -14,6 +15,10 @@ struct Image {
   std::uint32_t height = 0;
   std::vector<float> rgb;
 };
+
+/// Mean radiance of `count` finite samples that add up to `sums`; 0 where there are none.
+std::array<float, 3> mean_radiance(const PixelSums& sums, std::uint32_t count,
+                                   const RadianceScale& scale);
 
 /// Mean radiance of every pixel over the finite samples that it holds; 0 where there are none.
 Image resolve_image(const Framebuffer& framebuffer, double largest_radiance);

@@ -41,11 +41,6 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown error" : text;
 }
 
-std::uint8_t srgb_byte(float linear) {
-  if (!(linear > 0)) return 0;  // NaN too
-  return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
-}
-
 void add_channels(OIIO::ImageSpec& spec, const Channels& channels) {
   if (channels.empty()) return;
   spec.channelformats.assign(3, OIIO::TypeDesc::FLOAT);
@@ -57,6 +52,16 @@ void add_channels(OIIO::ImageSpec& spec, const Channels& channels) {
   spec.nchannels += static_cast<int>(channels.size());
 }
 
+void add_attribute(OIIO::ImageSpec& spec, const std::string& name, const MetadataValue& value) {
+  if (const auto* const whole = std::get_if<std::uint64_t>(&value)) {
+    spec.attribute(name, static_cast<int>(*whole));
+  } else if (const auto* const real = std::get_if<double>(&value)) {
+    spec.attribute(name, OIIO::TypeDesc::DOUBLE, real);
+  } else {
+    spec.attribute(name, std::get<std::string>(value));
+  }
+}
+
 OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata,
                           const Channels& channels) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
@@ -64,12 +69,17 @@ OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata
   if (format == Format::exr) {
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
+    // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709: sRGB's, too.
+    constexpr std::array<float, 8> primaries = {0.64F, 0.33F, 0.30F,   0.60F,
+                                                0.15F, 0.06F, 0.3127F, 0.3290F};
+    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, primaries.size()),
+                   primaries.data());
     add_channels(spec, channels);
   } else {
     spec.attribute("oiio:ColorSpace", "sRGB");
   }
   for (const auto& [name, value] : metadata) {
-    spec.attribute(name, value);
+    add_attribute(spec, name, value);
   }
   return spec;
 }
@@ -110,8 +120,7 @@ bool write_strip(OIIO::ImageOutput& out, const Image& image, const Channels& cha
   if (format == Format::exr) {
     return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
   }
-  std::vector<std::uint8_t> bytes(values.size());
-  std::transform(values.begin(), values.end(), bytes.begin(), srgb_byte);
+  const std::vector<std::uint8_t> bytes = srgb_bytes(values);
   return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UINT8, bytes.data());
 }
 
@@ -152,6 +161,27 @@ class CheckedFile final : public OIIO::Filesystem::IOFile {
   int error_ = 0;  // the first
 };
 
+/// The library says "absolute colorimetric" in a PNG file's sRGB chunk; pictures are perceptual.
+/// Writes the whole chunk anew, since its checksum differs. False: the system says why.
+bool set_perceptual_intent(std::FILE* file) {
+  constexpr std::array<unsigned char, 13> perceptual = {0,   0, 0,    1,    's',  'R', 'G',
+                                                        'B', 0, 0xAE, 0xCE, 0x1C, 0xE9};
+  constexpr long chunk_begin = 8 + 12 + 13;  // after the signature and IHDR
+  std::array<unsigned char, 8> head{};
+  for (long at = chunk_begin; std::fseek(file, at, SEEK_SET) == 0;) {
+    if (std::fread(head.data(), 1, head.size(), file) != head.size()) return false;
+    const std::string_view name(reinterpret_cast<const char*>(head.data()) + 4, 4);
+    if (name == "IDAT") return true;
+    if (name == "sRGB") {
+      return std::fseek(file, at, SEEK_SET) == 0 &&
+             std::fwrite(perceptual.data(), 1, perceptual.size(), file) == perceptual.size() &&
+             std::fflush(file) == 0;
+    }
+    at += 12 + (long{head[0]} << 24 | long{head[1]} << 16 | long{head[2]} << 8 | long{head[3]});
+  }
+  return false;
+}
+
 /// Empty, or what the library could not do.
 std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
                    const ImageMetadata& metadata, const Channels& channels,
@@ -175,13 +205,16 @@ std::string write_file(const std::string& name, const Image& image, bool exr,
                        const ImageMetadata& metadata, const Channels& channels,
                        const std::function<void()>& between_strips) {
   keep_library_single_threaded();
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "w+be"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
   CheckedFile file(stream.get());
-  const std::string problem = encode(name, file, image, exr ? Format::exr : Format::png, metadata,
-                                     channels, between_strips);
+  std::string problem = encode(name, file, image, exr ? Format::exr : Format::png, metadata,
+                               channels, between_strips);
   const std::string cause = file.finish();
+  if (cause.empty() && problem.empty() && !exr && !set_perceptual_intent(stream.get())) {
+    problem = std::generic_category().message(errno);
+  }
   return cause.empty() ? problem : cause;
 }
 
@@ -277,6 +310,25 @@ bool read_exr(OIIO::ImageInput& in, const std::array<int, 3>& rgb, ImageFile& fi
   return true;
 }
 
+/// Single text and numbers.
+ImageMetadata metadata_of(const OIIO::ImageSpec& spec) {
+  ImageMetadata metadata;
+  for (const auto& attribute : spec.extra_attribs) {
+    const std::string name = attribute.name().string();
+    const OIIO::TypeDesc type = attribute.type();
+    if (type == OIIO::TypeDesc::STRING) {
+      metadata.emplace_back(name, attribute.get_string());
+    } else if (type == OIIO::TypeDesc::INT && attribute.get_int() >= 0) {
+      metadata.emplace_back(name, static_cast<std::uint64_t>(attribute.get_int()));
+    } else if (type == OIIO::TypeDesc::DOUBLE) {
+      metadata.emplace_back(name, attribute.get<double>());
+    } else if (type == OIIO::TypeDesc::FLOAT) {
+      metadata.emplace_back(name, static_cast<double>(attribute.get_float()));
+    }
+  }
+  return metadata;
+}
+
 ImageFile read_file(const std::string& path) {
   keep_library_single_threaded();
   const auto in = OIIO::ImageInput::open(path);
@@ -291,11 +343,7 @@ ImageFile read_file(const std::string& path) {
   if (!(format == Format::png ? read_png(*in, file) : read_exr(*in, rgb_of(spec), file))) {
     throw InputError(path + ": " + one_line(in->geterror()));
   }
-  for (const auto& attribute : spec.extra_attribs) {
-    if (attribute.type() == OIIO::TypeDesc::STRING) {
-      file.metadata.emplace_back(attribute.name().string(), attribute.get_string());
-    }
-  }
+  file.metadata = metadata_of(spec);
   return file;
 }
 

@@ -11,7 +11,8 @@
 namespace parray {
 
 struct ImageCodec {
-  /// Empty, or why the file could not be written. Arguments as write_image() has checked them.
+  /// Empty, or why the file could not be written. Arguments as write_image() has checked them;
+  /// `metadata` of as_kept().
   std::string (*write)(const std::string& file, const Image& image, bool exr,
                        const ImageMetadata& metadata, const Channels& channels,
                        const std::function<void()>& between_strips);

@@ -81,9 +81,9 @@ void write_image(const fs::path& path, const Image& image, const ImageMetadata& 
                  const Channels& channels, const std::function<void()>& between_strips) {
   check_channels(path, image, channels);
   PartialFile file(path);
-  const std::string problem =
-      codec().write(file.path().string(), image, format_of(path) == Format::exr, metadata, channels,
-                    between_strips);
+  const bool exr = format_of(path) == Format::exr;
+  const std::string problem = codec().write(file.path().string(), image, exr,
+                                            as_kept(metadata, exr), channels, between_strips);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
   file.commit();
 }

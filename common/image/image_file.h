@@ -3,17 +3,12 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "common/image/channels.h"
 #include "common/image/image.h"
+#include "common/image/image_metadata.h"
 
 namespace parray {
-
-/// Names and values that are kept inside an image file, in order: EXR attributes, PNG text.
-/// Names: letters, digits, '_' and ':', at most 79 bytes (PNG's bound).
-using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
 /// Throws InputError unless an image can be written to `path`: the extension is one that
 /// write_image() knows (.exr or .png, in either case) and the place is writable
@@ -25,18 +20,19 @@ bool can_hold_channels(const std::filesystem::path& path);
 
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
 ///
-/// EXR: the very floats, linear RGB, losslessly compressed (zip), and every one of `channels`, each
-/// with a value for every pixel and a name of its own, as FLOAT or UINT.
-/// PNG: 8 bits a channel with the sRGB curve (IEC 61966-2-1), clamped to [0, 1] and rounded to the
-/// nearest; a NaN becomes 0. `channels` has to be empty.
+/// EXR: the very floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, losslessly
+/// compressed (zip), and every one of `channels`, each with a value for every pixel and a name of
+/// its own, as FLOAT or UINT.
+/// PNG: srgb_bytes(), with an sRGB chunk of intent 0 (perceptual). `channels` has to be empty.
+/// `metadata` as as_kept() has them: attributes of EXR, text of PNG.
 /// `between_strips`, if set, is called every few milliseconds of writing; what it throws ends the
 /// writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {});
 
-/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone), metadata (text
-/// attributes only) and, of an EXR file, the other channels, sorted by name: UINT as whole numbers,
+/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone), metadata (single text
+/// and numbers) and, of an EXR file, the other channels, sorted by name: UINT as whole numbers,
 /// HALF as floats. Its contents say which of the two it is, not its name.
 struct ImageFile {
   Image image;

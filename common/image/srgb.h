@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 /// The sRGB transfer curve, IEC 61966-2-1.
 namespace parray {
@@ -13,6 +17,19 @@ inline double srgb_encode(double linear) {
 /// Encoded value in [0, 1] to linear value in [0, 1].
 inline double srgb_decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+/// The 8-bit code of a linear value: encoded, clamped to [0, 1] and rounded to the nearest; 0 for
+/// NaN.
+inline std::uint8_t srgb_byte(float linear) {
+  if (!(linear > 0)) return 0;
+  return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
+}
+
+inline std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
+  std::vector<std::uint8_t> bytes(linear.size());
+  std::transform(linear.begin(), linear.end(), bytes.begin(), srgb_byte);
+  return bytes;
 }
 
 }  // namespace parray

@@ -39,24 +39,32 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--output", "--aov", "--report", "--threads", "--quiet",
+    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--report", "--threads", "--quiet",
                                 "--preview"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--wait", "--output", "--aov", "--report",
-                                              "--priority", "--quiet", "--preview"],
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--report",
+                                              "--priority", "--max-failures", "--quiet",
+                                              "--preview"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
     "watch": COORDINATOR + ["--quiet", "--preview"],
     "cancel": COORDINATOR + ["--json"],
+    "requeue": COORDINATOR + ["--json"],
+    "forget": COORDINATOR + ["--json"],
+    "priority": COORDINATOR + ["--json"],
+    "audit": COORDINATOR + ["--json"],
+    "replay": COORDINATOR + ["--json"],
     "fetch": COORDINATOR + ["--output", "--report", "--aov"],
-    "workers": COORDINATOR + ["--json"],
+    "workers": COORDINATOR + ["--host", "--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],
     "compare": ["--output", "--json"],
+    "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
     "doctor": ["--json"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
-    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers samples rays samples_per_second
-    rays_per_second nonfinite_samples features duplicates_removed""".split()
+    isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers
+    samples least_samples most_samples trace_version target_error target_half_width time_limit rays
+    samples_per_second rays_per_second nonfinite_samples features duplicates_removed""".split()
 
 
 class CliTest(unittest.TestCase):

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -120,14 +121,15 @@ TEST_CASE("a normal points to the side that is seen, inside a sphere inwards") {
   }
 }
 
-TEST_CASE("the sky has no depth, no normal, no albedo, no sphere, and costs one segment") {
+TEST_CASE("the sky is infinitely far, has no normal, albedo or sphere, and costs one segment") {
   const Scene scene = seen_along_z(0.5, {{{1, 2, 20}, 1, 0}});
   const Channels channels = trace_channels(scene, settings_of(5, 3), everything, 2);
-  for (const char* name : {"Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}) {
+  for (const char* name : {"N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}) {
     CAPTURE(name);
     check_all(reals(channels, name), 0);
   }
   check_all(reals(channels, "cost"), 1);
+  CHECK(reals(channels, "Z") == std::vector<float>(25, std::numeric_limits<float>::infinity()));
   CHECK(spheres_of(channels) == std::vector<std::uint32_t>(25, sky));
 }
 

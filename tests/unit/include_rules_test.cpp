@@ -61,12 +61,13 @@ const Rules& room_may_include() {
       {"cli/output", {"cli/farm"}},
       {"cli/audit", {}},
       {"cli/compare", {}},
+      {"cli/verify", {}},
       {"cli/tradeoff", {"cli/output", "cli/farm", "cli/process"}},
       {"cli/plan", {"cli/tradeoff", "cli/output", "cli/farm"}},
       {"cli/doctor", {"cli/output", "cli/process", "cli/farm"}},
       {"cli/commands",
-       {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/plan", "cli/tradeoff",
-        "cli/doctor"}},
+       {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/verify", "cli/plan",
+        "cli/tradeoff", "cli/doctor"}},
       {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
   return rules;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -9,6 +10,9 @@
 
 namespace parray {
 namespace {
+
+/// Depth where nothing is met.
+constexpr double no_surface = std::numeric_limits<double>::infinity();
 
 /// Three channels of a vector, filled pixel by pixel.
 class VectorPlanes {
@@ -96,7 +100,7 @@ class ChannelPlanes {
       albedo = albedo + scene_.materials[scene_.spheres[hit.sphere].material].albedo;
     }
     const double share = 1.0 / samples();
-    if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : 0);
+    if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);
     if (wants(Aov::normal)) normal_.set(pixel, share * normal);
     if (wants(Aov::albedo)) albedo_.set(pixel, share * albedo);
     if (wants(Aov::sphere)) sphere_[pixel] = hits.front().sphere;

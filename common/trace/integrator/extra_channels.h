@@ -19,7 +19,7 @@ inline constexpr std::uint32_t channel_samples = 16;
 /// precision. Means are over these samples.
 ///
 /// - depth, "Z": mean distance from the camera's plane, along the direction in which it looks, in
-///   the scene's unit; over the samples that meet a sphere. 0 where none does: no surface has it.
+///   the scene's unit; over the samples that meet a sphere. Infinite where none does.
 /// - normal, "N.X", "N.Y", "N.Z": mean of the unit normals of the first surfaces, in the scene's
 ///   axes, each on the side that the ray comes from. The sky counts as 0, so that the mean is
 ///   shorter than 1 at edges.

@@ -1,0 +1,201 @@
+#include "cli/output/recipe.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "common/image/srgb.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+/// Of a value in the file.
+std::string key(std::string_view name) { return "parray:" + std::string(name); }
+
+/// Fields of the report that an image file has, too.
+constexpr std::array<std::string_view, 21> kept_in_image = {
+    "version",      "trace_version",     "scene_sha256",  "image_sha256", "width",
+    "height",       "max_depth",         "seed",          "sampler",      "precision",
+    "accelerator",  "samples",           "least_samples", "most_samples", "adaptive",
+    "target_error", "target_half_width", "time_limit",    "stopped_by",   "nonfinite_samples",
+    "flag"};
+
+void add_value(ImageMetadata& metadata, const std::string& name, const json& value) {
+  if (value.is_string() && !value.get_ref<const std::string&>().empty()) {
+    metadata.emplace_back(key(name), value.get<std::string>());
+  } else if (value.is_boolean()) {
+    metadata.emplace_back(key(name), std::uint64_t{value.get<bool>() ? 1U : 0U});
+  } else if (value.is_number_unsigned()) {
+    metadata.emplace_back(key(name), value.get<std::uint64_t>());
+  } else if (value.is_number_float()) {
+    metadata.emplace_back(key(name), value.get<double>());
+  }
+}
+
+/// As option --passes takes them.
+std::string comma_list(const json& numbers) {
+  std::string text;
+  for (const json& number : numbers) {
+    text += (text.empty() ? "" : ",") + number.dump();
+  }
+  return text;
+}
+
+/// Reads the values of one file's recipe.
+class RecipeReader {
+ public:
+  RecipeReader(const ImageMetadata& metadata, const std::string& file)
+      : metadata_(metadata), file_(file) {}
+
+  [[nodiscard]] std::string text(const std::string& name) const {
+    return needed(text_in(metadata_, key(name)), name);
+  }
+  template <typename Whole>
+  [[nodiscard]] Whole whole(const std::string& name) const {
+    const std::uint64_t value = needed(whole_in(metadata_, key(name)), name);
+    if (value > std::numeric_limits<Whole>::max()) refuse(name);
+    return static_cast<Whole>(value);
+  }
+  /// 0 where there is none.
+  [[nodiscard]] double limit(const std::string& name) const {
+    return real_in(metadata_, key(name)).value_or(0);
+  }
+  [[nodiscard]] bool has(const std::string& name) const {
+    return std::any_of(metadata_.begin(), metadata_.end(),
+                       [&](const auto& pair) { return pair.first == key(name); });
+  }
+  [[nodiscard]] std::vector<std::uint64_t> numbers(const std::string& name) const {
+    const json list = json::parse("[" + text(name) + "]", nullptr, false);
+    std::vector<std::uint64_t> numbers;
+    for (const json& number : list) {
+      if (!number.is_number_unsigned()) refuse(name);
+      numbers.push_back(number.get<std::uint64_t>());
+    }
+    if (numbers.empty()) refuse(name);
+    return numbers;
+  }
+  [[noreturn]] void refuse(const std::string& name) const {
+    throw InputError(file_ + ": its recipe is damaged: " + key(name) +
+                     " is missing or no such value");
+  }
+
+ private:
+  template <typename Value>
+  [[nodiscard]] Value needed(std::optional<Value> value, const std::string& name) const {
+    if (!value) refuse(name);
+    return *std::move(value);
+  }
+
+  const ImageMetadata& metadata_;
+  const std::string& file_;
+};
+
+RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
+  RenderSettings settings;
+  settings.width = reader.whole<std::uint32_t>("width");
+  settings.height = reader.whole<std::uint32_t>("height");
+  settings.max_depth = reader.whole<std::uint32_t>("max_depth");
+  settings.seed = reader.whole<std::uint64_t>("seed");
+  settings.sampler = sampler_from(reader.text("sampler"));
+  settings.precision = precision_from(reader.text("precision"));
+  if (settings.precision == Precision::automatic) reader.refuse("precision");
+  if (equal_samples) {
+    settings.samples_per_pixel = reader.whole<std::uint32_t>("samples_per_pixel");
+  } else {
+    settings.adaptive = true;
+    settings.passes = reader.numbers("passes");
+    settings.target_half_width = reader.limit("target_half_width");  // decides where samples go
+  }
+  check_settings(settings);
+  return settings;
+}
+
+void check_there(const ImageMetadata& metadata, const RecipeReader& reader,
+                 const std::string& file) {
+  if (text_in(metadata, key("partial"))) {
+    throw InputError(file + ": a preview, which has no recipe: take the finished picture");
+  }
+  if (!reader.has("image_sha256") || !reader.has("trace_version")) {
+    throw InputError(file +
+                     ": has no recipe: only pictures have one that ParRay has rendered, as it "
+                     "wrote them");
+  }
+}
+
+std::string start_of(const std::string& sha256) { return printable(sha256.substr(0, 16)); }
+
+}  // namespace
+
+bool samples_differ(const json& report) {
+  return report.value("adaptive", false) &&
+         report.value("least_samples", 0U) != report.value("most_samples", 1U);
+}
+
+ImageMetadata recipe_metadata(const Picture& picture, bool exr) {
+  const json& report = picture.report;
+  ImageMetadata metadata = {{"Software", "ParRay " + report.value("version", "")}};
+  for (const std::string_view key : kept_in_image) {
+    if (report.contains(key)) add_value(metadata, std::string(key), report.at(std::string(key)));
+  }
+  if (!samples_differ(report)) {
+    add_value(metadata, "samples_per_pixel", report.at("samples_per_pixel"));
+  }
+  const json passes = report.value("passes", json::array());
+  if (!passes.empty()) metadata.emplace_back(key("passes"), comma_list(passes));
+  const json error = report.value("error", json::object());
+  for (const auto& [name, value] : error.items()) {
+    add_value(metadata, "error:" + name, value);
+  }
+  if (!exr) {
+    const auto bytes = srgb_bytes(picture.image.rgb);
+    metadata.emplace_back(key("pixels_sha256"), sha256_hex(std::as_bytes(std::span(bytes))));
+  }
+  return metadata;
+}
+
+Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
+  const RecipeReader reader(metadata, file);
+  check_there(metadata, reader, file);
+  Recipe recipe;
+  recipe.image_sha256 = reader.text("image_sha256");
+  recipe.pixels_sha256 = text_in(metadata, key("pixels_sha256")).value_or("");
+  recipe.scene_sha256 = reader.text("scene_sha256");
+  recipe.trace_version = reader.whole<std::uint64_t>("trace_version");
+  recipe.version = reader.text("version");
+  recipe.samples = reader.whole<std::uint64_t>("samples");
+  recipe.equal_samples = reader.has("samples_per_pixel");
+  try {
+    recipe.settings = settings_in(reader, recipe.equal_samples);
+  } catch (const InputError& error) {
+    const std::string reason = error.what();
+    throw InputError(reason.starts_with(file) ? reason
+                                              : file + ": its recipe is damaged: " + reason);
+  }
+  return recipe;
+}
+
+void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
+                  const std::string& scene) {
+  if (recipe.trace_version != trace_version) {
+    throw InputError(picture + ": traced by other rules (trace_version " +
+                     std::to_string(recipe.trace_version) + ", here " +
+                     std::to_string(trace_version) + "): use ParRay " +
+                     printable(recipe.version, 40));
+  }
+  if (recipe.scene_sha256 != scene_sha256) {
+    throw InputError(scene + ": not the scene of " + picture + ", whose scene_sha256 is " +
+                     start_of(recipe.scene_sha256) + "..., not " + start_of(scene_sha256) +
+                     "...: name the scene that it was rendered from");
+  }
+}
+
+}  // namespace parray

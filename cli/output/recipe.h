@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "cli/farm/client.h"
+#include "common/image/image_file.h"
+#include "common/scene/settings.h"
+
+/// Everything that decides the bits of a picture, kept inside its file: whoever has the scene can
+/// make the same bits again, all of them or those of single pixels.
+namespace parray {
+
+struct Recipe {
+  std::string image_sha256;   ///< of the floats, as in the report
+  std::string pixels_sha256;  ///< of srgb_bytes() of them, top row first; empty: an EXR file
+  std::string scene_sha256;
+  std::uint64_t trace_version = 0;
+  std::string version;  ///< of ParRay
+  /// What decides the bits of a sample, and how many samples there are: `samples_per_pixel`, or,
+  /// where pixels have different numbers, the `passes` that lead to these.
+  RenderSettings settings;
+  std::uint64_t samples = 0;   ///< of all pixels together
+  bool equal_samples = false;  ///< every pixel has settings.samples_per_pixel
+};
+
+/// By its report: pixels have different numbers of samples.
+bool samples_differ(const nlohmann::json& report);
+
+/// The recipe, and what else an image file says of a picture: of its report what decides the bits,
+/// what came of it, and the error. For an EXR file, or else for PNG.
+ImageMetadata recipe_metadata(const Picture& picture, bool exr);
+
+/// The recipe that a file holds; `file` names it in errors. Throws InputError: there is none, or a
+/// value that is missing or out of its range.
+Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
+
+/// Throws InputError unless a scene of identity `scene_sha256`, read from `scene`, and the tracer
+/// of this program make the picture that has the recipe, `picture`.
+void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
+                  const std::string& scene);
+
+}  // namespace parray
