@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/base/printable.h"
 #include "proto/settings_json.h"
 
 namespace parray {
@@ -97,7 +98,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     return job;
   } catch (const std::exception& error) {
     throw RunError("the state's record of job " + std::to_string(id) +
-                   " is damaged: " + error.what());
+                   " is damaged: " + printable(error.what(), 400));
   }
 }
 

@@ -17,13 +17,13 @@ namespace {
 constexpr char scene = 's';
 constexpr char one_cell = 'c';    // whose pixels have ranges of their own
 constexpr char some_cells = 'C';  // two layers of samples, cells of different length
-constexpr char picture = 'p';     // width and height (u8 each), then the picture
+constexpr char picture = 'p';     // width and height less 1 (u8 each), then the picture
 
 constexpr std::uint32_t max_depth = 50;
 
 CellBatch some_batch() {
   const GridShape shape{20, 6, RowOrder::interleaved, 4, 15, 8, 2, {{0, 12}}};
-  return {std::make_shared<const CellGrid>(shape), {3, 30}, {}};
+  return {std::make_shared<const CellGrid>(shape), {3, 20}, {}};
 }
 
 bool run_scene(std::string_view bytes) {
@@ -63,8 +63,8 @@ bool run_cells(std::string_view bytes, const CellBatch& batch) {
 
 bool run_picture(std::string_view bytes) {
   ByteReader in(bytes);
-  const auto width = in.get<std::uint8_t>();
-  const auto height = in.get<std::uint8_t>();
+  const std::uint32_t width = 1U + in.get<std::uint8_t>();
+  const std::uint32_t height = 1U + in.get<std::uint8_t>();
   const std::string rest(in.get_bytes(in.left()));
   const auto parts = PictureParcel(Bulk::of(rest)).picture(width, height);
   promise(picture_to_bytes(parts->image, parts->statistics) == rest, "a picture as packed");
@@ -99,8 +99,8 @@ std::vector<std::string> seeds() {
           one_cell + pack_cells(test::sample_cells(), *test::sample_batch().grid),
           one_cell + pack_cells(test::made_cells(test::sample_batch()), *test::sample_batch().grid),
           some_cells + pack_cells(test::made_cells(batch), *batch.grid),
-          std::string{picture, 2, 3} + std::string(72, '\x3f'),
-          std::string{picture, 2, 3} + std::string(168, '\x3f')};
+          std::string{picture, 1, 2} + std::string(72, '\x3f'),
+          std::string{picture, 1, 2} + std::string(168, '\x3f')};
 }
 
 }  // namespace
