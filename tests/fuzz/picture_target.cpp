@@ -45,7 +45,8 @@ std::string written(const std::string& name, const Channels& channels) {
   Image image{5, 3, std::vector<float>(45)};
   for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<float>(i) / 45;
   const fs::path path = directory.path() / name;
-  write_image(path, image, {{"parray:scene", "glass"}, {"Software", "ParRay"}}, channels);
+  write_image(path, image, {{"parray:scene", "glass"}, {"DateTime", "2026:01:01 00:00:00"}},
+              channels);
   return text_of(path);
 }
 
