@@ -41,7 +41,8 @@ Frames frames_of(std::string_view input) {
   if (form == text) return {from_text(input, {})};
   if (form == raw_bulk && input.size() >= sizeof(std::uint16_t)) {
     ByteReader in(input);
-    const std::size_t size = std::min<std::size_t>(in.get<std::uint16_t>(), in.left());
+    const std::size_t announced = in.get<std::uint16_t>();
+    const std::size_t size = std::min(announced, in.left());
     std::string control(in.get_bytes(size));
     return {std::move(control), std::string(in.get_bytes(in.left()))};
   }

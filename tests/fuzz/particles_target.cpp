@@ -39,7 +39,8 @@ void promise_portrait(const std::filesystem::path& path) {
 
 bool run(std::string_view input) {
   static const test::ParticleFiles files;
-  const auto path = files.write(file_for(take_letter(input)), std::string(input));
+  const char* const file = file_for(take_letter(input));
+  const auto path = files.write(file, std::string(input));
   try {
     const std::string broken = test::broken_promise(read_particles(path));
     promise(broken.empty(), "particles with " + broken);
