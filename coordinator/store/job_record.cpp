@@ -6,6 +6,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/scene/limits.h"
 #include "proto/settings_json.h"
 
 namespace parray {
@@ -69,6 +70,19 @@ static JobState state_from(const json& value) {
   return static_cast<JobState>(number);
 }
 
+/// Of a picture of these settings; a pass that adds nothing would leave it without an end.
+static std::vector<std::uint64_t> passes_from(const json& map, const RenderSettings& settings) {
+  auto passes = map.value("passes", std::vector<std::uint64_t>());
+  const std::uint64_t most =
+      std::uint64_t{settings.width} * settings.height * limits::max_samples_per_pixel;
+  for (const std::uint64_t samples : passes) {
+    if (samples == 0 || samples > most) {
+      throw RunError("there is no pass of " + std::to_string(samples) + " samples");
+    }
+  }
+  return passes;
+}
+
 JobRecord record_from_json(JobId id, std::string_view text) {
   try {
     const json map = json::parse(text);
@@ -84,7 +98,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.duplicates_removed = map.value("duplicates_removed", std::uint64_t{0});
     job.load_seconds = map.at("load_seconds");
     job.scene = map.at("scene");
-    job.passes = map.value("passes", std::vector<std::uint64_t>());
+    job.passes = passes_from(map, job.settings);
     job.state = state_from(map.at("state"));
     job.reason = map.at("reason");
     job.report = map.at("report");

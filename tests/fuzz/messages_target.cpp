@@ -67,6 +67,7 @@ bool run(std::string_view input) {
     return false;
   }
   promise_printable_as_json(message);
+  if (const auto* submit = std::get_if<msg::Submit>(&message)) promise_startable(submit->settings);
   if (auto* result = std::get_if<msg::Result>(&message)) {
     result->grid = test::sample_batch().grid;  // it does not travel
   }

@@ -48,6 +48,7 @@ bool run_record(std::string_view text) {
   const std::string kept = record_to_json(job);
   const JobRecord again = record_from_json(7, kept);
   promise(record_to_json(again) == kept, "a record as it was kept");
+  promise_startable(job.settings, job.passes, job.tile);
   return true;
 }
 

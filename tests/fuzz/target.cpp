@@ -7,6 +7,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "coordinator/job_picture.h"
 
 namespace parray::fuzz {
 
@@ -41,6 +42,17 @@ void promise_usable(const Scene& scene, const RenderSettings& settings) {
   promise(scene_identity(bytes) == scene_identity(scene), "one identity");
   check_settings(resolve_settings(requirements_of(scene), settings).settings);
   promise(largest_radiance(scene) >= 0, "a largest radiance");
+}
+
+void promise_startable(const RenderSettings& settings, const std::vector<std::uint64_t>& begun,
+                       std::uint32_t tile) {
+  constexpr std::uint64_t most_pixels = 4096;
+  constexpr std::uint64_t most_samples = std::uint64_t{1} << 24;
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  if (pixels > most_pixels || pixels * settings.samples_per_pixel > most_samples) return;
+  JobPicture picture(settings, SceneFacts(Scene()), begun, tile);
+  promise(picture.begin_pass(), "a pass to begin with");
+  promise(picture.plan()->cells() > 0, "cells to trace");
 }
 
 char take_letter(std::string_view& input) {

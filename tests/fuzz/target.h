@@ -49,6 +49,11 @@ void promise_one_line(std::string_view message);
 /// reads back as itself, and everything automatic can be decided.
 void promise_usable(const Scene& scene, const RenderSettings& settings);
 
+/// What whoever lets settings in promises to the coordinator: a job of them, whose passes `begun`
+/// an earlier life has begun, has a pass to begin with. Large pictures are not looked at.
+void promise_startable(const RenderSettings& settings, const std::vector<std::uint64_t>& begun = {},
+                       std::uint32_t tile = 0);
+
 /// Takes the first letter of `input`; 0 when it is empty.
 char take_letter(std::string_view& input);
 

@@ -272,6 +272,16 @@ TEST_CASE("a state that no job can be in is a damaged record") {
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":-1")), RunError);
 }
 
+TEST_CASE("a pass that no picture can have is a damaged record") {
+  JobRecord job = stored_job(1, JobState::running);
+  job.passes = {1000};
+  CHECK(record_from_json(1, record_to_json(job)).passes == job.passes);
+  for (const std::uint64_t samples : {std::uint64_t{0}, UINT64_MAX}) {
+    job.passes = {1000, samples};
+    CHECK_THROWS_AS(record_from_json(1, record_to_json(job)), RunError);
+  }
+}
+
 TEST_CASE("a directory that cannot be made is refused with its name") {
   CHECK_THROWS_WITH_AS(DiskStore{"/dev/null/state"}, doctest::Contains("/dev/null/state"),
                        InputError);
