@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <sqlite3.h>
 
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "common/base/error.h"
@@ -270,6 +271,18 @@ TEST_CASE("a state that no job can be in is a damaged record") {
   REQUIRE(at != std::string::npos);
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":6")), RunError);
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":-1")), RunError);
+}
+
+TEST_CASE("a number that is none of its kind is a damaged record, not another number") {
+  const JobRecord job = stored_job(1, JobState::running);
+  for (const char* key : {"priority", "tile", "duplicates_removed", "scene_bytes", "state"}) {
+    for (const char* value : {"-1", "1.5", "1e300", "\"1\"", "[1]"}) {
+      auto map = nlohmann::json::parse(record_to_json(job));
+      map[key] = nlohmann::json::parse(value);
+      CAPTURE(map.dump());
+      CHECK_THROWS_AS(record_from_json(1, map.dump()), RunError);
+    }
+  }
 }
 
 TEST_CASE("a pass that no picture can have is a damaged record") {
