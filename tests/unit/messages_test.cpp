@@ -444,9 +444,10 @@ TEST_CASE("the passes of settings are a list of unsigned integers") {
     return problem_of(
         with(frames_of("grant"), [&](json& map) { map["settings"]["passes"] = value; }));
   };
-  CHECK(problem({40, 80}).empty());
+  CHECK(problem(json::array({40, 80})).empty());
   CHECK(problem(json::array()).empty());
-  for (const json& odd : {json(5), json{{"a", 5}}, json("5"), json{-5}, json{1e300}, json{1.5}}) {
+  for (const json& odd : {json(5), json{{"a", 5}}, json("5"), json::array({-5}),
+                          json::array({1e300}), json::array({1.5})}) {
     CAPTURE(odd.dump());
     CHECK(problem(odd).find("'passes' is no list of unsigned integers") != std::string::npos);
   }
