@@ -232,14 +232,16 @@ void check_readable(const std::string& path, const OIIO::ImageSpec& spec) {
 
 /// False: the library says why. Alpha is left out.
 bool read_png(OIIO::ImageInput& in, ImageFile& file) {
-  std::vector<std::uint8_t> bytes(std::size_t{file.image.width} * file.image.height * 3);
-  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return false;
+  const std::size_t size = std::size_t{file.image.width} * file.image.height * 3;
+  // Untouched until there is something to put in, here and below.
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.get())) return false;
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {
     linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
   }
-  file.image.rgb.resize(bytes.size());
-  std::transform(bytes.begin(), bytes.end(), file.image.rgb.begin(),
+  file.image.rgb.resize(size);
+  std::transform(bytes.get(), bytes.get() + size, file.image.rgb.begin(),
                  [&](std::uint8_t b) { return linear[b]; });
   return true;
 }
@@ -247,7 +249,7 @@ bool read_png(OIIO::ImageInput& in, ImageFile& file) {
 /// A file's pixels as they lie there: the values of a pixel side by side, each in its own type.
 struct NativePixels {
   const OIIO::ImageSpec& spec;
-  std::unique_ptr<std::byte[]> bytes;  // untouched until there is something to put in
+  std::unique_ptr<std::byte[]> bytes;
 
   /// Channel `index` as values of type `T`, to every `stride`-th of `to`.
   template <typename T>

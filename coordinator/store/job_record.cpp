@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
+#include "proto/keys.h"
 #include "proto/settings_json.h"
 
 namespace parray {
@@ -88,6 +89,14 @@ static std::uint64_t later_number(const json& map, const char* key,
   return map.contains(key) ? natural_in(map, key, most) : 0;
 }
 
+static double share_from(const json& map) {
+  const double share = map.value("share", 1.0);
+  if (!(share >= least_share && share <= largest_share)) {
+    throw RunError("there is no share of " + std::to_string(share));
+  }
+  return share;
+}
+
 JobRecord record_from_json(JobId id, std::string_view text) {
   try {
     const json map = json::parse(text);
@@ -109,8 +118,8 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.report = map.at("report");
     job.scene_bytes = later_number(map, "scene_bytes");
     job.flag = map.value("flag", std::string());
-    job.share = map.value("share", 1.0);
-    job.max_failures = map.value("max_failures", std::uint32_t{0});
+    job.share = share_from(map);
+    job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }

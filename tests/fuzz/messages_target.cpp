@@ -26,6 +26,7 @@ std::string packed(const json& map) {
 std::string from_text(std::string_view input, const std::optional<std::string>& bulk) {
   json map = json::parse(input, nullptr, false);
   if (map.is_discarded()) return {};
+  if (map.contains("v")) map["v"] = protocol_version;  // old finds stay messages
   if (bulk && map.is_object()) map["bulk_xxh3"] = Bulk::of(*bulk).checksum;
   return packed(map);
 }

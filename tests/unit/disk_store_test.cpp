@@ -275,13 +275,24 @@ TEST_CASE("a state that no job can be in is a damaged record") {
 
 TEST_CASE("a number that is none of its kind is a damaged record, not another number") {
   const JobRecord job = stored_job(1, JobState::running);
-  for (const char* key : {"priority", "tile", "duplicates_removed", "scene_bytes", "state"}) {
+  for (const char* key :
+       {"priority", "tile", "duplicates_removed", "scene_bytes", "max_failures", "state"}) {
     for (const char* value : {"-1", "1.5", "1e300", "\"1\"", "[1]"}) {
       auto map = nlohmann::json::parse(record_to_json(job));
       map[key] = nlohmann::json::parse(value);
       CAPTURE(map.dump());
       CHECK_THROWS_AS(record_from_json(1, map.dump()), RunError);
     }
+  }
+}
+
+TEST_CASE("a share that no user can have is a damaged record") {
+  JobRecord job = stored_job(1, JobState::running);
+  job.share = 2.5;
+  CHECK(record_from_json(1, record_to_json(job)).share == 2.5);
+  for (const double share : {0.0, -1.0, 1e300}) {
+    job.share = share;
+    CHECK_THROWS_AS(record_from_json(1, record_to_json(job)), RunError);
   }
 }
 
