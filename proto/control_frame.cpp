@@ -248,10 +248,20 @@ void ControlReader::settings(const char* key, RenderSettings& value) const {
   value = settings_from_json(at(key));
 }
 
+/// What is handed on as it is must be fit for JSON.
+static void check_utf8(const char* key, const json& value) {
+  try {
+    (void)value.dump();
+  } catch (const json::exception&) {
+    malformed(key, "has a text that is not UTF-8");
+  }
+}
+
 void ControlReader::object(const char* key, nlohmann::json& value) const {
   if (!at(key).is_object()) {
     malformed(key, "is not a map");
   }
+  check_utf8(key, at(key));
   value = at(key);
 }
 
@@ -259,6 +269,7 @@ void ControlReader::list(const char* key, nlohmann::json& value) const {
   if (!at(key).is_array()) {
     malformed(key, "is not a list");
   }
+  check_utf8(key, at(key));
   value = at(key);
 }
 

@@ -25,7 +25,8 @@ constexpr std::array roles = {Role::worker, Role::client, Role::admin};
 
 bool is_key(const std::string& text) {
   std::array<std::uint8_t, 32> raw{};
-  return text.size() == key_length && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
+  const bool whole = text.find('\0') == std::string::npos;  // where libzmq would end it
+  return text.size() == key_length && whole && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
 }
 
 bool is_name(const std::string& text) {

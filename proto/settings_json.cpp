@@ -1,5 +1,7 @@
 #include "proto/settings_json.h"
 
+#include <algorithm>
+#include <limits>
 #include <string>
 
 #include "common/base/error.h"
@@ -12,15 +14,7 @@ using nlohmann::json;
 
 template <typename T>
 T number(const json& map, const char* key) {
-  const auto found = map.find(key);
-  if (found == map.end() || !found->is_number_unsigned()) {
-    throw ProtocolError(std::string("settings: '") + key + "' is missing or no unsigned integer");
-  }
-  const auto value = found->get<std::uint64_t>();
-  if (value > std::numeric_limits<T>::max()) {
-    throw ProtocolError(std::string("settings: '") + key + "' is out of its range");
-  }
-  return static_cast<T>(value);
+  return static_cast<T>(natural_in(map, key, std::numeric_limits<T>::max()));
 }
 
 std::string word(const json& map, const char* key) {
@@ -32,6 +26,27 @@ std::string word(const json& map, const char* key) {
 }
 
 }  // namespace
+
+std::uint64_t natural_in(const json& map, const char* key, std::uint64_t most) {
+  const auto found = map.find(key);
+  if (found == map.end() || !found->is_number_unsigned()) {
+    throw ProtocolError(std::string("'") + key + "' is missing or no unsigned integer");
+  }
+  const auto value = found->get<std::uint64_t>();
+  if (value > most) {
+    throw ProtocolError(std::string("'") + key + "' is out of its range");
+  }
+  return value;
+}
+
+std::vector<std::uint64_t> naturals_in(const json& map, const char* key) {
+  const json list = map.value(key, json::array());
+  const auto is_natural = [](const json& value) { return value.is_number_unsigned(); };
+  if (!list.is_array() || !std::all_of(list.begin(), list.end(), is_natural)) {
+    throw ProtocolError(std::string("'") + key + "' is no list of unsigned integers");
+  }
+  return list.get<std::vector<std::uint64_t>>();
+}
 
 json settings_to_json(const RenderSettings& s) {
   json map = {{"width", s.width},
@@ -73,11 +88,11 @@ RenderSettings settings_from_json(const json& map) {
     value.target_error = map.value("target_error", 0.0);
     value.target_half_width = map.value("target_half_width", 0.0);
     value.time_limit = map.value("time_limit", 0.0);
-    value.passes = map.value("passes", std::vector<std::uint64_t>());
     value.progressive = map.value("progressive", false);
   } catch (const json::exception&) {
     throw ProtocolError("settings: a limit is of the wrong type");
   }
+  value.passes = naturals_in(map, "passes");
   try {
     value.sampler =
         map.contains("sampler") ? sampler_from(word(map, "sampler")) : Sampler::independent;

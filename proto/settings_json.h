@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "common/scene/settings.h"
 
@@ -11,5 +13,12 @@ nlohmann::json settings_to_json(const RenderSettings& settings);
 
 /// Inverse; every value is checked, nothing may be left automatic. Throws ProtocolError.
 RenderSettings settings_from_json(const nlohmann::json& map);
+
+/// The unsigned integer `key` of a map, at most `most`. The library would convert any other number.
+/// Throws ProtocolError that names the key.
+std::uint64_t natural_in(const nlohmann::json& map, const char* key,
+                         std::uint64_t most = UINT64_MAX);
+/// A list of them; empty where the map has no such key.
+std::vector<std::uint64_t> naturals_in(const nlohmann::json& map, const char* key);
 
 }  // namespace parray

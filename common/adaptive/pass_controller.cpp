@@ -66,8 +66,9 @@ std::uint64_t PassController::affordable(const Framebuffer& framebuffer,
   if (left <= 0) {
     return 0;
   }
-  return static_cast<std::uint64_t>(static_cast<double>(samples - samples_before_) / times.pass *
-                                    left);
+  constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
+  const double speed = static_cast<double>(samples - samples_before_) / times.pass;
+  return static_cast<std::uint64_t>(std::min(speed * left, most));
 }
 
 PassSize PassController::decide(const Framebuffer& framebuffer, const PassTimes& times) const {

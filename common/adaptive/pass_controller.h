@@ -28,7 +28,7 @@ class PassController {
                  std::vector<std::uint64_t> begun = {});
 
   /// Begins the next pass: all samples of the one before are in `framebuffer`. None when the
-  /// picture is complete.
+  /// picture is complete, which it never is before the first.
   std::optional<Pass> next(const Framebuffer& framebuffer, const PassTimes& times = {});
 
   /// What is in `framebuffer` now was not traced in the time that PassTimes::pass will count.

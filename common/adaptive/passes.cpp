@@ -124,8 +124,8 @@ PassSize next_pass_size(const FramebufferView& state, const StopSettings& settin
   const std::uint64_t pixels = pixels_of(state);
   const std::uint64_t traced = samples_of(state);
   const std::uint64_t total = pixels * settings.samples_per_pixel;
-  // Adaptive passes trace pairs.
-  if (traced + (settings.adaptive ? 1 : 0) >= total) {
+  // Adaptive passes trace pairs; a picture of one sample in all has one pass even so.
+  if (traced + (settings.adaptive && traced > 0 ? 1 : 0) >= total) {
     return {0, StopReason::samples};
   }
   const std::uint64_t left = total - traced;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -218,11 +219,19 @@ std::string write_file(const std::string& name, const Image& image, bool exr,
   return cause.empty() ? problem : cause;
 }
 
-/// What a file really is, whatever its name.
-Format format_of(const OIIO::ImageInput& in) {
-  const std::string_view name = in.format_name();
-  if (name == "openexr") return Format::exr;
-  return name == "png" ? Format::png : Format::unknown;
+/// What a file really is, whatever its name, by its first bytes. The library would try its readers
+/// of all other kinds of file as well.
+Format format_of(const std::string& path) {
+  constexpr std::string_view exr{"\x76\x2f\x31\x01"};
+  constexpr std::string_view png{"\x89PNG\r\n\x1a\n"};
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path + ": " + std::generic_category().message(errno));
+  std::array<char, png.size()> head{};
+  in.read(head.data(), head.size());
+  const std::string_view found(head.data(), static_cast<std::size_t>(in.gcount()));
+  if (found.starts_with(exr)) return Format::exr;
+  return found == png ? Format::png : Format::unknown;
 }
 
 /// Places of R, G and B among the channels; negative where there is none.
@@ -230,10 +239,12 @@ std::array<int, 3> rgb_of(const OIIO::ImageSpec& spec) {
   return {spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B")};
 }
 
-void check_readable(const std::string& path, Format format, const OIIO::ImageSpec& spec) {
+void check_readable(const std::string& path, const OIIO::ImageSpec& spec) {
   constexpr int most_channels = 256;
+  // Of all channels: what a small file can make us take. The largest picture of ours has 64 a
+  // pixel.
+  constexpr std::uint64_t most_bytes = limits::max_pixels * 64;
   const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
-  if (format == Format::unknown) refuse("neither EXR nor PNG: convert it to one of them");
   const auto rgb = rgb_of(spec);
   if (*std::min_element(rgb.begin(), rgb.end()) < 0 || spec.width < 1 || spec.height < 1) {
     refuse("not an RGB image");
@@ -246,18 +257,24 @@ void check_readable(const std::string& path, Format format, const OIIO::ImageSpe
            std::to_string(limits::max_image_side) + " a side and " +
            std::to_string(limits::max_pixels) + " in all");
   }
+  if (spec.image_bytes(true) > most_bytes) {
+    refuse(std::to_string(spec.nchannels) + " channels are more than " +
+           std::to_string(most_bytes) + " bytes: remove some");
+  }
 }
 
 /// False: the library says why. Alpha is left out.
 bool read_png(OIIO::ImageInput& in, ImageFile& file) {
-  std::vector<std::uint8_t> bytes(std::size_t{file.image.width} * file.image.height * 3);
-  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.data())) return false;
+  const std::size_t size = std::size_t{file.image.width} * file.image.height * 3;
+  // Untouched until there is something to put in, here and below.
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.get())) return false;
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {
     linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
   }
-  file.image.rgb.resize(bytes.size());
-  std::transform(bytes.begin(), bytes.end(), file.image.rgb.begin(),
+  file.image.rgb.resize(size);
+  std::transform(bytes.get(), bytes.get() + size, file.image.rgb.begin(),
                  [&](std::uint8_t b) { return linear[b]; });
   return true;
 }
@@ -265,7 +282,7 @@ bool read_png(OIIO::ImageInput& in, ImageFile& file) {
 /// A file's pixels as they lie there: the values of a pixel side by side, each in its own type.
 struct NativePixels {
   const OIIO::ImageSpec& spec;
-  std::vector<std::byte> bytes;
+  std::unique_ptr<std::byte[]> bytes;
 
   /// Channel `index` as values of type `T`, to every `stride`-th of `to`.
   template <typename T>
@@ -275,7 +292,7 @@ struct NativePixels {
       offset += spec.channel_bytes(before, true);
     }
     OIIO::convert_image(
-        1, spec.width, spec.height, 1, bytes.data() + offset, spec.channelformat(index),
+        1, spec.width, spec.height, 1, bytes.get() + offset, spec.channelformat(index),
         static_cast<OIIO::stride_t>(spec.pixel_bytes(true)), OIIO::AutoStride, OIIO::AutoStride, to,
         OIIO::TypeDescFromC<T>::value(), static_cast<OIIO::stride_t>(stride * sizeof(T)),
         OIIO::AutoStride, OIIO::AutoStride);
@@ -285,8 +302,9 @@ struct NativePixels {
 /// False: the library says why.
 bool read_exr(OIIO::ImageInput& in, const std::array<int, 3>& rgb, ImageFile& file) {
   const OIIO::ImageSpec& spec = in.spec();
-  NativePixels pixels{spec, std::vector<std::byte>(spec.image_bytes(true))};
-  if (!in.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UNKNOWN, pixels.bytes.data())) {
+  const NativePixels pixels{spec,
+                            std::make_unique_for_overwrite<std::byte[]>(spec.image_bytes(true))};
+  if (!in.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UNKNOWN, pixels.bytes.get())) {
     return false;
   }
   const std::size_t count = std::size_t{file.image.width} * file.image.height;
@@ -331,11 +349,15 @@ ImageMetadata metadata_of(const OIIO::ImageSpec& spec) {
 
 ImageFile read_file(const std::string& path) {
   keep_library_single_threaded();
-  const auto in = OIIO::ImageInput::open(path);
+  const Format format = format_of(path);
+  if (format == Format::unknown) {
+    throw InputError(path + ": neither EXR nor PNG: convert it to one of them");
+  }
+  const auto in = OIIO::ImageInput::create(format == Format::exr ? "openexr" : "png");
   if (!in) throw InputError(path + ": " + one_line(OIIO::geterror()));
-  const Format format = format_of(*in);
-  const OIIO::ImageSpec& spec = in->spec();
-  check_readable(path, format, spec);
+  OIIO::ImageSpec spec;
+  if (!in->open(path, spec)) throw InputError(path + ": " + one_line(in->geterror()));
+  check_readable(path, spec);
   ImageFile file;
   file.high_dynamic_range = format == Format::exr;
   file.image.width = static_cast<std::uint32_t>(spec.width);

@@ -9,6 +9,8 @@
 #include <system_error>
 
 #include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/image/exr_header.h"
 #include "common/image/image_codec.h"
 #include "common/image/partial_file.h"
 
@@ -90,6 +92,14 @@ void write_image(const fs::path& path, const Image& image, const ImageMetadata& 
 
 std::string image_library_version() { return codec().version(); }
 
-ImageFile read_image(const fs::path& path) { return codec().read(path.string()); }
+ImageFile read_image(const fs::path& path) {
+  try {
+    check_exr_attributes(path);
+    return codec().read(path.string());
+  } catch (const InputError& error) {
+    constexpr std::size_t longest_message = 6000;                // with a path of 4096 bytes
+    throw InputError(printable(error.what(), longest_message));  // the library quotes the file
+  }
+}
 
 }  // namespace parray

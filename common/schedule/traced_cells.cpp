@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <map>
+#include <optional>
+#include <utility>
 
 #include "common/base/bytes.h"
 #include "common/image/packed_sums.h"
@@ -12,6 +15,8 @@ namespace parray {
 namespace {
 
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // RadianceScale::one
+/// Of a packed cell: three counts, and sums that are all alike and leave out what follows.
+constexpr std::size_t least_cell_bytes = 3 * sizeof(std::uint64_t) + 4;
 
 bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
   for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -23,7 +28,7 @@ bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
   return true;
 }
 
-/// Of one cell; adds to `nonfinite`.
+/// Of one cell; sets `nonfinite`.
 const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixels,
                           const RunSamples& ranges, std::uint32_t max_depth,
                           std::uint64_t& nonfinite) {
@@ -43,28 +48,68 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
       return "sums that its samples cannot have";
     }
   }
-  nonfinite += header.nonfinite;
+  nonfinite = header.nonfinite;
   return nullptr;
 }
 
-/// They account for every sample that is missing, and lie in the cells.
+/// Cells of a batch by row, first column and first sample.
+using CellPlaces = std::map<std::array<std::uint32_t, 3>, std::uint64_t>;
+
+CellPlaces places_of(const CellBatch& batch) {
+  CellPlaces places;
+  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
+    const Cell cell = batch.grid->cell(index);
+    places.emplace(std::array{cell.y, cell.x_begin, cell.samples.begin}, index);
+  }
+  return places;
+}
+
+/// The cell that holds sample `some.first` of its pixel, if that has it and those that follow.
+std::optional<std::uint64_t> cell_of(const ExcludedSamples& some, const CellPlaces& places,
+                                     const CellBatch& batch) {
+  const std::uint32_t column = some.x - some.x % batch.grid->shape().cell_pixels;
+  auto found = places.upper_bound({some.y, column, some.first});
+  if (found == places.begin()) {
+    return {};
+  }
+  --found;
+  const Cell cell = batch.grid->cell(found->second);
+  if (cell.y != some.y || cell.x_begin != column || some.x >= cell.x_end) {
+    return {};
+  }
+  const SampleRange own = batch.run_samples(found->second)[some.x - cell.x_begin];
+  const bool has = some.first >= own.begin && some.first < own.end && some.count >= 1 &&
+                   some.count <= own.end - some.first;
+  return has ? std::optional(found->second) : std::nullopt;
+}
+
+/// They account for every sample that is missing, in order, and each once. `nonfinite`: of each
+/// cell.
 const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, const CellBatch& batch,
-                              std::uint64_t nonfinite) {
-  std::uint64_t missing = 0;
+                              std::vector<std::uint64_t> nonfinite) {
+  const CellPlaces places = excluded.empty() ? CellPlaces() : places_of(batch);
+  const ExcludedSamples* before = nullptr;
+  std::uint64_t before_in = 0;
   for (const ExcludedSamples& some : excluded) {
-    bool found = false;
-    for (std::uint64_t index = batch.range.begin; index < batch.range.end && !found; ++index) {
-      const Cell cell = batch.grid->cell(index);
-      found = cell.y == some.y && some.x >= cell.x_begin && some.x < cell.x_end &&
-              some.first >= cell.samples.begin && some.first < cell.samples.end &&
-              some.count >= 1 && some.count <= cell.samples.end - some.first;
-    }
-    if (!found) {
+    const std::optional<std::uint64_t> cell = cell_of(some, places, batch);
+    if (!cell) {
       return "excluded samples that it never had";
     }
-    missing += some.count;
+    const bool again =
+        before != nullptr && before->y == some.y && before->x == some.x && before_in == *cell;
+    if (before != nullptr && (again || !(*before < some))) {
+      return "excluded samples that come twice or out of order";
+    }
+    std::uint64_t& left = nonfinite[*cell - batch.range.begin];
+    if (some.count > left) {
+      return "more excluded samples than were not finite";
+    }
+    left -= some.count;
+    before = &some;
+    before_in = *cell;
   }
-  return missing == nonfinite ? nullptr : "not every sample that was not finite";
+  const bool all = std::ranges::all_of(nonfinite, [](std::uint64_t left) { return left == 0; });
+  return all ? nullptr : "not every sample that was not finite";
 }
 
 }  // namespace
@@ -75,16 +120,17 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uin
       traced.samples != batch.sample_count()) {
     return "other cells than were leased";
   }
-  std::uint64_t nonfinite = 0;
+  std::vector<std::uint64_t> nonfinite(batch.range.count());
   const std::span<const std::byte> records(traced.records);
-  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
-    const auto record = records.subspan((index - batch.range.begin) * size, size);
-    if (const char* fault = fault_of_cell(record, batch.grid->cell(index).pixels(),
-                                          batch.run_samples(index), max_depth, nonfinite)) {
+  for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
+    const std::uint64_t index = batch.range.begin + i;
+    if (const char* fault =
+            fault_of_cell(records.subspan(i * size, size), batch.grid->cell(index).pixels(),
+                          batch.run_samples(index), max_depth, nonfinite[i])) {
       return fault;
     }
   }
-  const char* fault = fault_of_excluded(traced.excluded, batch, nonfinite);
+  const char* fault = fault_of_excluded(traced.excluded, batch, std::move(nonfinite));
   return fault == nullptr ? "" : fault;
 }
 
@@ -113,6 +159,9 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid) {
 }
 
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth) {
+  if (bytes.size() / least_cell_bytes < batch.range.count()) {  // before they take memory
+    throw DecodeError("a result of fewer cells than were leased");
+  }
   ByteReader in(bytes);
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
   TracedCells traced;
@@ -120,7 +169,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
   traced.samples = batch.sample_count();
   traced.records.resize(batch.range.count() * size);
   std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
-  std::uint64_t nonfinite = 0;
+  std::vector<std::uint64_t> nonfinite(batch.range.count());
   const char* fault = nullptr;
   for (std::uint64_t i = 0; i < batch.range.count() && fault == nullptr; ++i) {
     const std::uint64_t index = batch.range.begin + i;
@@ -135,7 +184,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     std::memcpy(record.data() + sizeof header, cell.data(), cell.size_bytes());
     // Each while it is at hand: they are many.
     fault = fault_of_cell(record, static_cast<std::uint32_t>(cell.size()), batch.run_samples(index),
-                          max_depth, nonfinite);
+                          max_depth, nonfinite[i]);
   }
   while (fault == nullptr && in.left() > 0) {
     ExcludedSamples some;
@@ -145,7 +194,8 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     some.count = in.get<std::uint32_t>();
     traced.excluded.push_back(some);
   }
-  fault = fault != nullptr ? fault : fault_of_excluded(traced.excluded, batch, nonfinite);
+  fault =
+      fault != nullptr ? fault : fault_of_excluded(traced.excluded, batch, std::move(nonfinite));
   if (fault != nullptr) {
     throw DecodeError(std::string("a result with ") + fault);
   }

@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+#include "proto/keys.h"
 #include "proto/settings_json.h"
 
 namespace parray {
@@ -61,11 +64,37 @@ std::string record_to_json(const JobRecord& job) {
 }
 
 static JobState state_from(const json& value) {
-  const auto number = value.get<std::size_t>();
-  if (!value.is_number_unsigned() || number >= state_names.size()) {
+  if (!value.is_number_unsigned() || value.get<std::size_t>() >= state_names.size()) {
     throw RunError("there is no state " + value.dump());
   }
-  return static_cast<JobState>(number);
+  return static_cast<JobState>(value.get<std::size_t>());
+}
+
+/// Of a picture of these settings; a pass that adds nothing would leave it without an end.
+static std::vector<std::uint64_t> passes_from(const json& map, const RenderSettings& settings) {
+  auto passes = naturals_in(map, "passes");
+  const std::uint64_t most =
+      std::uint64_t{settings.width} * settings.height * limits::max_samples_per_pixel;
+  for (const std::uint64_t samples : passes) {
+    if (samples == 0 || samples > most) {
+      throw RunError("there is no pass of " + std::to_string(samples) + " samples");
+    }
+  }
+  return passes;
+}
+
+/// Of a key that earlier versions did not write.
+static std::uint64_t later_number(const json& map, const char* key,
+                                  std::uint64_t most = UINT64_MAX) {
+  return map.contains(key) ? natural_in(map, key, most) : 0;
+}
+
+static double share_from(const json& map) {
+  const double share = map.value("share", 1.0);
+  if (!(share >= least_share && share <= largest_share)) {
+    throw RunError("there is no share of " + std::to_string(share));
+  }
+  return share;
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {
@@ -76,28 +105,28 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.token = map.at("token");
     job.name = map.at("name");
     job.user = map.value("user", std::string());
-    job.priority = map.at("priority");
+    job.priority = static_cast<std::uint32_t>(natural_in(map, "priority", UINT32_MAX));
     job.settings = settings_from_json(map.at("settings"));
-    job.tile = map.value("tile", std::uint32_t{0});
+    job.tile = static_cast<std::uint32_t>(later_number(map, "tile", limits::max_image_side));
     job.precision_reason = map.at("precision_reason");
-    job.duplicates_removed = map.value("duplicates_removed", std::uint64_t{0});
+    job.duplicates_removed = later_number(map, "duplicates_removed");
     job.load_seconds = map.at("load_seconds");
     job.scene = map.at("scene");
-    job.passes = map.value("passes", std::vector<std::uint64_t>());
+    job.passes = passes_from(map, job.settings);
     job.state = state_from(map.at("state"));
     job.reason = map.at("reason");
     job.report = map.at("report");
-    job.scene_bytes = map.value("scene_bytes", std::uint64_t{0});
+    job.scene_bytes = later_number(map, "scene_bytes");
     job.flag = map.value("flag", std::string());
-    job.share = map.value("share", 1.0);
-    job.max_failures = map.value("max_failures", std::uint32_t{0});
+    job.share = share_from(map);
+    job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }
     return job;
   } catch (const std::exception& error) {
     throw RunError("the state's record of job " + std::to_string(id) +
-                   " is damaged: " + error.what());
+                   " is damaged: " + printable(error.what(), 400));
   }
 }
 

@@ -313,4 +313,34 @@ TEST_CASE("a picture with a side beyond the limit is refused before its pixels a
                  "wide.png: 65537 x 1 pixels; at most 65536 a side and 67108864 in all"));
 }
 
+TEST_CASE(
+    "more channels than the largest picture of ours has are refused before they take memory") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "deep.exr";
+  Channels channels;
+  for (int i = 0; i < 14; ++i) channels.push_back({"c" + std::to_string(i), std::vector<float>(1)});
+  write_image(path, grey_row({0.5F}), {}, channels);
+  std::string bytes = read_text(path);
+  for (const char* window : {"dataWindow", "displayWindow"}) {
+    const std::string key = window + std::string("\0box2i\0\x10\0\0\0", 11);
+    const std::size_t corner = bytes.find(key) + key.size() + 8;
+    bytes.replace(corner, 8, "\xff\x1f\0\0\xff\x1f\0\0", 8);  // 8192 x 8192 pixels
+  }
+  std::ofstream(path, std::ios::binary) << bytes << std::string(10'000, '\0');  // a table of places
+  CHECK(contains(message_of<InputError>([&] { read_image(path); }),
+                 "deep.exr: 17 channels are more than 4294967296 bytes: remove some"));
+}
+
+TEST_CASE(
+    "other kinds of file are refused by their first bytes, whatever else is wrong with them") {
+  const TemporaryDirectory directory;
+  for (const char* bytes :
+       {"II*", "8BPS", "GIF89a", "BM", "\xff\xd8\xff\xe0", "\x89PNG\r\n\x1a", ""}) {
+    const fs::path path = directory.path() / "a.png";
+    std::ofstream(path, std::ios::binary) << bytes;
+    CHECK(message_of<InputError>([&] { read_image(path); }) ==
+          path.string() + ": neither EXR nor PNG: convert it to one of them");
+  }
+}
+
 }  // namespace parray

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <sqlite3.h>
 
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "common/base/error.h"
@@ -270,6 +271,39 @@ TEST_CASE("a state that no job can be in is a damaged record") {
   REQUIRE(at != std::string::npos);
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":6")), RunError);
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":-1")), RunError);
+}
+
+TEST_CASE("a number that is none of its kind is a damaged record, not another number") {
+  const JobRecord job = stored_job(1, JobState::running);
+  for (const char* key :
+       {"priority", "tile", "duplicates_removed", "scene_bytes", "max_failures", "state"}) {
+    for (const char* value : {"-1", "1.5", "1e300", "\"1\"", "[1]"}) {
+      auto map = nlohmann::json::parse(record_to_json(job));
+      map[key] = nlohmann::json::parse(value);
+      CAPTURE(map.dump());
+      CHECK_THROWS_AS(record_from_json(1, map.dump()), RunError);
+    }
+  }
+}
+
+TEST_CASE("a share that no user can have is a damaged record") {
+  JobRecord job = stored_job(1, JobState::running);
+  job.share = 2.5;
+  CHECK(record_from_json(1, record_to_json(job)).share == 2.5);
+  for (const double share : {0.0, -1.0, 1e300}) {
+    job.share = share;
+    CHECK_THROWS_AS(record_from_json(1, record_to_json(job)), RunError);
+  }
+}
+
+TEST_CASE("a pass that no picture can have is a damaged record") {
+  JobRecord job = stored_job(1, JobState::running);
+  job.passes = {1000};
+  CHECK(record_from_json(1, record_to_json(job)).passes == job.passes);
+  for (const std::uint64_t samples : {std::uint64_t{0}, UINT64_MAX}) {
+    job.passes = {1000, samples};
+    CHECK_THROWS_AS(record_from_json(1, record_to_json(job)), RunError);
+  }
 }
 
 TEST_CASE("a directory that cannot be made is refused with its name") {

@@ -105,12 +105,22 @@ TEST_CASE("key files that are no good are refused by name and place") {
     write(file, bad);
     CHECK(refusal().find(std::string("has no ") + name + " key") != std::string::npos);
   }
+  write(file, good);
+  const std::string open = read_member_key(file, "").own.open;
+  std::string with_zeros = open;
+  with_zeros.replace(5, 3, 3, '\0');  // libzmq would see a shorter key, of 4 bytes
+  std::string bad = good;
+  write(file, bad.replace(bad.find(open), open.size(), with_zeros));
+  CHECK(refusal().find("has no public key") != std::string::npos);
   write(file, "");
   CHECK(refusal().find(file.string()) == 0);
   fs::remove(file);
   CHECK(refusal().find(file.string() + " cannot be read") == 0);
 
+
   const std::string list = text_of(farm.keys / "allowed");
+  write(farm.keys / "allowed", list + "worker w " + with_zeros + "\n");
+  CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
   for (const char* line : {"boss b ", "worker ../up ", "worker ", "client a"}) {
     write(farm.keys / "allowed", list + line + "\n");
     CHECK(message_of<InputError>([&] { AllowList{farm.keys}; }).find("allowed:4:") !=

@@ -271,6 +271,25 @@ TEST_CASE("binary values and extensions are refused, they are in no message") {
   CHECK(refused({pack(map)}));
 }
 
+TEST_CASE("a map or list that is handed on as it is has no text that JSON cannot hold") {
+  for (const Message& message : sample_messages()) {
+    json map = json::from_msgpack(encode(message)[0].view());
+    for (const char* key : {"job", "jobs", "workers", "report"}) {
+      if (!map.contains(key) || !map[key].is_structured()) {
+        continue;
+      }
+      for (const json& odd : {json{{"a", {{"b", "\xff"}}}}, json{{"\xc3", 1}}}) {
+        CAPTURE(key);
+        json damaged = map;
+        damaged[key] = map[key].is_array() ? json::array({odd}) : odd;
+        Frames frames = encode(message);
+        set(frames[0], pack(damaged));
+        CHECK(refused(frames));
+      }
+    }
+  }
+}
+
 TEST_CASE(
     "any flipped bit of bulk data or of its checksum is noticed, at the latest by its reader") {
   for (const Message& message : sample_messages()) {

@@ -441,6 +441,20 @@ TEST_CASE("settings are complete, in range and leave nothing automatic") {
   CHECK(problem("sampler", 1) != "");
 }
 
+TEST_CASE("the passes of settings are a list of unsigned integers") {
+  const auto problem = [](const json& value) {
+    return problem_of(
+        with(frames_of("grant"), [&](json& map) { map["settings"]["passes"] = value; }));
+  };
+  CHECK(problem(json::array({40, 80})).empty());
+  CHECK(problem(json::array()).empty());
+  for (const json& odd : {json(5), json{{"a", 5}}, json("5"), json::array({-5}),
+                          json::array({1e300}), json::array({1.5})}) {
+    CAPTURE(odd.dump());
+    CHECK(problem(odd).find("'passes' is no list of unsigned integers") != std::string::npos);
+  }
+}
+
 TEST_CASE("settings without a sampler are of the time when all samples were independent") {
   const auto sampler_of = [](auto change) {
     return std::get<msg::Grant>(decode(with(frames_of("grant"), change))).settings.sampler;

@@ -65,6 +65,23 @@ TEST_CASE("a picture without targets has one pass, of all samples") {
   CHECK(picture.passes.begun().empty());
 }
 
+TEST_CASE("a picture of one sample in all has a pass, whatever it is to stop at") {
+  RenderSettings one = small_settings(small_scene());
+  one.width = one.height = one.samples_per_pixel = 1;
+  RenderSettings adaptive = one;
+  adaptive.adaptive = true;
+  RenderSettings with_target = adaptive;
+  with_target.target_error = 0.1;
+  RenderSettings with_limit = adaptive;
+  with_limit.time_limit = 1;
+  for (const RenderSettings& settings : {one, adaptive, with_target, with_limit}) {
+    Picture picture(settings);
+    CHECK(picture.trace_pass());
+    CHECK(picture.samples() == 1);
+    CHECK_FALSE(picture.trace_pass());
+  }
+}
+
 TEST_CASE("a progressive picture begins with one sample of every pixel, then some, then all") {
   RenderSettings settings = small_settings(small_scene());
   settings.progressive = true;
@@ -148,6 +165,14 @@ TEST_CASE("passes under a time limit are sized by the speed of the pass before")
   CHECK(second_pass({100, 1}) > slow);
   CHECK(second_pass({1001, 1}) == 0);
   CHECK(second_pass({100, 0}) == 0);  // it cannot be told how fast that was
+}
+
+TEST_CASE("a pass that took no time to speak of leaves time for all that are left") {
+  RenderSettings settings = adaptive_settings();
+  settings.time_limit = 1e7;
+  Picture picture(settings);
+  REQUIRE(picture.trace_pass());
+  CHECK(picture.trace_pass({1e-12, 1e-12}));
 }
 
 TEST_CASE("a picture with a time limit that is taken up between passes does not run away") {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -234,7 +235,49 @@ TEST_CASE("excluded samples are those that are not in the sums, each named, all 
   SUBCASE("so many that their sum is the right one") {
     f.cells.excluded = {{0, 0, 0, 1}, {0, 1, 0, UINT32_MAX}, {0, 1, 0, 1}};
   }
+  SUBCASE("one that comes twice") {
+    f.cells.excluded = {{0, 1, 2, 1}, {0, 1, 2, 1}};
+    f.header.nonfinite = 2;
+  }
+  SUBCASE("two of one pixel") {
+    f.cells.excluded = {{0, 1, 1, 1}, {0, 1, 2, 1}};
+    f.header.nonfinite = 2;
+  }
+  SUBCASE("out of order") {
+    f.cells.excluded = {{0, 1, 2, 1}, {0, 0, 2, 1}};
+    f.header.nonfinite = 2;
+  }
   CHECK(f.fault().find("sample") != std::string::npos);
+}
+
+TEST_CASE("excluded samples are ones of their own cell and of their pixel's own range") {
+  // Two cells of one pixel: samples 0 to 3, of which the pixel has 1 and 2, and samples 4 to 7.
+  const auto grid =
+      std::make_shared<const CellGrid>(GridShape{1, 1, RowOrder::sequential, 1, 1, 4, 1, {{0, 8}}});
+  const CellBatch batch{grid, {0, 2}, {{1, 3}, {4, 8}}};
+  const auto fault = [&](std::uint64_t first, std::uint64_t second,
+                         const std::vector<ExcludedSamples>& excluded) {
+    TracedCells cells;
+    cells.range = batch.range;
+    cells.samples = batch.sample_count();
+    cells.records.resize(2 * record_bytes(1));
+    cells.records[8] = std::byte(first);
+    cells.records[record_bytes(1) + 8] = std::byte(second);
+    cells.excluded = excluded;
+    return fault_of(cells, batch, 10);
+  };
+  CHECK(fault(1, 2, {{0, 0, 2, 1}, {0, 0, 5, 2}}) == "");
+  CHECK(fault(2, 1, {{0, 0, 2, 1}, {0, 0, 5, 2}}) != "");  // each cell has its own count
+  CHECK(fault(1, 0, {{0, 0, 0, 1}}) != "");
+  CHECK(fault(2, 0, {{0, 0, 2, 2}}) != "");
+  CHECK(fault(1, 0, {{0, 0, 3, 1}}) != "");
+}
+
+TEST_CASE("cells that are not there are refused before memory is taken for them") {
+  const auto grid = std::make_shared<const CellGrid>(
+      GridShape{65536, 1024, RowOrder::sequential, 1, 65536, 1, 1, {{0, 1U << 20}}});
+  const CellBatch batch{grid, {0, grid->cells()}, {}};
+  CHECK_THROWS_AS(static_cast<void>(unpack_cells(std::string(1000, '\0'), batch, 10)), DecodeError);
 }
 
 }  // namespace parray

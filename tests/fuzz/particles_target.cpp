@@ -1,0 +1,86 @@
+#include <array>
+
+#include "common/base/error.h"
+#include "common/input/particles/portrait_scene.h"
+#include "tests/fuzz/target.h"
+#include "tests/support/particle_files.h"
+#include "tests/support/sample_particles.h"
+
+namespace parray::fuzz {
+namespace {
+
+struct Format {
+  char letter;
+  const char* file;
+};
+constexpr std::array<Format, 6> formats{{{'y', "f.ply"},
+                                         {'v', "f.csv"},
+                                         {'x', "f.xyz"},
+                                         {'l', "f.dump"},
+                                         {'p', "f.pdb"},
+                                         {'m', "f.cif"}}};
+
+/// Of any letter, so that none is in vain.
+const char* file_for(char letter) {
+  for (const Format& format : formats) {
+    if (format.letter == letter) return format.file;
+  }
+  return formats[static_cast<unsigned char>(letter) % formats.size()].file;
+}
+
+void promise_portrait(const std::filesystem::path& path) {
+  try {
+    const PortraitScene portrait = portrait_scene(path, {}, {}, portrait_settings());
+    promise_usable(portrait.file.scene, portrait.file.settings);
+  } catch (const InputError& error) {
+    promise_one_line(error.what());
+  }
+}
+
+bool run(std::string_view input) {
+  static const test::ParticleFiles files;
+  const char* const file = file_for(take_letter(input));
+  const auto path = files.write(file, std::string(input));
+  try {
+    const std::string broken = test::broken_promise(read_particles(path));
+    promise(broken.empty(), "particles with " + broken);
+  } catch (const InputError& error) {
+    promise_one_line(error.what());
+    promise(std::string_view(error.what()).starts_with(path.string()), "an error with its file");
+    return false;
+  }
+  promise_portrait(path);
+  return true;
+}
+
+char letter_for(const std::string& name) {
+  const std::string extension = name.substr(name.find('.'));
+  for (const Format& format : formats) {
+    if (std::string_view(format.file).ends_with(extension)) return format.letter;
+  }
+  throw std::logic_error("a particle file of no format");
+}
+
+/// Each as it is, and some packed.
+std::vector<std::string> seeds() {
+  std::vector<std::string> files;
+  for (const auto& [name, bytes] : test::valid_particle_files()) {
+    files.push_back(letter_for(name) + bytes);
+    if (name != "b.ply") files.push_back(letter_for(name) + test::packed(bytes));
+  }
+  files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
+  files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");
+  files.push_back("v\"x\";y;z;type\n1;2;3;\"a;b\"\n");
+  files.push_back("lITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z radius type\n1 2 3 0.5 Fe\n");
+  files.push_back(
+      "yply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
+      "property short y\nproperty int z\nend_header\n" +
+      test::bytes_of(1.5F) + test::bytes_of(std::int16_t{-3}) + test::bytes_of(7));
+  return files;
+}
+
+}  // namespace
+
+const Target particles_target{"particles", run, seeds};
+
+}  // namespace parray::fuzz
