@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 
+import impostors
 import plans
 from proxy import Faults, Proxy
 
@@ -24,8 +25,7 @@ from farm import BIN, SCENES, Farm, run, wait_for  # noqa: E402
 
 SMALL_DISK = 16 << 20  # bytes
 PATIENCE = 90  # seconds until all jobs must be done, once nothing disturbs them any more
-# With the disk full errors are to be expected; and a signal may end a coordinator whose disk is full.
-EXPECTED_ERRORS = re.compile(r"jobs wait: ")
+LIES = 0.2  # of the liar's results
 
 
 class Wrong(Exception):
@@ -90,6 +90,11 @@ class ChaosFarm(Farm):
         super().close()
         self.stack.close()
 
+    def start_impostor(self, rewrite):
+        """One whose messages are rewritten, by a proxy of its own."""
+        proxy = self.stack.enter_context(Proxy(self.proxy.target, self.seed, rewrite))
+        return self._start("parray-worker", "--connect", proxy.address, "--threads", 1, "--name", "impostor")
+
     def add_worker(self):
         """Under a fresh name: a worker that is lost again and again fails its job, as it should."""
         worker = self._start("parray-worker", "--connect", self.proxy.address, "--threads", 1, "--name",
@@ -131,6 +136,7 @@ class History:
             try:
                 for _ in range(self.plan.workers):
                     self.farm.add_worker()
+                self.start_impostor()
                 for job in self.plan.jobs:
                     self.at(job.at, lambda job=job: self.submit(job))
                 for event in self.plan.events:
@@ -139,11 +145,18 @@ class History:
                 self.settle()
                 self.check_jobs()
                 self.check_logs()
+                self.check_impostor()
                 self.end()
                 return self.figures()
             except BaseException:
                 self.keep_logs()
                 raise
+
+    def start_impostor(self):
+        self.liar = impostors.Liar(self.plan.seed, LIES)
+        if self.plan.impostor:
+            liar = self.plan.impostor == "liar"
+            self.impostor = self.farm.start_impostor(self.liar if liar else impostors.of_another_release)
 
     # What happens
 
@@ -359,7 +372,7 @@ class History:
         for number, job in jobs.items():
             if job["state"] != "done":
                 raise Wrong(f"job {number} is {job['state']}: {job['reason']}")
-            if job["flag"]:
+            if job["flag"] and not self.liar.lies:
                 raise Wrong(f"job {number} is flagged: {job['flag']}")
             self.check_picture(number)
         self.pictures = len(jobs)
@@ -380,10 +393,17 @@ class History:
             raise Wrong(f"audit of job {number}: {audit.stdout}{audit.stderr}")
 
     def check_logs(self):
+        expected = ["jobs wait: "] if self.farm.small_disk else []
+        if self.liar.lies:
+            expected += ["worker 'impostor' returns wrong bits", "returned different bits for the same samples"]
         for line in self.farm.coordinator_logs().splitlines():
-            if "[error]" in line or "[critical]" in line:
-                if not (self.farm.small_disk and EXPECTED_ERRORS.search(line)):
-                    raise Wrong("the coordinator's log: " + line)
+            if ("[error]" in line or "[critical]" in line) and not any(text in line for text in expected):
+                raise Wrong("the coordinator's log: " + line)
+
+    def check_impostor(self):
+        if self.plan.impostor == "another release":
+            if self.impostor.wait(timeout=30) != 1 or "trace version" not in self.impostor.log.read_text():
+                raise Wrong("a worker of another release was not refused: " + self.impostor.log.read_text())
 
     def end(self):
         """Everything ends when it is told to."""
@@ -416,5 +436,5 @@ class History:
                 "accepted": len(re.findall(r"lease \d+ accepted", log)),
                 "cuts": counts["cuts"] + counts["torn"],
                 "messages": counts["messages"],
-                "late": self.late(log),
+                "lies": len(self.liar.lies), "late": self.late(log),
                 "faults": sum(counts[kind] for kind in ("drop", "repeat", "reorder", "corrupt", "swallowed"))}

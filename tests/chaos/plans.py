@@ -41,6 +41,7 @@ class Plan:
     workers: int
     small_disk: bool  # the state is on a disk that can be filled
     spot_checks: float
+    impostor: str  # "", "liar" or "another release": one more worker
     jobs: tuple
     events: tuple
 
@@ -60,12 +61,14 @@ def plan_of(seed):
     small_disk = dice.random() < 0.5
     kinds = [kind for kind in KINDS if small_disk or kind != "fill_disk"]
     weights = [KINDS[kind][0] for kind in kinds]
-    jobs = [Job(0 if i == 0 else dice.uniform(0, 1.5), dice.choice(sorted(SPECS)), dice.randrange(101),
+    jobs = [Job(0 if i == 0 else dice.uniform(0, 1), dice.choice(sorted(SPECS)), dice.randrange(101),
                 dice.random() < 0.5) for i in range(dice.randint(1, 3))]
+    impostor = dice.choice(("", "", "", "", "", "liar", "another release"))
     events = []
     for _ in range(dice.randint(3, 8)):
         kind = dice.choices(kinds, weights)[0]
-        events.append(Event(round(dice.uniform(0.2, 3), 2), kind, round(dice.uniform(0, KINDS[kind][1]), 2),
+        events.append(Event(round(dice.uniform(0.1, 2.2), 2), kind, round(dice.uniform(0, KINDS[kind][1]), 2),
                             dice.randrange(1000)))
-    return Plan(seed, dice.randint(2, 4), small_disk, dice.choice((0, 0, 0.2)), tuple(jobs),
+    spot_checks = 1 if impostor == "liar" else dice.choice((0, 0, 0.2))
+    return Plan(seed, dice.randint(2, 4), small_disk, spot_checks, impostor, tuple(jobs),
                 tuple(sorted(events, key=lambda event: event.at)))
