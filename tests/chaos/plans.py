@@ -56,19 +56,24 @@ KINDS = {
 }
 
 
+# Of these the coordinator loses sight of all its workers, but perhaps the liar: then nobody checks.
+BLINDING = {"kill_coordinator", "end_coordinator", "stop_coordinator", "freeze", "swallow", "lose", "stop_worker"}
+
+
 def plan_of(seed):
     dice = random.Random(seed)
     small_disk = dice.random() < 0.5
-    kinds = [kind for kind in KINDS if small_disk or kind != "fill_disk"]
+    impostor = dice.choice(("", "", "", "", "", "liar", "another release"))
+    kinds = [kind for kind in KINDS
+             if (small_disk or kind != "fill_disk") and not (impostor == "liar" and kind in BLINDING)]
     weights = [KINDS[kind][0] for kind in kinds]
     jobs = [Job(0 if i == 0 else dice.uniform(0, 1), dice.choice(sorted(SPECS)), dice.randrange(101),
                 dice.random() < 0.5) for i in range(dice.randint(1, 3))]
-    impostor = dice.choice(("", "", "", "", "", "liar", "another release"))
     events = []
     for _ in range(dice.randint(3, 8)):
         kind = dice.choices(kinds, weights)[0]
         events.append(Event(round(dice.uniform(0.1, 2.2), 2), kind, round(dice.uniform(0, KINDS[kind][1]), 2),
                             dice.randrange(1000)))
     spot_checks = 1 if impostor == "liar" else dice.choice((0, 0, 0.2))
-    return Plan(seed, dice.randint(2, 4), small_disk, spot_checks, impostor, tuple(jobs),
+    return Plan(seed, dice.randint(3 if impostor == "liar" else 2, 4), small_disk, spot_checks, impostor, tuple(jobs),
                 tuple(sorted(events, key=lambda event: event.at)))

@@ -1,7 +1,7 @@
 """A TCP proxy that misbehaves, between workers or clients and their coordinator.
 
 It understands the messages that pass by, and drops, repeats, reorders, corrupts and delays them; it cuts
-connections, tears messages (libzmq then gives the connection up), freezes (nothing passes, nothing is lost: a
+connections, between messages and amid one, freezes (nothing passes, nothing is lost: a
 partition shorter than TCP's patience) and swallows (all goes in, nothing comes out: a half-open connection).
 What happens to a connection's messages depends on the seed, the connection's number and its direction."""
 
@@ -41,7 +41,7 @@ class Proxy:
         self.faults = Faults()
         self.counts = collections.Counter()
         self._connections = {}  # number: the two writers
-        self._torn = set()  # (connection, direction) whose next message is
+        self._torn = set()  # (connection, direction) whose next message is its last
         self._swallowing = False
         self._loop = asyncio.new_event_loop()
         self._flowing = asyncio.Event()
@@ -65,7 +65,7 @@ class Proxy:
         self._call(self._cut())
 
     def tear(self):
-        """Of the next message of every connection and direction half is lost."""
+        """Ends every connection amid its next message, in either direction."""
         self._call(self._tear())
 
     def freeze(self, frozen):
@@ -126,7 +126,7 @@ class Proxy:
         finally:
             del self._connections[number]
             for writer in writers:
-                writer.transport.abort()
+                writer.close()
 
     async def _pump(self, number, up, reader, writer):
         with contextlib.suppress(OSError, asyncio.IncompleteReadError):
@@ -164,7 +164,9 @@ class Proxy:
         if (number, up) in self._torn:
             self._torn.discard((number, up))
             self.counts["torn"] += 1
-            data = data[len(data) // 2:]
+            writer.write(data[:len(data) // 2])
+            writer.close()
+            raise ConnectionError
         writer.write(data)
         await writer.drain()
 
