@@ -126,6 +126,7 @@ class History:
         self.due = []  # (time, order, what to do)
         self.order = itertools.count()
         self.submits = []  # (job, process, report)
+        self.steering = []  # clients that pause and resume
         self.kills = 0
         self.event_times = []
 
@@ -297,7 +298,7 @@ class History:
         self.later(event.lasts, lambda: self._start_steering("resume", job))
 
     def _start_steering(self, command, job):
-        self.farm._start("parray", command, job, "--coordinator", self.farm.proxy.address)
+        self.steering.append(self.farm._start("parray", command, job, "--coordinator", self.farm.proxy.address))
 
     def fill_disk(self, event):
         if self.farm.small_disk:
@@ -315,8 +316,10 @@ class History:
         for worker in self.farm.workers_now:
             if worker.poll() is not None:
                 raise Wrong(f"a worker has ended by itself, status {worker.returncode}: " + worker.log.read_text())
+        for client in self.steering:
+            client.wait(timeout=PATIENCE)
         for number in range(1, len(self.submits) + 1):
-            self.farm.client("resume", number)  # whose client may have come too early
+            self.farm.client("resume", number)  # whose own client may have come before the one that paused it
         self.acknowledged = {}  # number: kind
         self.perhaps = []  # kinds that may have been submitted all the same
         again = [job for job, process, report in self.submits if not self.end_submit(job, process, report)]

@@ -78,9 +78,9 @@ class Host:
     def link(self, up):
         ip("link", "set", self.name, "up" if up else "down")
 
-    def blackhole(self, to, on):
-        """Whether all that goes from here to that host vanishes; what comes from there still arrives."""
-        self._ip("route", "add" if on else "del", "blackhole", f"{to.address}/32")
+    def blackhole(self, on):
+        """Whether all that goes to or comes from here vanishes without a word, as in a switch that has failed."""
+        subprocess.run(["bridge", "link", "set", "dev", self.name, "state", "0" if on else "3"], check=True)
 
     def limit(self, rate):
         """Both ways, such as 1mbit; None: no limit."""
