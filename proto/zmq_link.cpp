@@ -106,6 +106,10 @@ class ZmqLink final : public Link {
     socket_.set(zmq::sockopt::tcp_keepalive_idle, 20);
     socket_.set(zmq::sockopt::tcp_keepalive_intvl, 5);
     socket_.set(zmq::sockopt::tcp_keepalive_cnt, 4);
+    // Nor is one whose answers are lost on the way waited for, ever longer, as TCP would: a fresh connection finds
+    // a way that is open again at once.
+    socket_.set(zmq::sockopt::tcp_maxrt, 10000);
+    socket_.set(zmq::sockopt::connect_timeout, 3000);
     if (router_) {
       // Without it, messages for a peer that is gone or slow vanish in silence.
       socket_.set(zmq::sockopt::router_mandatory, true);

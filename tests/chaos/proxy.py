@@ -1,0 +1,204 @@
+"""A TCP proxy that misbehaves, between workers or clients and their coordinator.
+
+It understands the messages that pass by, and drops, repeats, reorders, corrupts and delays them; it cuts
+connections, between messages and amid one, freezes (nothing passes, nothing is lost: a
+partition shorter than TCP's patience) and swallows (all goes in, nothing comes out: a half-open connection).
+What happens to a connection's messages depends on the seed, the connection's number and its direction."""
+
+import asyncio
+import collections
+import contextlib
+import dataclasses
+import random
+import threading
+
+import wire
+
+
+@dataclasses.dataclass(frozen=True)
+class Faults:
+    """Shares of all messages, 0 to 1; `delay`: the longest, in seconds. `corrupt` flips a bit of a message's
+    bulk, `garble` one of its control frame."""
+
+    drop: float = 0
+    repeat: float = 0
+    reorder: float = 0
+    corrupt: float = 0
+    garble: float = 0
+    delay: float = 0
+
+
+class Proxy:
+    """with Proxy(("127.0.0.1", 7400), seed) as proxy: ...
+
+    It runs in a thread of its own; every method may be called from any. `rewrite(up, frames)`, if given,
+    returns the frames that go on instead; `up` is True on the way to the coordinator."""
+
+    def __init__(self, target, seed, rewrite=None):
+        self.target = target
+        self.seed = seed
+        self.rewrite = rewrite
+        self.faults = Faults()
+        self.counts = collections.Counter()
+        self._connections = {}  # number: the two writers
+        self._torn = set()  # (connection, direction) whose next message is its last
+        self._swallowing = False
+        self._loop = asyncio.new_event_loop()
+        self._flowing = asyncio.Event()
+        self._flowing.set()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+
+    def __enter__(self):
+        self._thread.start()
+        self._server = self._call(asyncio.start_server(self._serve, "127.0.0.1", 0))
+        self.address = "tcp://127.0.0.1:%d" % self._server.sockets[0].getsockname()[1]
+        return self
+
+    def __exit__(self, *_):
+        self._call(self._stop())
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    def cut(self):
+        """Ends every connection."""
+        self._call(self._cut())
+
+    def tear(self):
+        """Ends every connection amid its next message, in either direction."""
+        self._call(self._tear())
+
+    def freeze(self, frozen):
+        self._loop.call_soon_threadsafe(self._flowing.clear if frozen else self._flowing.set)
+
+    def swallow(self, swallowing):
+        """What has been swallowed is gone, and its connections end with it."""
+        self._swallowing = swallowing
+        if not swallowing:
+            self.cut()
+
+    def calm(self):
+        """No more faults; connections that have lost bytes are cut."""
+        self.faults = Faults()
+        self._torn.clear()
+        self.freeze(False)
+        if self._swallowing:
+            self.swallow(False)
+
+    def _call(self, coroutine):
+        return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(timeout=30)
+
+    async def _stop(self):
+        self._server.close()
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _cut(self):
+        self.counts["cuts"] += len(self._connections)
+        for writers in self._connections.values():
+            for writer in writers:
+                writer.transport.abort()
+
+    async def _tear(self):
+        self._torn.update((number, up) for number in self._connections for up in (True, False))
+
+    async def _serve(self, reader, writer):
+        self.counts["connections"] += 1
+        number = self.counts["connections"]
+        writers = self._connections[number] = [writer]
+        try:
+            while self._swallowing and await reader.read(65536):
+                pass
+            far_reader, far_writer = await asyncio.open_connection(*self.target)
+            writers.append(far_writer)
+            pumps = [asyncio.ensure_future(self._pump(number, True, reader, far_writer)),
+                     asyncio.ensure_future(self._pump(number, False, far_reader, writer))]
+            try:
+                await asyncio.wait(pumps, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for pump in pumps:
+                    pump.cancel()
+                await asyncio.gather(*pumps, return_exceptions=True)
+        except OSError:
+            pass  # the coordinator is away, or the connection was reset
+        finally:
+            del self._connections[number]
+            for writer in writers:
+                writer.close()
+
+    async def _pump(self, number, up, reader, writer):
+        with contextlib.suppress(OSError, asyncio.IncompleteReadError):
+            await self._pass_greeting(reader, writer)
+            dice = random.Random(f"{self.seed} {number} {up}")
+            held = []  # messages that let the next one go first
+            while True:
+                command, frames = await wire.read_message(reader)
+                if command:
+                    await self._send(number, up, writer, True, frames)
+                    continue
+                if self.rewrite:
+                    frames = self.rewrite(up, frames)
+                for message in self._mangled(dice, held, frames):
+                    await asyncio.sleep(dice.uniform(0, self.faults.delay))
+                    await self._send(number, up, writer, False, message)
+
+    async def _pass_greeting(self, reader, writer):
+        """As it comes: each side waits for the beginning of the other's."""
+        left = wire.GREETING_BYTES
+        while left > 0:
+            part = await reader.read(left)
+            if not part:
+                raise ConnectionError
+            left -= len(part)
+            await self._flowing.wait()
+            writer.write(part)
+
+    async def _send(self, number, up, writer, command, frames):
+        await self._flowing.wait()
+        if self._swallowing:
+            self.counts["swallowed"] += 1
+            return
+        data = wire.encode_message(command, frames)
+        if (number, up) in self._torn:
+            self._torn.discard((number, up))
+            self.counts["torn"] += 1
+            writer.write(data[:len(data) // 2])
+            writer.close()
+            raise ConnectionError
+        writer.write(data)
+        await writer.drain()
+
+    def _mangled(self, dice, held, frames):
+        """The messages that go on now."""
+        faults = self.faults
+        self.counts["messages"] += 1
+
+        def happens(what):
+            hit = dice.random() < getattr(faults, what)
+            self.counts[what] += hit
+            return hit
+
+        if happens("drop"):
+            return []
+        if len(frames) > 1 and happens("corrupt"):
+            frames = [*frames[:-1], flipped(dice, frames[-1])]
+        if happens("garble"):
+            frames = [flipped(dice, frames[0]), *frames[1:]]
+        if happens("reorder"):
+            held.append(frames)
+            return []
+        now = [frames, frames] if happens("repeat") else [frames]
+        now += held
+        held.clear()
+        return now
+
+
+def flipped(dice, frame):
+    """The frame with one bit changed."""
+    if not frame:
+        return frame
+    changed = bytearray(frame)
+    changed[dice.randrange(len(frame))] ^= 1 << dice.randrange(8)
+    return bytes(changed)

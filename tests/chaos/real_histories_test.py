@@ -1,0 +1,36 @@
+#!/usr/bin/env python3
+"""Histories of real processes over real sockets, decided by seeds: whatever is killed, stopped, cut, lost,
+repeated or filled up, the pictures' bits are those of `parray render`."""
+
+import importlib.machinery
+import importlib.util
+import pathlib
+import sys
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+loader = importlib.machinery.SourceFileLoader("histories", str(HERE / "histories"))
+histories = importlib.util.module_from_spec(importlib.util.spec_from_loader("histories", loader))
+loader.exec_module(histories)
+
+SOME = (1, 11, 20, 25, 34, 36)  # every kind of event, a liar, workers of another release
+
+
+class RealHistories(unittest.TestCase):
+    def play(self, seeds):
+        for result in histories.play(seeds):
+            with self.subTest(seed=result["seed"]):
+                self.assertNotIn("wrong", result, "\n".join(result.get("notes", [])))
+
+    def test_whatever_happens_pictures_are_those_of_render_and_nothing_is_lost_or_left(self):
+        self.play(SOME)
+
+
+class Long(unittest.TestCase):
+    def test_200_histories(self):
+        RealHistories.play(self, range(1, 201))
+
+
+if __name__ == "__main__":
+    unittest.main()
