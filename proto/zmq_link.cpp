@@ -52,7 +52,7 @@ class Authenticator {
   /// Of a connection that was let in; the list may have changed since.
   Sender sender_of(const char* key) {
     const auto found = key == nullptr ? std::nullopt : list_.find(clock_.now(), key);
-    return found.value_or(Sender{Role::none, "", ""});
+    return found.value_or(Sender{Role::none, ""});
   }
 
  private:
