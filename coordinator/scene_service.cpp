@@ -146,9 +146,8 @@ std::optional<msg::Chunk> SceneService::chunk(const std::string& scene, const Fr
     const std::string_view plain = bytes.view().substr(cut.begin(index), cut.size(index));
     std::string packed = pack_chunk(plain);
     const bool smaller = !packed.empty();
-    chunks_.push_back(
-        {scene, index, smaller,
-         Bulk::of(smaller ? Frame(std::move(packed)) : Frame(bytes.owner(), plain))});
+    chunks_.push_back({scene, index, smaller,
+                       Bulk::of(smaller ? Frame(std::move(packed)) : Frame(bytes.owner(), plain))});
     if (chunks_.size() > chunks_kept) {
       chunks_.pop_front();
     }

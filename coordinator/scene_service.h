@@ -13,14 +13,14 @@
 
 namespace parray {
 
-/// Who gets a scene from whom, so that it leaves the coordinator but a few times however many workers
-/// there are, and crosses the network once for each machine. Workers of a scene make a tree
+/// Who gets a scene from whom, so that it leaves the coordinator but a few times however many
+/// workers there are, and crosses the network once for each machine. Workers of a scene make a tree
 /// in the order in which they have asked: nobody gets it from one that came later, so there is no
 /// circle whatever happens. Plain state; one thread.
 class SceneService {
  public:
-  /// Machines that the coordinator serves, and that each machine serves; workers of one machine that
-  /// one of them serves.
+  /// Machines that the coordinator serves, and that each machine serves; workers of one machine
+  /// that one of them serves.
   static constexpr std::uint32_t fan_out = 2;
 
   explicit SceneService(std::uint32_t chunk_bytes = usual_chunk_bytes)
@@ -33,9 +33,10 @@ class SceneService {
   /// The worker that source_for() has named last; 0: the coordinator itself.
   [[nodiscard]] WorkerId source_of(WorkerId worker, const std::string& scene) const;
 
-  /// A chunk of the scene whose bytes these are; none if it has no such chunk. The last few are kept
-  /// as they travel.
-  std::optional<msg::Chunk> chunk(const std::string& scene, const Frame& bytes, std::uint32_t index);
+  /// A chunk of the scene whose bytes these are; none if it has no such chunk. The last few are
+  /// kept as they travel.
+  std::optional<msg::Chunk> chunk(const std::string& scene, const Frame& bytes,
+                                  std::uint32_t index);
 
   /// The worker has left, or is not to be trusted: it serves nobody any more.
   void forget_worker(WorkerId id);
@@ -63,8 +64,8 @@ class SceneService {
     std::set<WorkerId> refused{};  ///< sources that were of no use to it
   };
   struct Tree {
-    std::vector<Node> nodes;  ///< in the order in which they have come
-    std::uint32_t served = 0; ///< machines, by the coordinator
+    std::vector<Node> nodes;   ///< in the order in which they have come
+    std::uint32_t served = 0;  ///< machines, by the coordinator
     std::uint64_t bytes = 0;
   };
 

@@ -216,11 +216,11 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",         "welcome",    "refuse",       "heartbeat",  "pulse",         "who",
-    "grant",         "need_scene", "scene_source", "need_chunk", "chunk",         "chunk_later",
-    "no_scene",      "result",     "failed",       "verdict",    "revoke",        "bye",
-    "submit",        "submitted",  "list_jobs",    "jobs",       "show_job",      "job",
-    "steer_job",     "fetch",      "image",        "fetch_journal", "journal",    "list_workers",
+    "hello",         "welcome",    "refuse",       "heartbeat",     "pulse",    "who",
+    "grant",         "need_scene", "scene_source", "need_chunk",    "chunk",    "chunk_later",
+    "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
+    "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
+    "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
     "steer_workers", "workers",    "error"};
 
 // The bulk frame of the messages that have one.

@@ -19,8 +19,8 @@ struct ZmqMeshOptions {
 };
 
 /// A worker's connections: to the coordinator, whose id is empty, and to other workers, with which
-/// it shares scenes. What it hands on is encrypted with a key that is made for this process, so that
-/// only whom the coordinator has told the key can be sure of whom they ask; everybody may ask.
+/// it shares scenes. What it hands on is encrypted with a key that is made for this process, so
+/// that only whom the coordinator has told the key can be sure of whom they ask; everybody may ask.
 ///
 /// One connection to a worker that is asked is kept: sending to another one closes it.
 class ZmqMesh final : public Link {

@@ -56,8 +56,8 @@ std::string property(zmq::message_t& part, const char* name) {
 
 }  // namespace
 
-ZmqSocket::ZmqSocket(zmq::context_t& context, zmq::socket_type type,
-                     std::size_t max_message_bytes, Time linger)
+ZmqSocket::ZmqSocket(zmq::context_t& context, zmq::socket_type type, std::size_t max_message_bytes,
+                     Time linger)
     : socket_(context, type), router_(type == zmq::socket_type::router) {
   const auto linger_ms = std::chrono::duration_cast<milliseconds>(linger).count();
   socket_.set(zmq::sockopt::linger, static_cast<int>(linger_ms));

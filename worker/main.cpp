@@ -106,9 +106,11 @@ class Reporter {
     const SceneExchange::Tally& tally = worker_.scene_bytes();
     if (tally.scenes > told_scenes_) {
       told_scenes_ = tally.scenes;
-      log_.info("a scene has come in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from workers",
-                std::chrono::duration<double>(tally.took).count(), tally.from_coordinator,
-                tally.from_workers);
+      log_.info(
+          "a scene has come in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from "
+          "workers",
+          std::chrono::duration<double>(tally.took).count(), tally.from_coordinator,
+          tally.from_workers);
     }
   }
 

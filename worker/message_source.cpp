@@ -87,9 +87,8 @@ Time MessageSource::tick(Time now, const TeamState& team) {
 
 /// The scenes of leases that wait, one after the other. Returns when that is due again.
 Time MessageSource::fetch_scenes(Time now) {
-  const auto next = std::find_if(waiting_.begin(), waiting_.end(), [&](const msg::Grant& grant) {
-    return !knows(grant.scene);
-  });
+  const auto next = std::find_if(waiting_.begin(), waiting_.end(),
+                                 [&](const msg::Grant& grant) { return !knows(grant.scene); });
   exchange_.want(next == waiting_.end() ? std::string() : next->scene);
   Time due = exchange_.tick(now);
   while (auto opened = exchange_.take_opened()) {

@@ -93,8 +93,8 @@ bool SceneExchange::receive(Time now, const PeerId& from, Message& message) {
     return m != nullptr;
   };
   return take(std::get_if<msg::SceneSource>(&message)) || take(std::get_if<msg::Chunk>(&message)) ||
-         take(std::get_if<msg::ChunkLater>(&message)) || take(std::get_if<msg::NoScene>(&message)) ||
-         take(std::get_if<msg::NeedChunk>(&message));
+         take(std::get_if<msg::ChunkLater>(&message)) ||
+         take(std::get_if<msg::NoScene>(&message)) || take(std::get_if<msg::NeedChunk>(&message));
 }
 
 void SceneExchange::on(Time now, const PeerId& from, msg::SceneSource& m) {
@@ -144,7 +144,8 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
       hand_on(now, waiting.peer, *holding, m.chunk);
     }
   }
-  std::erase_if(waiting_, [&](const Waiting& w) { return w.chunk == m.chunk && w.scene == m.scene; });
+  std::erase_if(waiting_,
+                [&](const Waiting& w) { return w.chunk == m.chunk && w.scene == m.scene; });
   open_if_complete(now);
 }
 
@@ -248,7 +249,8 @@ void SceneExchange::give_source_up(Time now) {
   fetch_->ask_at = now;
 }
 
-/// Asks again for what seems lost. A coordinator that many ask is slow: it is asked ever less often.
+/// Asks again for what seems lost. A coordinator that many ask is slow: it is asked ever less
+/// often.
 void SceneExchange::repeat(Time now) {
   const bool quiet = fetch_->heard + fetch_->quiet <= now;
   bool repeated = false;

@@ -15,8 +15,8 @@
 namespace parray {
 
 /// How scenes come to a worker and go on to others, its side of PROTOCOL.md: asks the coordinator
-/// for a source, pulls chunk after chunk from there, some at a time, and hands what it has to whoever
-/// asks, while later ones are still to come. A source that is silent, or stands still, is
+/// for a source, pulls chunk after chunk from there, some at a time, and hands what it has to
+/// whoever asks, while later ones are still to come. A source that is silent, or stands still, is
 /// exchanged for another; the chunks that have come are kept. Plain state, driven by one thread.
 class SceneExchange {
  public:
@@ -64,7 +64,7 @@ class SceneExchange {
   /// Of the scene that is wanted.
   struct Fetch {
     std::string scene;
-    std::uint32_t failed = 0;      ///< sources
+    std::uint32_t failed = 0;  ///< sources
     Time began = never;
     std::optional<PeerId> source;  ///< none: the coordinator is asked for one
     Time ask_at = Time::min();     ///< it again

@@ -14,8 +14,7 @@ namespace {
 std::string bytes_of(const ScenePieces& packed) {
   std::string bytes(packed.cut.bytes, '\0');
   for (std::uint32_t i = 0; i < packed.cut.count(); ++i) {
-    const std::span<char> chunk =
-        std::span(bytes).subspan(packed.cut.begin(i), packed.cut.size(i));
+    const std::span<char> chunk = std::span(bytes).subspan(packed.cut.begin(i), packed.cut.size(i));
     const std::string_view piece = packed.pieces[i].content.data.view();
     if (packed.pieces[i].packed) {
       unpack_chunk(piece, chunk);

@@ -40,7 +40,8 @@ OpenedScene open_scene(const ScenePieces& packed);
 /// Opens scenes, which takes seconds where they are large, beside the thread that owns it.
 class SceneOpener {
  public:
-  /// `wake`: called from another thread when a scene is open; without it, scenes are opened at once.
+  /// `wake`: called from another thread when a scene is open; without it, scenes are opened at
+  /// once.
   explicit SceneOpener(const std::function<void()>& wake);
 
   /// Only when idle.

@@ -18,7 +18,9 @@ class Worker final : public Actor {
   Worker(WorkerOptions options, Team& team)
       : source_(std::move(options)), runner_(source_, team, clock_) {}
 
-  void receive(Time now, Delivery delivery) override { source_.receive(now, delivery.peer, delivery.content); }
+  void receive(Time now, Delivery delivery) override {
+    source_.receive(now, delivery.peer, delivery.content);
+  }
   Time tick(Time now, bool /*drained*/) override {
     clock_.time = now;
     return runner_.tick(now);

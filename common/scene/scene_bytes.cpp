@@ -156,7 +156,8 @@ void put_scene(Writer& out, const Scene& scene) {
 
 std::string scene_to_bytes(const Scene& scene) {
   ByteWriter out;
-  out.reserve(256 + material_bytes * scene.materials.size() + scene_bytes_of_sphere * scene.spheres.size());
+  out.reserve(256 + material_bytes * scene.materials.size() +
+              scene_bytes_of_sphere * scene.spheres.size());
   put_scene(out, scene);
   return out.take();
 }

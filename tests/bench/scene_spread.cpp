@@ -1,5 +1,5 @@
-// How long a scene takes to all workers: the real coordinator's and workers' code for it, in virtual
-// time, over full-duplex links of a given rate. Prints seconds.
+// How long a scene takes to all workers: the real coordinator's and workers' code for it, in
+// virtual time, over full-duplex links of a given rate. Prints seconds.
 #include <cstdio>
 #include <memory>
 #include <queue>
@@ -76,7 +76,7 @@ class RatedNetwork {
  private:
   const double bytes_per_second_;
   const double latency_;
-  std::vector<double> up_;    ///< until when each link is busy
+  std::vector<double> up_;  ///< until when each link is busy
   std::vector<double> down_;
   std::priority_queue<Arrival> arrivals_;
   std::uint64_t next_ = 0;
@@ -94,18 +94,18 @@ double spread(const Arguments& a) {
   const auto place_of = [](const PeerId& name) { return std::stoul(name.substr(1)) / 2; };
   const auto post = [&](double now, std::size_t place, Actor& actor) {
     for (Delivery& d : actor.take_outbox()) {
-      const std::size_t to =
-          place == 0 ? place_of(d.peer) : (d.peer.empty() ? 0 : place_of(test::inside_name(d.peer)));
-      const PeerId from = place == 0 ? PeerId()
-                                     : (to == 0 ? name_of_place(place)
-                                                : test::outside_name(name_of_place(place)));
+      const std::size_t to = place == 0
+                                 ? place_of(d.peer)
+                                 : (d.peer.empty() ? 0 : place_of(test::inside_name(d.peer)));
+      const PeerId from =
+          place == 0 ? PeerId()
+                     : (to == 0 ? name_of_place(place) : test::outside_name(name_of_place(place)));
       network.send(now, place, to, from, d.content.open());
     }
   };
   for (std::size_t place = 1; place <= a.workers; ++place) {
     coordinator.add_worker(name_of_place(place), 2 * place, !a.star);
-    workers.push_back(
-        std::make_unique<test::SpreadWorker>(coordinator.id, test::Manner::honest));
+    workers.push_back(std::make_unique<test::SpreadWorker>(coordinator.id, test::Manner::honest));
     workers.back()->tick(Time(0), true);
     post(0, place, *workers.back());
   }

@@ -83,8 +83,9 @@ TEST_CASE("workers that die in the middle are replaced, and nobody begins anew")
       // The first of all, then one that may be anywhere.
       for (const std::size_t victim : {std::size_t{0}, std::size_t{3}, std::size_t{5}}) {
         const auto* worker = s.worker(victim);
-        if (worker != nullptr && worker->exchange.tally().from_coordinator +
-                                         worker->exchange.tally().from_workers > once / 3) {
+        if (worker != nullptr &&
+            worker->exchange.tally().from_coordinator + worker->exchange.tally().from_workers >
+                once / 3) {
           noticed ? s.kill(victim) : s.stop(victim);
           ++dead;
         }
@@ -108,8 +109,9 @@ TEST_CASE("chunks that are damaged on their way are asked for again") {
 
 TEST_CASE("a worker that hands on other chunks is found out, and the scene comes all the same") {
   const Scene scene = dusty_scene();
-  for (const auto& liars : {std::map<std::size_t, Manner>{{0, Manner::lying}},
-                            std::map<std::size_t, Manner>{{0, Manner::lying}, {2, Manner::lying}}}) {
+  for (const auto& liars :
+       {std::map<std::size_t, Manner>{{0, Manner::lying}},
+        std::map<std::size_t, Manner>{{0, Manner::lying}, {2, Manner::lying}}}) {
     SimSpread spread(scene, 10, {}, 1, liars);
     REQUIRE(spread.run(seconds(300)));
     for (std::size_t i = 0; i < 10; ++i) {

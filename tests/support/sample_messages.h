@@ -54,7 +54,7 @@ inline std::vector<Message> sample_messages() {
       msg::Who{},
       msg::Grant{5, 1, 6, batch, digest, settings},
       msg::NeedScene{digest, 2},
-      msg::SceneSource{digest, {1000, 512}, "tcp://10.0.0.1:7401", "key"},
+      msg::SceneSource{digest, {1000, 1U << 18}, "tcp://10.0.0.1:7401", "key"},
       msg::NeedChunk{digest, 3},
       msg::Chunk{digest, 3, true, Bulk::of(std::string("a\0b\xff", 4))},
       msg::ChunkLater{digest, 3},

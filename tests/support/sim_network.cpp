@@ -29,8 +29,7 @@ class SimNetwork::End final : public Link {
 
   bool send(const PeerId& to, Envelope content) override {
     const bool to_worker = id_ != coordinator_id && !to.empty();
-    network_.post(id_,
-                  id_ == coordinator_id ? to : (to_worker ? inside_name(to) : coordinator_id),
+    network_.post(id_, id_ == coordinator_id ? to : (to_worker ? inside_name(to) : coordinator_id),
                   content.frames());
     return true;
   }

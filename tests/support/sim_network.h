@@ -28,8 +28,8 @@ PeerId outside_name(const PeerId& worker);
 PeerId inside_name(const PeerId& worker);
 
 /// A network in virtual time, and the clock of everything attached to it. One coordinator's end;
-/// any number of peers, of which "w" and a number names a worker that listens to others at a port of
-/// that number. Deterministic for a seed.
+/// any number of peers, of which "w" and a number names a worker that listens to others at a port
+/// of that number. Deterministic for a seed.
 class SimNetwork {
  public:
   SimNetwork(Faults faults, std::uint64_t seed) : faults_(faults), random_(seed) {}

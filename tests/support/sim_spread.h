@@ -83,8 +83,8 @@ class SpreadCoordinator final : public Actor {
       Message message = delivery.content.open();
       if (const auto* need = std::get_if<msg::NeedScene>(&message)) {
         const WorkerRecord& worker = workers_.at(delivery.peer);
-        outbox_.push_back({delivery.peer, Message(service.source_for(worker, need->scene,
-                                                                     bytes_.size(), need->failed))});
+        outbox_.push_back({delivery.peer, Message(service.source_for(
+                                              worker, need->scene, bytes_.size(), need->failed))});
         asked.insert(delivery.peer);
       } else if (const auto* chunk = std::get_if<msg::NeedChunk>(&message)) {
         if (auto found = service.chunk(chunk->scene, bytes_, chunk->chunk)) {
@@ -139,9 +139,9 @@ class SimSpread {
       const PeerId peer = 'w' + std::to_string(number);
       coordinator.add_worker(peer, number);
       const auto manner = manners.find(i);
-      workers_.push_back(std::make_unique<End>(
-          End{SpreadWorker(coordinator.id, manner == manners.end() ? Manner::honest : manner->second),
-              network.peer_end(peer), peer}));
+      workers_.push_back(std::make_unique<End>(End{
+          SpreadWorker(coordinator.id, manner == manners.end() ? Manner::honest : manner->second),
+          network.peer_end(peer), peer}));
     }
   }
 

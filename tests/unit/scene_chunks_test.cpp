@@ -67,7 +67,8 @@ TEST_CASE("a chunk of noise is left as it is") {
   CHECK(pack_chunk("x").empty());
 }
 
-TEST_CASE("a packed chunk of another size, cut short or damaged, is refused or wrong, never worse") {
+TEST_CASE(
+    "a packed chunk of another size, cut short or damaged, is refused or wrong, never worse") {
   const std::string chunk = orderly_bytes().substr(0, 3000);
   const std::string packed = pack_chunk(chunk);
   CHECK_THROWS_AS(unpacked(packed, chunk.size() + 1), DecodeError);
@@ -76,15 +77,19 @@ TEST_CASE("a packed chunk of another size, cut short or damaged, is refused or w
   for (std::size_t size = 0; size < packed.size(); ++size) {
     CHECK_THROWS_AS(unpacked(packed.substr(0, size), chunk.size()), DecodeError);
   }
+  std::size_t unnoticed = 0;  // bits that zstd does not look at
   for (std::size_t i = 0; i < packed.size(); ++i) {
     std::string damaged = packed;
     damaged[i] = static_cast<char>(damaged[i] ^ 0x41);
+    bool noticed = false;
     try {
-      CHECK(unpacked(damaged, chunk.size()).size() == chunk.size());
+      noticed = unpacked(damaged, chunk.size()) != chunk;
     } catch (const DecodeError&) {
-      // as it should be, where it is noticed
+      noticed = true;
     }
+    unnoticed += noticed ? 0 : 1;
   }
+  CHECK(unnoticed <= packed.size() / 10);
 }
 
 }  // namespace parray

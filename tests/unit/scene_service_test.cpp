@@ -140,8 +140,8 @@ TEST_CASE("chunks are what pack_chunk() makes of the bytes, and what is sent is 
   ask(service, single(1));
   const auto spread = service.forget_scene(scene);
   CHECK(spread.workers == 1);
-  CHECK(spread.bytes == service.chunk(scene, frame, 2)->content.data.size() +
-                            chunk.content.data.size());
+  CHECK(spread.bytes ==
+        service.chunk(scene, frame, 2)->content.data.size() + chunk.content.data.size());
   CHECK(service.forget_scene(std::string(64, 'b')).workers == 0);
 }
 
