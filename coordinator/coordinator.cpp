@@ -31,6 +31,7 @@ static bool is_of_workers(const Message& message) {
   return std::holds_alternative<msg::Hello>(message) ||
          std::holds_alternative<msg::Heartbeat>(message) ||
          std::holds_alternative<msg::NeedScene>(message) ||
+         std::holds_alternative<msg::NeedChunk>(message) ||
          std::holds_alternative<msg::Result>(message) ||
          std::holds_alternative<msg::Failed>(message) || std::holds_alternative<msg::Bye>(message);
 }
@@ -186,6 +187,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
   }
   if (known == nullptr) {
     known = &workers_.add(now, peer, m);
+    known->address = sender_.address;
     workers_.bar(*known, convicted_.contains(known->key) ? "it has returned wrong bits before" : "",
                  is_drained(*known));
     grants_due_ = true;
@@ -233,31 +235,6 @@ void Coordinator::note_progress(Time now, WorkerRecord& worker, const msg::Heart
   }
 }
 
-void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
-  WorkerRecord* worker = workers_.at(peer);
-  if (worker == nullptr) {
-    send(peer, msg::Who{});
-    return;
-  }
-  worker->last_heard = now;
-  if (worker->scene_sent == m.scene && now < worker->scene_again_at) {
-    return;  // on its way
-  }
-  for (const JobId id : open_jobs_) {
-    const Job& job = jobs_.at(id);
-    if (job.work && job.record.scene == m.scene && job.work->plan) {
-      const std::chrono::duration<double> transfer(static_cast<double>(job.work->scene.size()) /
-                                                   1e7);
-      worker->scene_sent = m.scene;
-      worker->scene_again_at =
-          now + options_.heartbeat + std::chrono::duration_cast<Time>(transfer);
-      send(peer, msg::SceneData{m.scene, job.work->scene});
-      log_->debug("scene sent to worker {} '{}'", worker->id, worker->hello.name);
-      return;
-    }
-  }
-}
-
 void Coordinator::on(Time now, const PeerId& peer, msg::Bye& m) {
   lose_worker(now, peer, m.reason, false);
 }
@@ -270,6 +247,7 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
   }
   const WorkerRecord worker = *found;
   workers_.remove(peer);
+  scenes_.forget_worker(worker.id);
   grants_due_ = true;
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(open_jobs_)) {

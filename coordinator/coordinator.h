@@ -15,6 +15,7 @@
 #include "coordinator/job.h"
 #include "coordinator/limits.h"
 #include "coordinator/log_budget.h"
+#include "coordinator/scene_service.h"
 #include "coordinator/store/store.h"
 #include "coordinator/worker_registry.h"
 #include "proto/actor.h"
@@ -78,10 +79,11 @@ class Coordinator final : public Actor {
   [[nodiscard]] const Tally& tally() const { return tally_; }
 
  private:
-  // Messages of workers (coordinator.cpp, results.cpp).
+  // Messages of workers (coordinator.cpp, scenes.cpp, results.cpp).
   void on(Time now, const PeerId& peer, msg::Hello& m);
   void on(Time now, const PeerId& peer, msg::Heartbeat& m);
   void on(Time now, const PeerId& peer, msg::NeedScene& m);
+  void on(Time now, const PeerId& peer, msg::NeedChunk& m);
   void on(Time now, const PeerId& peer, msg::Result& m);
   void on(Time now, const PeerId& peer, msg::Failed& m);
   void on(Time now, const PeerId& peer, msg::Bye& m);
@@ -137,6 +139,10 @@ class Coordinator final : public Actor {
   void note_usage(Store::Usage usage);
   void forget_job(JobId id, const std::string& why);
 
+  // Scenes (scenes.cpp).
+  [[nodiscard]] const SceneParcel* scene_at_work(const std::string& scene) const;
+  void forget_scene(const std::string& scene);
+
   // Results (results.cpp).
   struct Merged;
   void take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
@@ -191,6 +197,7 @@ class Coordinator final : public Actor {
   LogBudget warnings_;
   LogBudget arrivals_;  ///< of workers, and departures
   WorkerRegistry workers_;
+  SceneService scenes_;
   std::map<JobId, Job> jobs_;
   std::vector<JobId> open_jobs_;  ///< those that have not ended, by age
   FairQueue queue_;               ///< of the open jobs

@@ -360,6 +360,7 @@ void Coordinator::close_job(Job& job, JobState state, const std::string& reason)
     keep(job);
   }
   list_open_jobs();
+  forget_scene(job.record.scene);
   make_room(0);
   log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
              reason.empty() ? "" : ": ", reason);

@@ -24,13 +24,12 @@ struct WorkerRecord {
   WorkerId id = 0;
   PeerId peer;
   msg::Hello hello;
+  std::string address;  ///< of its machine, as this side sees it; empty: unknown
   TracerKey key = 0;
   Time last_heard{};
   std::uint64_t traced = 0;
   Time traced_at{};  ///< when `traced` last grew
   Time preparing_since = never;
-  std::string scene_sent;  ///< digest of the last one, and when it may be sent again
-  Time scene_again_at{};
   double samples_per_second = 0;  ///< measured; 0: not yet
   std::uint64_t accepted = 0;     ///< results
   std::size_t held = 0;           ///< leases, of all jobs

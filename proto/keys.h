@@ -34,8 +34,9 @@ std::string_view name_of(Role role);
 /// Who a message is from.
 struct Sender {
   Role role = Role::any;
-  std::string name;  ///< of the key; empty where there are none
-  double share = 1;  ///< of the farm, against others' shares
+  std::string name;       ///< of the key; empty where there are none
+  double share = 1;       ///< of the farm, against others' shares
+  std::string address{};  ///< of its machine, as this side sees it; empty: unknown
 };
 
 /// Least and largest share that a user may have.

@@ -10,8 +10,15 @@
 
 namespace parray {
 
-/// Names one other side of a link. A worker or client has only the coordinator, whose id is empty.
+/// Names one other side of a link. To workers and clients the coordinator's id is empty.
+/// Workers name each other, too: who asks by an id that only its answers need, who is asked by
+/// peer_at().
 using PeerId = std::string;
+
+/// The worker that listens at `address`, tcp://ADDRESS:PORT, as the owner of the public key `key`.
+inline PeerId peer_at(const std::string& address, const std::string& key) {
+  return address + ' ' + key;
+}
 
 /// A message on its way: inside one process the message itself, else its frames.
 class Envelope {

@@ -26,6 +26,8 @@ void fields(F& f, msg::Hello& m) {
   f.number("trace_version", m.trace);
   f.text("fingerprint", m.fingerprint, max_name);
   f.text("host", m.host, max_name);
+  f.number("share_port", m.share_port, 0U, 65535U);
+  f.text("share_key", m.share_key, max_name);
 }
 template <typename F>
 void fields(F& f, msg::Welcome& m) {
@@ -58,9 +60,34 @@ void fields(F& f, msg::Grant& m) {
 template <typename F>
 void fields(F& f, msg::NeedScene& m) {
   f.digest("scene", m.scene);
+  f.number("failed", m.failed, 0U, msg::every_source);
 }
 template <typename F>
-void fields(F& f, msg::SceneData& m) {
+void fields(F& f, msg::SceneSource& m) {
+  f.digest("scene", m.scene);
+  f.number("bytes", m.cut.bytes, std::uint64_t{1}, max_scene_bytes);
+  f.number("chunk_bytes", m.cut.chunk_bytes, least_chunk_bytes, most_chunk_bytes);
+  f.text("address", m.address, max_name);
+  f.text("key", m.key, max_name);
+}
+template <typename F>
+void fields(F& f, msg::NeedChunk& m) {
+  f.digest("scene", m.scene);
+  f.number("chunk", m.chunk);
+}
+template <typename F>
+void fields(F& f, msg::Chunk& m) {
+  f.digest("scene", m.scene);
+  f.number("chunk", m.chunk);
+  f.flag("packed", m.packed);
+}
+template <typename F>
+void fields(F& f, msg::ChunkLater& m) {
+  f.digest("scene", m.scene);
+  f.number("chunk", m.chunk);
+}
+template <typename F>
+void fields(F& f, msg::NoScene& m) {
   f.digest("scene", m.scene);
 }
 template <typename F>
@@ -189,15 +216,17 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",      "welcome",   "refuse",       "heartbeat",     "pulse",    "who",    "grant",
-    "need_scene", "scene",     "result",       "failed",        "verdict",  "revoke", "bye",
-    "submit",     "submitted", "list_jobs",    "jobs",          "show_job", "job",    "steer_job",
-    "fetch",      "image", "fetch_journal", "journal", "list_workers", "steer_workers", "workers",  "error"};
+    "hello",         "welcome",    "refuse",       "heartbeat",     "pulse",    "who",
+    "grant",         "need_scene", "scene_source", "need_chunk",    "chunk",    "chunk_later",
+    "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
+    "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
+    "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
+    "steer_workers", "workers",    "error"};
 
 // The bulk frame of the messages that have one.
 
 template <typename M>
-constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::SceneData> ||
+constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::Chunk> ||
                           std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
                           std::is_same_v<M, msg::ImageData> || std::is_same_v<M, msg::JournalData>;
 
@@ -206,7 +235,7 @@ Bulk bulk_of(const msg::Grant& m) {
   return Bulk::of(std::string(reinterpret_cast<const char*>(samples.data()),
                               samples.size() * sizeof(SampleRange)));
 }
-Bulk bulk_of(const msg::SceneData& m) { return m.content.bytes(); }
+Bulk bulk_of(const msg::Chunk& m) { return m.content; }
 Bulk bulk_of(const msg::Result& m) { return m.cells.packed(*m.grid); }
 Bulk bulk_of(const msg::Submit& m) { return m.scene.bytes(); }
 Bulk bulk_of(const msg::JournalData& m) { return m.journal; }
@@ -237,7 +266,7 @@ void set_bulk(msg::Grant& m, const Bulk& bulk) {
     }
   }
 }
-void set_bulk(msg::SceneData& m, Bulk bulk) { m.content = SceneParcel(std::move(bulk)); }
+void set_bulk(msg::Chunk& m, Bulk bulk) { m.content = std::move(bulk); }
 void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsParcel(std::move(bulk)); }
 void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = SceneParcel(std::move(bulk)); }
 void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
@@ -259,6 +288,13 @@ void check(const msg::Grant& m) {
   if (shape.width != m.settings.width || shape.height != m.settings.height ||
       shape.stages.back().end > most) {
     throw ProtocolError("'cells' are not the picture's");
+  }
+}
+
+void check(const msg::SceneSource& m) {
+  constexpr std::uint32_t most_chunks = 1U << 20;
+  if (m.cut.count() > most_chunks) {
+    throw ProtocolError("'chunk_bytes' make too many chunks");
   }
 }
 

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/scene/scene_chunks.h"
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
 #include "proto/frame.h"
@@ -33,7 +34,9 @@ struct Hello {
   std::uint32_t capacity = 2;
   std::uint32_t trace = trace_version;
   std::string fingerprint;
-  std::string host{};  ///< its machine's name; workers of one share what has come there
+  std::string host{};            ///< its machine's name; workers of one share what has come there
+  std::uint32_t share_port = 0;  ///< where it hands on chunks of scenes; 0: it does not
+  std::string share_key{};       ///< CURVE key of that port
 };
 struct Welcome {
   std::uint32_t heartbeat_ms = 1000;
@@ -57,12 +60,36 @@ struct Grant {
   std::string scene;
   RenderSettings settings;
 };
+/// `failed` of a worker that wants nobody but the coordinator as its source.
+inline constexpr std::uint32_t every_source = 1000;
 struct NeedScene {
   std::string scene;
+  std::uint32_t failed = 0;  ///< sources that have been of no use
 };
-struct SceneData {
+struct SceneSource {
   std::string scene;
-  SceneParcel content;
+  ChunkCut cut;
+  std::string address{};  ///< empty: the coordinator
+  std::string key{};
+  /// In one process the scene itself. Does not travel.
+  std::shared_ptr<const Scene> here{};
+};
+struct NeedChunk {
+  std::string scene;
+  std::uint32_t chunk = 0;
+};
+struct Chunk {
+  std::string scene;
+  std::uint32_t chunk = 0;
+  bool packed = false;  ///< see pack_chunk()
+  Bulk content{};
+};
+struct ChunkLater {
+  std::string scene;
+  std::uint32_t chunk = 0;
+};
+struct NoScene {
+  std::string scene;
 };
 struct Result {
   std::uint64_t job = 0;
@@ -180,12 +207,13 @@ struct Error {
 
 }  // namespace msg
 
-using Message =
-    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
-                 msg::Grant, msg::NeedScene, msg::SceneData, msg::Result, msg::Failed,
-                 msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
-                 msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
-                 msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
+using Message = std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse,
+                             msg::Who, msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk,
+                             msg::Chunk, msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed,
+                             msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
+                             msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob,
+                             msg::Fetch, msg::ImageData, msg::FetchJournal, msg::JournalData,
+                             msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.

@@ -14,9 +14,11 @@ std::string_view Bulk::verified() const {
   return data.view();
 }
 
-Bulk Bulk::of(std::string bytes) {
-  const std::uint64_t checksum = XXH3_64bits(bytes.data(), bytes.size());
-  return {Frame(std::move(bytes)), checksum};
+Bulk Bulk::of(std::string bytes) { return of(Frame(std::move(bytes))); }
+
+Bulk Bulk::of(Frame bytes) {
+  const std::uint64_t checksum = XXH3_64bits(bytes.view().data(), bytes.size());
+  return {std::move(bytes), checksum};
 }
 
 std::shared_ptr<const Scene> SceneParcel::scene() const {

@@ -27,6 +27,7 @@ struct Bulk {
   [[nodiscard]] std::string_view verified() const;
   /// Of bytes of our own.
   static Bulk of(std::string bytes);
+  static Bulk of(Frame bytes);
 };
 
 class SceneParcel {
@@ -43,6 +44,8 @@ class SceneParcel {
   [[nodiscard]] std::string identity() const;
   /// Bytes that it takes in memory, roughly.
   [[nodiscard]] std::uint64_t size() const;
+  /// The bytes that it holds, unchecked; null where it holds the scene itself.
+  [[nodiscard]] const Bulk* held_bytes() const { return std::get_if<Bulk>(&content_); }
 
  private:
   std::variant<std::shared_ptr<const Scene>, Bulk> content_;

@@ -15,6 +15,7 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/zmq_link.h"
+#include "proto/zmq_mesh.h"
 #include "worker/worker.h"
 
 namespace {
@@ -27,6 +28,7 @@ struct Arguments {
   std::string keys;
   std::string name;
   double idle_exit = 0;
+  std::string sharing = "on";
   std::string log_level = "info";
 };
 
@@ -41,6 +43,11 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.option("--name", a.name, "Name shown by parray workers; default: host name and process");
   line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
               "End after so many seconds without work, connected or not; 0: never")
+      .show_default();
+  line.option("--sharing", a.sharing,
+              "on: hand scenes on to other workers, by a free port, and take them from there; off: "
+              "from the coordinator alone")
+      .one_of({"on", "off"})
       .show_default();
   line.option("--log-level", a.log_level, "debug, info, warn or error")
       .one_of({"debug", "info", "warn", "error"})
@@ -66,6 +73,7 @@ class Reporter {
       : worker_(worker), log_(log), keys_(keys), idle_exit_(idle_exit) {}
 
   bool stop(const std::string& address) {
+    tell_scene();
     constexpr Time long_since = seconds(10);
     if (!connected_ && !told_ && clock_.now() - began_ > long_since) {
       told_ = true;
@@ -94,6 +102,18 @@ class Reporter {
     return true;
   }
 
+  void tell_scene() {
+    const SceneExchange::Tally& tally = worker_.scene_bytes();
+    if (tally.scenes > told_scenes_) {
+      told_scenes_ = tally.scenes;
+      log_.info(
+          "a scene has come in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from "
+          "workers",
+          std::chrono::duration<double>(tally.took).count(), tally.from_coordinator,
+          tally.from_workers);
+    }
+  }
+
   const Worker& worker_;
   spdlog::logger& log_;
   const bool keys_;
@@ -103,6 +123,7 @@ class Reporter {
   Time at_work_ = began_;  ///< when it last was
   bool connected_ = false;
   bool told_ = false;
+  std::uint64_t told_scenes_ = 0;
 };
 
 int work(const Arguments& a) {
@@ -112,11 +133,15 @@ int work(const Arguments& a) {
   if (!a.keys.empty()) {
     key = read_member_key(a.keys, "worker");
   }
-  const auto link = zmq_connect(a.coordinator, default_max_message_bytes, seconds(1), key);
-  ThreadTeam team(a.threads, [&link] { link->wake(); });
+  ZmqMesh link({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
+  const auto wake = [&link] { link.wake(); };
+  ThreadTeam team(a.threads, wake);
   WorkerOptions options;
-  options.name = a.name.empty() ? host_name() + "-" + std::to_string(getpid()) : a.name;
   options.host = host_name();
+  options.name = a.name.empty() ? options.host + "-" + std::to_string(getpid()) : a.name;
+  options.share_port = link.port();
+  options.share_key = link.key();
+  options.wake = wake;
   options.instance = fresh_instance();
   options.threads = static_cast<std::uint32_t>(a.threads);
   options.fingerprint = trace_fingerprint();
@@ -125,16 +150,18 @@ int work(const Arguments& a) {
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
             a.coordinator);
   Reporter reporter(worker, *log, key.has_value(), a.idle_exit);
-  run_actor(worker, *link, clock, [&](Time) { return reporter.stop(a.coordinator); });
+  run_actor(worker, link, clock, [&](Time) { return reporter.stop(a.coordinator); });
   if (!worker.refused().empty()) {
     throw RunError("the coordinator at " + a.coordinator +
                    " refuses this worker: " + worker.refused());
   }
   worker.leave("worker stopped");
   for (Delivery& goodbye : worker.take_outbox()) {
-    link->send(goodbye.peer, std::move(goodbye.content));
+    link.send(goodbye.peer, std::move(goodbye.content));
   }
-  log->info("stopped");
+  const SceneExchange::Tally& scenes = worker.scene_bytes();
+  log->info("stopped; bytes of scenes: {} from the coordinator, {} from workers, {} handed on",
+            scenes.from_coordinator, scenes.from_workers, scenes.handed_on);
   return 0;
 }
 

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/bytes.h"
-#include "common/scene/scene_bytes.h"
-
 namespace parray {
 
 /// Scenes kept at hand: the current job's and the next one's.
@@ -13,17 +10,21 @@ static constexpr std::size_t scenes_kept = 2;
 
 static LeaseKey key_of(const msg::Grant& grant) { return {grant.job, grant.epoch}; }
 
-void MessageSource::receive(Time now, const Envelope& content) {
+void MessageSource::receive(Time now, const PeerId& from, const Envelope& content) {
   try {
     Message message = content.open();
-    last_heard_ = now;
-    std::visit([&](auto& m) { on(now, m); }, message);
+    if (from.empty()) {
+      last_heard_ = now;
+    }
+    if (!exchange_.receive(now, from, message) && from.empty()) {
+      std::visit([&](auto& m) { on(now, m); }, message);
+    }
   } catch (const ProtocolError&) {
     // Dropped: whatever it was, the protocol repeats it.
   }
 }
 
-LeaseSource::Taken MessageSource::take(Time now, double /*samples_per_second*/, bool /*idle*/) {
+LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second*/, bool /*idle*/) {
   if (waiting_.empty()) {
     return {};
   }
@@ -31,8 +32,7 @@ LeaseSource::Taken MessageSource::take(Time now, double /*samples_per_second*/, 
     return known.id == waiting_.front().scene;
   });
   if (scene == scenes_.end()) {
-    ask_for_scene(now);
-    return {};
+    return {};  // tick() fetches it
   }
   std::rotate(scene, scene + 1, scenes_.end());
   msg::Grant grant = std::move(waiting_.front());
@@ -59,6 +59,10 @@ void MessageSource::complete(Time now, Finished finished) {
                           CellsParcel(std::move(finished.cells)),
                           std::move(finished.grid)};
   }
+  keep_until_heard(now, lease, std::move(message));
+}
+
+void MessageSource::keep_until_heard(Time now, const LeaseKey& lease, Message message) {
   // Encoded once, however often it is sent; inside one process never.
   Envelope envelope = options_.in_process ? Envelope(std::move(message)) : encode(message);
   if (connected_) {
@@ -77,7 +81,42 @@ Time MessageSource::tick(Time now, const TeamState& team) {
   if (next_beat_ <= now) {
     beat(now, team);
   }
-  return connected_ ? std::min(next_beat_, repeat_unacknowledged(now)) : next_beat_;
+  const Time due = std::min(next_beat_, fetch_scenes(now));
+  return connected_ ? std::min(due, repeat_unacknowledged(now)) : due;
+}
+
+/// The scenes of leases that wait, one after the other. Returns when that is due again.
+Time MessageSource::fetch_scenes(Time now) {
+  const auto next = std::find_if(waiting_.begin(), waiting_.end(),
+                                 [&](const msg::Grant& grant) { return !knows(grant.scene); });
+  exchange_.want(next == waiting_.end() ? std::string() : next->scene);
+  Time due = exchange_.tick(now);
+  while (auto opened = exchange_.take_opened()) {
+    if (!opened->scene) {
+      fail_waiting(now, opened->id, opened->failure);
+    } else if (!knows(opened->id)) {
+      scenes_.push_back({opened->id, std::move(opened->scene)});
+      due = now;  // somebody waits for it
+    }
+  }
+  while (scenes_.size() > scenes_kept) {
+    scenes_.pop_front();
+  }
+  return due;
+}
+
+void MessageSource::fail_waiting(Time now, const std::string& scene, const std::string& reason) {
+  for (const msg::Grant& grant : waiting_) {
+    if (grant.scene == scene) {
+      keep_until_heard(now, key_of(grant), msg::Failed{grant.job, grant.epoch, reason});
+    }
+  }
+  std::erase_if(waiting_, [&](const msg::Grant& grant) { return grant.scene == scene; });
+}
+
+bool MessageSource::knows(const std::string& scene) const {
+  return std::any_of(scenes_.begin(), scenes_.end(),
+                     [&](const KnownScene& known) { return known.id == scene; });
 }
 
 /// Returns when the next is due.
@@ -93,7 +132,12 @@ Time MessageSource::repeat_unacknowledged(Time now) {
   return next;
 }
 
-std::vector<Delivery> MessageSource::take_outbox() { return std::exchange(outbox_, {}); }
+std::vector<Delivery> MessageSource::take_outbox() {
+  for (Delivery& delivery : exchange_.take_outbox()) {
+    outbox_.push_back(std::move(delivery));
+  }
+  return std::exchange(outbox_, {});
+}
 
 void MessageSource::leave(const std::string& reason) {
   waiting_.clear();
@@ -142,24 +186,6 @@ void MessageSource::on(Time now, msg::Grant& m) {
   }
 }
 
-void MessageSource::on(Time /*now*/, msg::SceneData& m) {
-  const bool known = std::any_of(scenes_.begin(), scenes_.end(),
-                                 [&](const KnownScene& scene) { return scene.id == m.scene; });
-  if (known) {
-    return;
-  }
-  try {
-    if (options_.in_process || scene_identity(m.content.bytes().data.view()) == m.scene) {
-      scenes_.push_back({m.scene, m.content.scene()});
-    }
-  } catch (const DecodeError&) {
-    return;  // never from our own coordinator: it has read the same bytes
-  }
-  while (scenes_.size() > scenes_kept) {
-    scenes_.pop_front();
-  }
-}
-
 void MessageSource::on(Time /*now*/, msg::ResultVerdict& m) {
   unacknowledged_.erase({m.job, m.epoch});
 }
@@ -179,18 +205,12 @@ bool MessageSource::holds(const LeaseKey& lease) const {
                      [&](const msg::Grant& grant) { return key_of(grant) == lease; });
 }
 
-void MessageSource::ask_for_scene(Time now) {
-  if (next_scene_request_ <= now) {
-    send(msg::NeedScene{waiting_.front().scene});
-    next_scene_request_ = now + heartbeat_;
-  }
-}
-
 void MessageSource::beat(Time now, const TeamState& team) {
   next_beat_ = now + heartbeat_;
   if (!connected_) {
     send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
-                    options_.capacity, trace_version, options_.fingerprint, options_.host});
+                    options_.capacity, trace_version, options_.fingerprint, options_.host,
+                    options_.share_port, options_.share_key});
     return;
   }
   msg::Heartbeat heartbeat;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include "proto/link.h"
 #include "worker/lease_source.h"
+#include "worker/scene_exchange.h"
 
 namespace parray {
 
@@ -23,20 +25,29 @@ struct WorkerOptions {
   std::string fingerprint;
   /// The coordinator is in this process: messages travel as they are, and scenes are believed.
   bool in_process = false;
-  std::string host{};  ///< its machine's name
+  /// Of the machine: workers of one let a scene come to it once.
+  std::string host{};
+  /// Where the link takes the requests of other workers, and the public key there; 0: nowhere.
+  std::uint32_t share_port = 0;
+  std::string share_key{};
+  /// Ends the link's wait from another thread; without it large scenes are opened in this one.
+  std::function<void()> wake{};
 };
 
 /// Leases by messages, a worker's side of PROTOCOL.md: says hello, keeps scenes and granted leases,
-/// repeats results and failures until the coordinator has heard of them.
+/// repeats results and failures until the coordinator has heard of them. Other workers are listened
+/// to where scenes are concerned, and nowhere else.
 ///
 /// After a silence it says hello again but keeps what it holds: the coordinator revokes what is no
 /// longer this worker's. Only `who` and `bye` mean that it has forgotten: then leases that wait are
 /// dropped, because it will grant their cells again; results are kept all the same.
 class MessageSource final : public LeaseSource {
  public:
-  explicit MessageSource(WorkerOptions options) : options_(std::move(options)) {}
+  explicit MessageSource(WorkerOptions options)
+      : options_(std::move(options)), exchange_(options_.wake) {}
 
-  void receive(Time now, const Envelope& content);
+  /// `from`: empty for the coordinator.
+  void receive(Time now, const PeerId& from, const Envelope& content);
 
   Taken take(Time now, double samples_per_second, bool idle) override;
   void complete(Time now, Finished finished) override;
@@ -53,6 +64,7 @@ class MessageSource final : public LeaseSource {
   /// Leases that wait, or whose results nobody has acknowledged.
   [[nodiscard]] bool holds_any() const { return !waiting_.empty() || !unacknowledged_.empty(); }
   [[nodiscard]] bool connected() const { return connected_; }
+  [[nodiscard]] const SceneExchange::Tally& scene_bytes() const { return exchange_.tally(); }
 
  private:
   /// A result, or that there is none.
@@ -66,7 +78,6 @@ class MessageSource final : public LeaseSource {
   void on(Time now, msg::Pulse& m);
   void on(Time now, msg::Who& m);
   void on(Time now, msg::Grant& m);
-  void on(Time now, msg::SceneData& m);
   void on(Time now, msg::ResultVerdict& m);
   void on(Time now, msg::Revoke& m);
   void on(Time now, msg::Bye& m);
@@ -76,7 +87,10 @@ class MessageSource final : public LeaseSource {
   void send(Message message) { outbox_.push_back({{}, std::move(message)}); }
   void reconnect(Time now);
   void forgotten(Time now);
-  void ask_for_scene(Time now);
+  [[nodiscard]] bool knows(const std::string& scene) const;
+  Time fetch_scenes(Time now);
+  void fail_waiting(Time now, const std::string& scene, const std::string& reason);
+  void keep_until_heard(Time now, const LeaseKey& lease, Message message);
   void beat(Time now, const TeamState& team);
   Time repeat_unacknowledged(Time now);
   [[nodiscard]] bool holds(const LeaseKey& lease) const;
@@ -88,7 +102,6 @@ class MessageSource final : public LeaseSource {
   Time silence_ = seconds(5);
   Time last_heard_ = Time::min();
   Time next_beat_ = Time::min();
-  Time next_scene_request_ = Time::min();
   std::deque<msg::Grant> waiting_;   ///< leases not taken
   std::optional<LeaseKey> tracing_;  ///< the lease that was taken
   std::map<LeaseKey, Unacknowledged> unacknowledged_;
@@ -97,6 +110,7 @@ class MessageSource final : public LeaseSource {
     std::shared_ptr<const Scene> scene;
   };
   std::deque<KnownScene> scenes_;  ///< the last few, oldest use first
+  SceneExchange exchange_;
   std::vector<Delivery> outbox_;
 };
 

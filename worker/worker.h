@@ -18,7 +18,9 @@ class Worker final : public Actor {
   Worker(WorkerOptions options, Team& team)
       : source_(std::move(options)), runner_(source_, team, clock_) {}
 
-  void receive(Time now, Delivery delivery) override { source_.receive(now, delivery.content); }
+  void receive(Time now, Delivery delivery) override {
+    source_.receive(now, delivery.peer, delivery.content);
+  }
   Time tick(Time now, bool /*drained*/) override {
     clock_.time = now;
     return runner_.tick(now);
@@ -36,6 +38,7 @@ class Worker final : public Actor {
   [[nodiscard]] bool connected() const { return source_.connected(); }
   /// It has nothing to trace, and no result that the coordinator has not heard of.
   [[nodiscard]] bool idle() const { return runner_.idle() && !source_.holds_any(); }
+  [[nodiscard]] const SceneExchange::Tally& scene_bytes() const { return source_.scene_bytes(); }
 
  private:
   /// Stands still within a turn.

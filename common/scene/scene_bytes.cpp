@@ -18,7 +18,6 @@ constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
 /// What the readers' range of vfov comes to, and some room.
 constexpr double least_tangent = 1e-9;
 constexpr double largest_tangent = 1e6;
-constexpr std::size_t sphere_bytes = 4 * sizeof(double) + sizeof(std::uint32_t);
 
 /// Hashes what is put into it, without ever holding more than a part.
 class HashWriter {
@@ -157,7 +156,8 @@ void put_scene(Writer& out, const Scene& scene) {
 
 std::string scene_to_bytes(const Scene& scene) {
   ByteWriter out;
-  out.reserve(256 + material_bytes * scene.materials.size() + sphere_bytes * scene.spheres.size());
+  out.reserve(256 + material_bytes * scene.materials.size() +
+              scene_bytes_of_sphere * scene.spheres.size());
   put_scene(out, scene);
   return out.take();
 }
@@ -176,7 +176,7 @@ Scene scene_from_bytes(std::string_view bytes) {
   for (std::size_t i = 0; i < material_count; ++i) {
     scene.materials.push_back(get_material(in));
   }
-  const std::size_t sphere_count = get_count(in, limits::max_spheres, sphere_bytes);
+  const std::size_t sphere_count = get_count(in, limits::max_spheres, scene_bytes_of_sphere);
   scene.spheres.reserve(sphere_count);
   for (std::size_t i = 0; i < sphere_count; ++i) {
     scene.spheres.push_back(get_sphere(in, material_count));

@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "common/scene/scene.h"
 
 namespace parray {
+
+/// Centre, radius, material: the last and largest part of a scene's bytes is a list of these.
+inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof(std::uint32_t);
 
 /// The scene's one binary form: what travels to workers, and what its identity is the SHA-256 of.
 /// Equal scenes have equal bytes, whichever file format they were read from.

@@ -207,7 +207,7 @@ class Service(FarmCase):
             self.assertEqual(reports[0]["image_sha256"], self.expected)
             self.assertEqual(len({r["image_sha256"] for r in reports}), 3)
             # One worker: the scene has travelled once, although three jobs use it.
-            self.assertEqual(log.count("scene sent"), 1)
+            self.assertEqual(len(re.findall("scene .* for worker", log)), 1)
 
     def test_a_cancelled_job_stops_its_workers_and_cannot_be_fetched(self):
         with Farm("--heartbeat", "0.1") as farm:

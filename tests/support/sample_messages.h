@@ -46,15 +46,19 @@ inline std::vector<Message> sample_messages() {
   const nlohmann::json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
   std::string pixels(72, '\x3f');  // 2 x 3 pixels
   return {
-      msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc", "node"},
+      msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc", "node", 7401, "key"},
       msg::Welcome{250, 4000},
       msg::Refuse{"another build"},
       msg::Heartbeat{UINT64_MAX, true, {{1, 2}, {3, UINT64_MAX}}},
       msg::Pulse{},
       msg::Who{},
       msg::Grant{5, 1, 6, batch, digest, settings},
-      msg::NeedScene{digest},
-      msg::SceneData{digest, SceneParcel(Bulk::of(std::string("a\0b\xff", 4)))},
+      msg::NeedScene{digest, 2},
+      msg::SceneSource{digest, {1000, 1U << 18}, "tcp://10.0.0.1:7401", "key"},
+      msg::NeedChunk{digest, 3},
+      msg::Chunk{digest, 3, true, Bulk::of(std::string("a\0b\xff", 4))},
+      msg::ChunkLater{digest, 3},
+      msg::NoScene{digest},
       msg::Result{5, 6, 1.25, 0.1, 1000, "avx2",
                   CellsParcel(std::make_shared<const TracedCells>(sample_cells())), batch.grid},
       msg::Failed{5, 6, "not enough memory"},

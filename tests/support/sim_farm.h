@@ -85,7 +85,13 @@ class SimFarm {
         : team(network, speed, ailments, seed),
           worker(options(id), team),
           link(network.peer_end(id)) {}
-    static WorkerOptions options(const std::string& id) { return {id, id, 1, 2, "same"}; }
+    static WorkerOptions options(const std::string& id) {
+      WorkerOptions options{id, id, 1, 2, "same"};
+      options.host = "host";
+      options.share_port = static_cast<std::uint32_t>(std::stoul(id.substr(1)));
+      options.share_key = SimNetwork::share_key;
+      return options;
+    }
 
     FaultyTeam team;
     Worker worker;

@@ -1,6 +1,7 @@
 #include "tests/support/sim_network.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace parray::test {
 namespace {
@@ -9,18 +10,35 @@ constexpr const char* coordinator_id = "coordinator";
 
 }  // namespace
 
+std::string machine_of(const PeerId& worker) {
+  return "machine-" + std::to_string(std::strtoul(worker.c_str() + 1, nullptr, 10) / 2);
+}
+
+PeerId outside_name(const PeerId& worker) {
+  return peer_at("tcp://" + machine_of(worker) + ':' + worker.substr(1), SimNetwork::share_key);
+}
+
+PeerId inside_name(const PeerId& worker) {
+  const std::size_t colon = worker.rfind(':') + 1;
+  return 'w' + worker.substr(colon, worker.find(' ') - colon);
+}
+
 class SimNetwork::End final : public Link {
  public:
   End(SimNetwork& network, PeerId id) : network_(network), id_(std::move(id)) {}
 
   bool send(const PeerId& to, Envelope content) override {
-    network_.post(id_, id_ == coordinator_id ? to : coordinator_id, content.frames());
+    const bool to_worker = id_ != coordinator_id && !to.empty();
+    network_.post(id_, id_ == coordinator_id ? to : (to_worker ? inside_name(to) : coordinator_id),
+                  content.frames());
     return true;
   }
   std::optional<Delivery> receive() override {
     auto delivery = network_.arrived(id_);
-    if (delivery && id_ != coordinator_id) {
-      delivery->peer.clear();
+    if (delivery && id_ == coordinator_id) {
+      delivery->sender.address = machine_of(delivery->peer);
+    } else if (delivery) {
+      delivery->peer = delivery->peer == coordinator_id ? PeerId() : outside_name(delivery->peer);
     }
     return delivery;
   }

@@ -20,11 +20,21 @@ struct Faults {
   Time longest_delay = milliseconds(1);  ///< uniform from 0: later messages may overtake
 };
 
+/// The machine of worker "w5"; two workers to each.
+std::string machine_of(const PeerId& worker);
+/// How other workers name it: by a port of that number.
+PeerId outside_name(const PeerId& worker);
+/// Inverse of outside_name().
+PeerId inside_name(const PeerId& worker);
+
 /// A network in virtual time, and the clock of everything attached to it. One coordinator's end;
-/// any number of peers. Deterministic for a seed.
+/// any number of peers, of which "w" and a number names a worker that listens to others at a port
+/// of that number. Deterministic for a seed.
 class SimNetwork {
  public:
   SimNetwork(Faults faults, std::uint64_t seed) : faults_(faults), random_(seed) {}
+
+  static constexpr const char* share_key = "key";
 
   struct Tally {
     std::uint64_t sent = 0;

@@ -117,8 +117,8 @@ void damage(Dice& dice, Frame& frame) {
 /// Whether whoever opens the bulk data of a message notices that they were changed.
 bool bulk_noticed(const Message& message) {
   try {
-    if (const auto* scene = std::get_if<msg::SceneData>(&message)) {
-      (void)scene->content.bytes();
+    if (const auto* chunk = std::get_if<msg::Chunk>(&message)) {
+      (void)chunk->content.verified();
     } else if (const auto* submit = std::get_if<msg::Submit>(&message)) {
       (void)submit->scene.bytes();
     } else if (const auto* result = std::get_if<msg::Result>(&message)) {
@@ -321,10 +321,10 @@ TEST_CASE("bulk data come out as they were put in, empty ones too, and are not c
     CHECK(Bulk::of(data).verified() == data);
   }
   CHECK_THROWS_AS((void)Bulk{}.verified(), ChecksumError);
-  const Frames frames = encode(sample_messages()[8]);
-  const auto scene = std::get<msg::SceneData>(decode(frames));
-  CHECK(scene.content.bytes().data.view().data() == frames[1].view().data());
-  CHECK(encode(scene)[1].view().data() == frames[1].view().data());
+  const Frames frames = encode(sample_messages()[10]);
+  const auto chunk = std::get<msg::Chunk>(decode(frames));
+  CHECK(chunk.content.data.view().data() == frames[1].view().data());
+  CHECK(encode(chunk)[1].view().data() == frames[1].view().data());
 }
 
 TEST_CASE("a grant's sample ranges must fit its rectangle") {

@@ -104,7 +104,9 @@ const std::vector<TypeRow>& protocol() {
         {"capacity", 3},
         {"trace_version", 9},
         {"fingerprint", "abc"},
-        {"host", "node"}}},
+        {"host", "node"},
+        {"share_port", 7401},
+        {"share_key", "key"}}},
       {"welcome", {{"heartbeat_ms", 250}, {"silence_ms", 4000}}},
       {"refuse", {{"reason", "another build"}}},
       {"heartbeat",
@@ -121,8 +123,17 @@ const std::vector<TypeRow>& protocol() {
         {"scene", digest},
         {"settings", settings}},
        true},
-      {"need_scene", {{"scene", digest}}},
-      {"scene", {{"scene", digest}}, true},
+      {"need_scene", {{"scene", digest}, {"failed", 2}}},
+      {"scene_source",
+       {{"scene", digest},
+        {"bytes", 1000},
+        {"chunk_bytes", 1U << 18},
+        {"address", "tcp://10.0.0.1:7401"},
+        {"key", "key"}}},
+      {"need_chunk", {{"scene", digest}, {"chunk", 3}}},
+      {"chunk", {{"scene", digest}, {"chunk", 3}, {"packed", true}}, true},
+      {"chunk_later", {{"scene", digest}, {"chunk", 3}}},
+      {"no_scene", {{"scene", digest}}},
       {"result",
        {{"job", 5},
         {"epoch", 6},
@@ -248,10 +259,13 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
   };
   for (const Range& range :
        {Range{"hello", "threads", 1, 4096}, Range{"hello", "capacity", 1, 16},
-        Range{"hello", "trace_version", 0, UINT32_MAX}, Range{"welcome", "heartbeat_ms", 1, 60'000},
-        Range{"welcome", "silence_ms", 1, 600'000}, Range{"submit", "priority", 0, 100},
-        Range{"error", "status", 1, 2}, Range{"grant", "job", 0, UINT64_MAX},
-        Range{"result", "accelerator_bytes", 0, UINT64_MAX},
+        Range{"hello", "share_port", 0, 65535}, Range{"need_scene", "failed", 0, 1000},
+        Range{"scene_source", "bytes", 1, std::uint64_t{1} << 33},
+        Range{"scene_source", "chunk_bytes", 256, 1 << 20},
+        Range{"need_chunk", "chunk", 0, UINT32_MAX}, Range{"hello", "trace_version", 0, UINT32_MAX},
+        Range{"welcome", "heartbeat_ms", 1, 60'000}, Range{"welcome", "silence_ms", 1, 600'000},
+        Range{"submit", "priority", 0, 100}, Range{"error", "status", 1, 2},
+        Range{"grant", "job", 0, UINT64_MAX}, Range{"result", "accelerator_bytes", 0, UINT64_MAX},
         Range{"submit", "duplicates_removed", 0, UINT64_MAX},
         Range{"submit", "max_failures", 0, 1000}, Range{"steer_job", "priority", 0, 100}}) {
     CAPTURE(range.type);
@@ -269,6 +283,16 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
     CHECK(problem_with(range.type, range.key, 1.0) != "");
     CHECK(problem_with(range.type, range.key, true) != "");
   }
+}
+
+TEST_CASE("a scene is of so many chunks that their list is no burden") {
+  const auto problem = [](std::uint64_t chunk_bytes) {
+    msg::SceneSource source{std::string(64, 'a'), {std::uint64_t{1} << 30}};
+    source.cut.chunk_bytes = static_cast<std::uint32_t>(chunk_bytes);
+    return problem_of(encode(source));
+  };
+  CHECK(problem(1024) == "");
+  CHECK(problem(1023).find("too many chunks") != std::string::npos);
 }
 
 TEST_CASE("a real number must be finite; a whole one is one too") {

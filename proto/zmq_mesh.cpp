@@ -1,0 +1,151 @@
+#include "proto/zmq_mesh.h"
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "common/base/error.h"
+#include "common/scene/scene_chunks.h"
+#include "proto/zmq_link.h"
+#include "proto/zmq_socket.h"
+
+namespace parray {
+namespace {
+
+/// Of what workers ask each other, and of what they answer.
+constexpr std::size_t most_asked_bytes = 1U << 12;
+constexpr std::size_t most_answered_bytes = most_chunk_bytes + most_asked_bytes;
+
+/// Begins the id of who has asked; no address begins so.
+constexpr char asker = '<';
+
+}  // namespace
+
+class ZmqMesh::Impl {
+ public:
+  explicit Impl(const ZmqMeshOptions& options)
+      : coordinator_(context_, zmq::socket_type::dealer, options.max_message_bytes,
+                     options.linger) {
+    if (options.key) {
+      coordinator_.speak_as(options.key->own, options.key->coordinator);
+    }
+    try {
+      coordinator_.raw().connect(options.coordinator);
+    } catch (const zmq::error_t& error) {
+      throw InputError("cannot connect to '" + options.coordinator + "': " + error.what() +
+                       "; an address looks like tcp://127.0.0.1:7400");
+    }
+    if (options.sharing) {
+      share(is_loopback(options.coordinator) ? "tcp://127.0.0.1:*" : "tcp://*:*");
+    }
+  }
+
+  [[nodiscard]] std::uint32_t port() const { return port_; }
+  [[nodiscard]] const std::string& key() const { return own_.open; }
+
+  bool send(const PeerId& to, const Envelope& content) {
+    if (to.empty()) {
+      return coordinator_.send({}, content);
+    }
+    if (to.front() == asker) {
+      return asked_ && asked_->send(to.substr(1), content);
+    }
+    return connect(to) && source_->socket.send({}, content);
+  }
+
+  /// Each by turns, so that none can keep the others waiting.
+  std::optional<Delivery> receive() {
+    for (int i = 0; i < 3; ++i) {
+      turn_ = (turn_ + 1) % 3;
+      if (auto delivery = receive_from(turn_)) {
+        return delivery;
+      }
+    }
+    return {};
+  }
+
+  void wait(Time timeout) {
+    std::vector<zmq::pollitem_t> items{{coordinator_.raw().handle(), 0, ZMQ_POLLIN, 0}};
+    if (asked_) {
+      items.push_back({asked_->raw().handle(), 0, ZMQ_POLLIN, 0});
+    }
+    if (source_) {
+      items.push_back({source_->socket.raw().handle(), 0, ZMQ_POLLIN, 0});
+    }
+    wake_up_.poll(std::move(items), timeout);
+  }
+
+  void wake() noexcept { wake_up_.raise(); }
+
+ private:
+  struct Source {
+    PeerId id;
+    ZmqSocket socket;
+  };
+
+  void share(const std::string& endpoint) {
+    own_ = make_key_pair();
+    asked_.emplace(context_, zmq::socket_type::router, most_asked_bytes, Time(0));
+    asked_->serve_as(own_);
+    try {
+      asked_->raw().bind(endpoint);
+    } catch (const zmq::error_t& error) {
+      throw RunError("binding " + endpoint + ": " + error.what());
+    }
+    const std::string bound = asked_->raw().get(zmq::sockopt::last_endpoint);
+    port_ = static_cast<std::uint32_t>(std::stoul(bound.substr(bound.rfind(':') + 1)));
+  }
+
+  /// Is connected to `to`, see peer_at(). False: it names nobody.
+  bool connect(const PeerId& to) {
+    if (source_ && source_->id == to) {
+      return true;
+    }
+    source_.reset();
+    const std::size_t space = to.find(' ');
+    if (space == std::string::npos || own_.open.empty()) {
+      return false;
+    }
+    ZmqSocket socket(context_, zmq::socket_type::dealer, most_answered_bytes, Time(0));
+    try {
+      socket.speak_as(own_, to.substr(space + 1));
+      socket.raw().connect(to.substr(0, space));
+    } catch (const zmq::error_t&) {
+      return false;
+    }
+    source_.emplace(Source{to, std::move(socket)});
+    return true;
+  }
+
+  std::optional<Delivery> receive_from(int which) {
+    if (which == 0) {
+      return coordinator_.receive();
+    }
+    auto delivery = which == 1 ? (asked_ ? asked_->receive() : std::nullopt)
+                               : (source_ ? source_->socket.receive() : std::nullopt);
+    if (delivery) {
+      delivery->peer = which == 1 ? asker + delivery->peer : source_->id;
+    }
+    return delivery;
+  }
+
+  zmq::context_t context_{1};
+  ZmqSocket coordinator_;
+  KeyPair own_;                     ///< made for this process; empty: it does not share
+  std::optional<ZmqSocket> asked_;  ///< where others ask
+  std::uint32_t port_ = 0;
+  std::optional<Source> source_;  ///< who is asked
+  WakeUp wake_up_;
+  int turn_ = 0;
+};
+
+ZmqMesh::ZmqMesh(const ZmqMeshOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+ZmqMesh::~ZmqMesh() = default;
+std::uint32_t ZmqMesh::port() const { return impl_->port(); }
+const std::string& ZmqMesh::key() const { return impl_->key(); }
+bool ZmqMesh::send(const PeerId& to, Envelope content) { return impl_->send(to, content); }
+std::optional<Delivery> ZmqMesh::receive() { return impl_->receive(); }
+void ZmqMesh::wait(Time timeout) { impl_->wait(timeout); }
+void ZmqMesh::wake() noexcept { impl_->wake(); }
+
+}  // namespace parray

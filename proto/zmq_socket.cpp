@@ -1,0 +1,186 @@
+#include "proto/zmq_socket.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <memory>
+#include <random>
+#include <utility>
+#include <vector>
+#include <zmq_addon.hpp>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+constexpr int most_waiting = 1000;  // messages a peer
+constexpr std::size_t most_parts = 16;
+
+/// The socket holds the frame until it is sent; small ones are cheaper to copy.
+zmq::message_t part_of(const Frame& frame) {
+  constexpr std::size_t small = 4096;
+  if (frame.size() <= small) {
+    return {frame.view().data(), frame.size()};
+  }
+  auto held = std::make_unique<std::shared_ptr<const void>>(frame.owner());
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): ZeroMQ does not write to what it sends
+  return {const_cast<char*>(frame.view().data()), frame.size(),
+          [](void* /*data*/, void* hint) {
+            delete static_cast<std::shared_ptr<const void>*>(hint);  // NOLINT: its C interface
+          },
+          held.release()};
+}
+
+Frame frame_of(zmq::message_t part) {
+  const auto held = std::make_shared<const zmq::message_t>(std::move(part));
+  return {held, {static_cast<const char*>(held->data()), held->size()}};
+}
+
+/// Fresh for every socket: a process that restarts is another peer.
+std::string random_id() {
+  std::random_device device;
+  std::string id = "p";  // ids that begin with a zero byte are ZeroMQ's own
+  for (int i = 0; i < 16; ++i) {
+    id += static_cast<char>('a' + device() % 26);
+  }
+  return id;
+}
+
+/// What ZeroMQ knows of the connection that a part came by; empty: nothing.
+std::string property(zmq::message_t& part, const char* name) {
+  const char* const value = zmq_msg_gets(part.handle(), name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+ZmqSocket::ZmqSocket(zmq::context_t& context, zmq::socket_type type, std::size_t max_message_bytes,
+                     Time linger)
+    : socket_(context, type), router_(type == zmq::socket_type::router) {
+  const auto linger_ms = std::chrono::duration_cast<milliseconds>(linger).count();
+  socket_.set(zmq::sockopt::linger, static_cast<int>(linger_ms));
+  socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_message_bytes));
+  socket_.set(zmq::sockopt::sndhwm, most_waiting);
+  socket_.set(zmq::sockopt::rcvhwm, most_waiting);
+  // A machine that is gone without a word holds no file descriptor for ever.
+  socket_.set(zmq::sockopt::tcp_keepalive, 1);
+  socket_.set(zmq::sockopt::tcp_keepalive_idle, 20);
+  socket_.set(zmq::sockopt::tcp_keepalive_intvl, 5);
+  socket_.set(zmq::sockopt::tcp_keepalive_cnt, 4);
+  // Nor is one whose answers are lost on the way waited for, ever longer, as TCP would: a fresh
+  // connection finds a way that is open again at once.
+  socket_.set(zmq::sockopt::tcp_maxrt, 10000);
+  socket_.set(zmq::sockopt::connect_timeout, 3000);
+  if (router_) {
+    // Without it, messages for a peer that is gone or slow vanish in silence.
+    socket_.set(zmq::sockopt::router_mandatory, true);
+    // A peer that comes back under its old name takes its place over.
+    socket_.set(zmq::sockopt::router_handover, true);
+  } else {
+    socket_.set(zmq::sockopt::routing_id, random_id());
+  }
+}
+
+void ZmqSocket::serve_as(const KeyPair& own) {
+  socket_.set(zmq::sockopt::curve_server, true);
+  socket_.set(zmq::sockopt::curve_secretkey, own.secret);
+}
+
+void ZmqSocket::speak_as(const KeyPair& own, const std::string& server) {
+  socket_.set(zmq::sockopt::curve_serverkey, server);
+  socket_.set(zmq::sockopt::curve_publickey, own.open);
+  socket_.set(zmq::sockopt::curve_secretkey, own.secret);
+}
+
+bool ZmqSocket::send(const PeerId& to, const Envelope& content) {
+  std::vector<zmq::message_t> parts;
+  if (router_) {
+    parts.emplace_back(to.data(), to.size());
+  }
+  for (const Frame& frame : content.frames()) {
+    parts.push_back(part_of(frame));
+  }
+  try {
+    return zmq::send_multipart(socket_, parts, zmq::send_flags::dontwait).has_value();
+  } catch (const zmq::error_t& error) {
+    if (error.num() == EHOSTUNREACH || error.num() == EINTR) {
+      return false;
+    }
+    throw RunError(std::string("sending a message: ") + error.what());
+  }
+}
+
+std::optional<Delivery> ZmqSocket::receive() {
+  Delivery delivery;
+  Frames frames;
+  bool more = true;
+  for (std::size_t i = 0; more && i < most_parts; ++i) {
+    zmq::message_t part;
+    while (!receive_part(part)) {
+      if (i == 0 && !dropping_) {
+        return {};
+      }  // else it was a signal: the frames of a message arrive all at once
+    }
+    more = part.more();
+    if (router_ && !more) {  // the last part: the first may know nothing of its connection
+      delivery.sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
+      delivery.sender.address = property(part, "Peer-Address");
+    }
+    if (router_ && i == 0 && !dropping_) {
+      delivery.peer = part.to_string();
+    } else if (!dropping_) {
+      frames.push_back(frame_of(std::move(part)));
+    }
+  }
+  if (more || dropping_) {
+    frames.clear();
+  }
+  dropping_ = more;
+  delivery.content = std::move(frames);
+  return delivery;
+}
+
+/// False: nothing is there.
+bool ZmqSocket::receive_part(zmq::message_t& part) {
+  try {
+    return socket_.recv(part, zmq::recv_flags::dontwait).has_value();
+  } catch (const zmq::error_t& error) {
+    if (error.num() == EINTR) {
+      return false;
+    }
+    throw RunError(std::string("receiving a message: ") + error.what());
+  }
+}
+
+WakeUp::WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+  if (fd_ < 0) {
+    throw RunError("creating an eventfd failed: out of file descriptors?");
+  }
+}
+
+WakeUp::~WakeUp() { close(fd_); }
+
+void WakeUp::raise() const noexcept {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);  // full means: raised
+}
+
+void WakeUp::poll(std::vector<zmq::pollitem_t> items, Time timeout) const {
+  items.push_back({nullptr, fd_, ZMQ_POLLIN, 0});
+  try {
+    // Rounded up, so that a deadline below a millisecond is slept for, not spun for.
+    zmq::poll(items, std::chrono::ceil<milliseconds>(timeout));
+  } catch (const zmq::error_t& error) {
+    if (error.num() != EINTR) {  // a signal ends the wait, as its handler wants
+      throw RunError(std::string("waiting for messages: ") + error.what());
+    }
+  }
+  if ((items.back().revents & ZMQ_POLLIN) != 0) {
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = read(fd_, &count, sizeof count);
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""How scenes come to workers, with real processes: once from the coordinator, from worker to worker on
+the machine, whatever dies on the way."""
+
+import json
+import pathlib
+import random
+import re
+import signal
+import tempfile
+import unittest
+
+from farm import Farm, run, wait_for
+
+SIZE = ["--width", "64", "--height", "48", "--spp", "16", "--schedule", "static"]
+
+
+def bytes_of(worker):
+    """From the coordinator, from workers, handed on: what a worker that was stopped has said."""
+    worker.send_signal(signal.SIGTERM)
+    worker.wait(60)
+    found = re.search(r"bytes of scenes: (\d+) from the coordinator, (\d+) from workers, (\d+) handed on",
+                      worker.log.read_text())
+    return [int(group) for group in found.groups()]
+
+
+class Spread(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        dice = random.Random(1)
+        cls.directory = tempfile.TemporaryDirectory()
+        cls.scene = pathlib.Path(cls.directory.name) / "dust.csv"
+        rows = (f"{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},0.05" for _ in range(60000))
+        cls.scene.write_text("x,y,z,radius\n" + "\n".join(rows) + "\n")
+        picture = pathlib.Path(cls.directory.name) / "a.exr"
+        report = pathlib.Path(cls.directory.name) / "a.json"
+        result = run("render", cls.scene, "-o", picture, "--report", report, *SIZE)
+        assert result.returncode == 0, result.stderr
+        cls.expected = json.loads(report.read_text())["image_sha256"]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.directory.cleanup()
+
+    def workers(self, farm, count, *options):
+        workers = [farm._start("parray-worker", "--connect", farm.address, "--threads", 1, "--name", f"w{i}",
+                               *options) for i in range(count)]
+        wait_for(lambda: len(farm.workers()) == count, "the workers")
+        return workers
+
+    def sent_bytes(self, farm):
+        found = wait_for(lambda: re.search(r"scene \w+ went to (\d+) workers, (\d+) bytes", farm.coordinator_log()),
+                         "the scene to be forgotten")
+        return int(found.group(1)), int(found.group(2))
+
+    def test_workers_of_a_machine_get_one_copy_from_the_coordinator(self):
+        with Farm() as farm:
+            workers = self.workers(farm, 5)
+            report = farm.finish(farm.submit(self.scene, *SIZE))
+            self.assertEqual(report["image_sha256"], self.expected)
+            count, sent = self.sent_bytes(farm)
+            self.assertEqual(count, 5)
+            said = [bytes_of(worker) for worker in workers]
+            self.assertEqual(sum(s[0] for s in said), sent)
+            self.assertEqual({s[0] + s[1] for s in said}, {sent})  # each has it once
+            self.assertEqual(sum(s[2] for s in said), 4 * sent)
+            self.assertLess(sent, 60000 * 36)  # packed
+
+    def test_without_sharing_all_comes_from_the_coordinator(self):
+        with Farm() as farm:
+            workers = self.workers(farm, 3, "--sharing", "off")
+            report = farm.finish(farm.submit(self.scene, *SIZE))
+            self.assertEqual(report["image_sha256"], self.expected)
+            _, sent = self.sent_bytes(farm)
+            said = [bytes_of(worker) for worker in workers]
+            self.assertEqual([s[1:] for s in said], [[0, 0]] * 3)
+            self.assertEqual(sum(s[0] for s in said), sent)
+
+    def test_a_source_that_is_stopped_is_exchanged_for_another(self):
+        with Farm("--heartbeat", "0.2") as farm:
+            first = self.workers(farm, 1)[0]
+            job = farm.submit(self.scene, *SIZE)
+            wait_for(lambda: "a scene has come" in first.log.read_text(), "the scene")
+            first.send_signal(signal.SIGSTOP)  # the machine's source
+            farm.start_worker("late")
+            wait_for(lambda: "for worker 2 'late': from w0" in farm.coordinator_log() or
+                     "for worker 2 'late': from here" in farm.coordinator_log(), "another worker's question")
+            self.assertEqual(farm.finish(job)["image_sha256"], self.expected)
+
+    def test_farms_with_keys_share_scenes_too(self):
+        with tempfile.TemporaryDirectory() as directory:
+            keys = pathlib.Path(directory) / "farm"
+            self.assertEqual(run("keygen", keys).returncode, 0)
+            with Farm("--keys", keys) as farm:
+                env = {"PARRAY_COORDINATOR": farm.address, "PARRAY_KEYS": str(keys)}
+                workers = [farm._start("parray-worker", "--connect", farm.address, "--threads", 1, "--keys", keys)
+                           for _ in range(3)]
+                wait_for(lambda: farm.coordinator_log().count("joined with") == 3, "the workers")
+                job = run("submit", self.scene, *SIZE, env=env)
+                self.assertEqual(job.returncode, 0, job.stderr)
+                self.assertEqual(run("watch", job.stdout.strip(), env=env).returncode, 0)
+                said = [bytes_of(worker) for worker in workers]
+                self.assertEqual(sum(1 for s in said if s[0] > 0), 1)
+                self.assertEqual(sum(1 for s in said if s[1] > 0), 2)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,316 @@
+#include "worker/scene_exchange.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/bytes.h"
+
+namespace parray {
+namespace {
+
+/// Chunks in flight: a connection is never idle while one travels.
+constexpr std::size_t window = 16;
+/// Of those who wait for a chunk; others are told to ask elsewhere.
+constexpr std::size_t most_waiting = 1024;
+/// Scenes whose chunks are kept.
+constexpr std::size_t holdings_kept = 2;
+
+constexpr Time ask_again = seconds(1);
+/// A worker that answers nothing for so long is no source.
+constexpr Time patience = seconds(3);
+/// Nor is one that answers, but has no chunk for so long.
+constexpr Time longest_standstill = seconds(30);
+/// What was asked for is asked for again after so long without a word, or, others coming, ten times
+/// as long.
+constexpr Time first_quiet = seconds(1);
+constexpr Time longest_quiet = seconds(30);
+/// Chunks that nobody asks for are dropped: the scene itself is there.
+constexpr Time kept_for = seconds(60);
+
+}  // namespace
+
+void SceneExchange::want(const std::string& scene) {
+  if (fetch_ && (fetch_->scene == scene || fetch_->opening)) {
+    return;
+  }
+  fetch_.reset();
+  if (!scene.empty()) {
+    fetch_.emplace(Fetch{scene, 0, never, {}});
+  }
+}
+
+std::optional<OpenedScene> SceneExchange::take_opened() {
+  if (opened_.empty()) {
+    return {};
+  }
+  OpenedScene opened = std::move(opened_.front());
+  opened_.pop_front();
+  return opened;
+}
+
+bool SceneExchange::is_source(const PeerId& from, const std::string& scene) const {
+  return fetch_ && !fetch_->opening && fetch_->scene == scene && fetch_->source == from;
+}
+
+SceneExchange::Holding* SceneExchange::holding_of(const std::string& scene) {
+  const auto found = std::find_if(holdings_.begin(), holdings_.end(),
+                                  [&](const Holding& h) { return h.content.id == scene; });
+  return found == holdings_.end() ? nullptr : &*found;
+}
+
+/// What there is of the scene, if it is cut so.
+SceneExchange::Holding& SceneExchange::hold(Time now, const std::string& scene,
+                                            const ChunkCut& cut) {
+  if (Holding* known = holding_of(scene); known != nullptr && known->content.cut == cut) {
+    return *known;
+  }
+  drop(scene);
+  if (holdings_.size() >= holdings_kept) {
+    drop(std::min_element(holdings_.begin(), holdings_.end(), [](const auto& a, const auto& b) {
+           return a.used < b.used;
+         })->content.id);
+  }
+  ScenePieces content{scene, cut, std::vector<ScenePiece>(cut.count())};
+  return holdings_.emplace_back(Holding{std::move(content), 0, now});
+}
+
+/// By value: it may be the name that the holding itself has.
+void SceneExchange::drop(std::string scene) {  // NOLINT(performance-unnecessary-value-param)
+  std::erase_if(holdings_, [&](const Holding& h) { return h.content.id == scene; });
+}
+
+void SceneExchange::drop_unused(Time now) {
+  std::erase_if(holdings_, [&](const Holding& h) {
+    return h.used + kept_for <= now && !(fetch_ && fetch_->scene == h.content.id);
+  });
+}
+
+bool SceneExchange::receive(Time now, const PeerId& from, Message& message) {
+  const auto take = [&](auto* m) {
+    if (m != nullptr) {
+      on(now, from, *m);
+    }
+    return m != nullptr;
+  };
+  return take(std::get_if<msg::SceneSource>(&message)) || take(std::get_if<msg::Chunk>(&message)) ||
+         take(std::get_if<msg::ChunkLater>(&message)) ||
+         take(std::get_if<msg::NoScene>(&message)) || take(std::get_if<msg::NeedChunk>(&message));
+}
+
+void SceneExchange::on(Time now, const PeerId& from, msg::SceneSource& m) {
+  if (!from.empty() || !fetch_ || fetch_->opening || fetch_->source || fetch_->scene != m.scene) {
+    return;
+  }
+  if (m.here) {
+    opened_.push_back({m.scene, std::move(m.here)});
+    fetch_.reset();
+    return;
+  }
+  hold(now, m.scene, m.cut);
+  fetch_->source = m.address.empty() ? PeerId() : peer_at(m.address, m.key);
+  fetch_->heard = now;
+  fetch_->progressed = now;
+  fetch_->quiet = first_quiet;
+  fetch_->in_flight.clear();
+  pull(now);
+}
+
+void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
+  Holding* const holding = is_source(from, m.scene) ? holding_of(m.scene) : nullptr;
+  if (holding == nullptr || m.chunk >= holding->content.cut.count()) {
+    return;
+  }
+  fetch_->heard = now;
+  const std::size_t size = holding->content.cut.size(m.chunk);
+  const std::size_t came = m.content.data.size();
+  try {
+    (void)m.content.verified();
+  } catch (const ChecksumError&) {
+    return;  // as if it were lost
+  }
+  ScenePiece& piece = holding->content.pieces[m.chunk];
+  if (piece.here() || came == 0 || (m.packed ? came >= size : came != size)) {
+    return;
+  }
+  piece = {m.packed, std::move(m.content)};
+  ++holding->have;
+  holding->used = now;
+  (from.empty() ? tally_.from_coordinator : tally_.from_workers) += came;
+  fetch_->progressed = now;
+  fetch_->in_flight.erase(m.chunk);
+  pull(now);
+  for (const Waiting& waiting : waiting_) {
+    if (waiting.chunk == m.chunk && waiting.scene == m.scene) {
+      hand_on(now, waiting.peer, *holding, m.chunk);
+    }
+  }
+  std::erase_if(waiting_,
+                [&](const Waiting& w) { return w.chunk == m.chunk && w.scene == m.scene; });
+  open_if_complete(now);
+}
+
+void SceneExchange::on(Time now, const PeerId& from, msg::ChunkLater& m) {
+  if (is_source(from, m.scene)) {
+    fetch_->heard = now;
+  }
+}
+
+void SceneExchange::on(Time now, const PeerId& from, msg::NoScene& m) {
+  if (!is_source(from, m.scene)) {
+    return;
+  }
+  if (!from.empty()) {
+    give_source_up(now);
+    return;
+  }
+  fetch_->source.reset();  // perhaps its job is not prepared yet
+  fetch_->ask_at = now + ask_again;
+}
+
+void SceneExchange::on(Time now, const PeerId& from, msg::NeedChunk& m) {
+  Holding* const holding = holding_of(m.scene);
+  if (holding != nullptr && m.chunk < holding->content.pieces.size() &&
+      holding->content.pieces[m.chunk].here()) {
+    hand_on(now, from, *holding, m.chunk);
+    return;
+  }
+  if (!fetch_ || fetch_->scene != m.scene || waiting_.size() >= most_waiting) {
+    send(from, msg::NoScene{m.scene});
+    return;
+  }
+  if (holding != nullptr && m.chunk >= holding->content.pieces.size()) {
+    return;
+  }
+  const bool known = std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) {
+    return w.peer == from && w.chunk == m.chunk && w.scene == m.scene;
+  });
+  if (!known) {
+    waiting_.push_back({from, m.scene, m.chunk});
+  }
+  send(from, msg::ChunkLater{m.scene, m.chunk});
+}
+
+void SceneExchange::hand_on(Time now, const PeerId& to, Holding& holding, std::uint32_t chunk) {
+  const ScenePiece& piece = holding.content.pieces[chunk];
+  holding.used = now;
+  tally_.handed_on += piece.content.data.size();
+  send(to, msg::Chunk{holding.content.id, chunk, piece.packed, piece.content});
+}
+
+Time SceneExchange::tick(Time now) {
+  note_opened(now);
+  drop_unused(now);
+  send_away();
+  if (!fetch_) {
+    return holdings_.empty() ? never : now + kept_for;
+  }
+  open_if_complete(now);
+  if (!fetch_ || fetch_->opening) {
+    return now + ask_again;
+  }
+  judge_source(now);
+  if (!fetch_->source) {
+    fetch_->began = std::min(fetch_->began, now);
+    if (fetch_->ask_at <= now) {
+      send({}, msg::NeedScene{fetch_->scene, fetch_->failed});
+      fetch_->ask_at = now + ask_again;
+    }
+    return fetch_->ask_at;
+  }
+  repeat(now);
+  return now + first_quiet / 2;
+}
+
+/// Those who wait for a scene that does not come any more.
+void SceneExchange::send_away() {
+  std::erase_if(waiting_, [&](const Waiting& w) {
+    const bool comes = fetch_ && fetch_->scene == w.scene;
+    if (!comes) {
+      send(w.peer, msg::NoScene{w.scene});
+    }
+    return !comes;
+  });
+}
+
+/// The coordinator is never given up; it is asked again.
+void SceneExchange::judge_source(Time now) {
+  if (!fetch_->source || fetch_->source->empty()) {
+    return;
+  }
+  if (fetch_->heard + patience <= now || fetch_->progressed + longest_standstill <= now) {
+    give_source_up(now);
+  }
+}
+
+void SceneExchange::give_source_up(Time now) {
+  fetch_->failed = std::min(fetch_->failed + 1, msg::every_source);
+  fetch_->source.reset();
+  fetch_->in_flight.clear();
+  fetch_->ask_at = now;
+}
+
+/// Asks again for what seems lost. A coordinator that many ask is slow: it is asked ever less
+/// often.
+void SceneExchange::repeat(Time now) {
+  const bool quiet = fetch_->heard + fetch_->quiet <= now;
+  bool repeated = false;
+  for (auto& [chunk, asked] : fetch_->in_flight) {
+    if (asked + 10 * fetch_->quiet <= now || (quiet && asked + fetch_->quiet <= now)) {
+      send(*fetch_->source, msg::NeedChunk{fetch_->scene, chunk});
+      asked = now;
+      repeated = true;
+    }
+  }
+  if (repeated && fetch_->source->empty()) {
+    fetch_->quiet = std::min(2 * fetch_->quiet, longest_quiet);
+  }
+  pull(now);
+}
+
+/// Keeps the window full, in order: what others ask of us comes in that order, too.
+void SceneExchange::pull(Time now) {
+  const Holding* const holding = holding_of(fetch_->scene);
+  if (holding == nullptr) {
+    give_source_up(now);  // it was long unused, and dropped
+    return;
+  }
+  const std::vector<ScenePiece>& pieces = holding->content.pieces;
+  for (std::uint32_t i = 0; i < pieces.size() && fetch_->in_flight.size() < window; ++i) {
+    if (!pieces[i].here() && fetch_->in_flight.emplace(i, now).second) {
+      send(*fetch_->source, msg::NeedChunk{fetch_->scene, i});
+    }
+  }
+}
+
+void SceneExchange::open_if_complete(Time now) {
+  Holding* const holding = fetch_ ? holding_of(fetch_->scene) : nullptr;
+  if (holding == nullptr || !holding->complete() || fetch_->opening || !opener_.idle()) {
+    return;
+  }
+  holding->used = now;
+  ++tally_.scenes;
+  tally_.took = now - std::min(fetch_->began, now);
+  fetch_->opening = true;
+  opener_.start(holding->content);
+}
+
+/// What is not the scene that it was asked for has come from a liar, or by one: the coordinator is
+/// left.
+void SceneExchange::note_opened(Time now) {
+  auto opened = opener_.take();
+  if (!opened) {
+    return;
+  }
+  const bool wrong = !opened->scene && opened->failure.empty();
+  if (!opened->scene) {
+    drop(opened->id);
+  }
+  if (wrong) {
+    fetch_ = Fetch{opened->id, msg::every_source, now, {}, now};
+    return;
+  }
+  fetch_.reset();
+  opened_.push_back(std::move(*opened));
+}
+
+}  // namespace parray
