@@ -276,6 +276,12 @@ void add_following(Command& command, Following& following) {
               "Picture file that shows what there is, until all is done")
       .type_name("FILE")
       .forbid_empty();
+  command
+      .option("--on-end", following.on_end,
+              "Run this by the shell when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
+              "PARRAY_REASON and PARRAY_IMAGE in its environment")
+      .type_name("COMMAND")
+      .forbid_empty();
 }
 
 void add_json(Command& command, bool& as_json) { command.flag("--json", as_json, "Print JSON"); }

@@ -111,7 +111,7 @@ class OutputOptions {
 };
 
 void add_quiet(Command& command, bool& quiet);
-/// --quiet and --preview: what is shown of a job until it is done.
+/// --quiet, --preview and --on-end: what is shown of a job until it has ended, and done then.
 void add_following(Command& command, Following& following);
 void add_json(Command& command, bool& as_json);
 

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <utility>
 
+#include "cli/commands/end_command.h"
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
 #include "cli/output/progress.h"
@@ -64,24 +65,33 @@ void check_isa(Isa isa) {
   }
 }
 
-void wait_until_done(Client& client, JobId job, const Following& following) {
+/// Shows a job until it has ended.
+static JobStatus follow(Client& client, JobId job, const Following& following) {
   const SteadyClock clock;
   const Time begin = clock.now();
   Progress progress(progress_style(following.quiet), std::cerr, terminal_columns());
   Preview preview(following.preview);
-  JobStatus status;
   for (;;) {
-    status = job_status(client.show(job));
+    JobStatus status = job_status(client.show(job));
     const Time now = clock.now();
     progress.show(now, status);
-    if (status.ended()) break;
+    if (status.ended()) return status;
     preview.follow(now, status, [&] { return client.fetch_partial(job); });
     client.rest(next_look(now - begin));
   }
+}
+
+static void require_done(const JobStatus& status) {
   if (status.state != name_of(JobState::done)) {
-    throw RunError("job " + std::to_string(job) + " was not finished: " + status.state +
+    throw RunError("job " + std::to_string(status.id) + " was not finished: " + status.state +
                    (status.reason.empty() ? "" : ": " + printable(status.reason, 500)));
   }
+}
+
+void wait_until_done(Client& client, JobId job, const Following& following) {
+  const JobStatus status = follow(client, job, following);
+  run_end_command(following.on_end, job, status.state, status.reason, "");
+  require_done(status);
 }
 
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
@@ -94,10 +104,22 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
-  wait_until_done(client, job, following);
-  Picture picture = fetch_picture(client, job, outputs);
-  add_channels(picture, extra);
-  return deliver(std::move(picture), outputs, times);
+  const JobStatus status = follow(client, job, following);
+  const auto end = [&](const std::string& state, const std::string& reason) {
+    run_end_command(following.on_end, job, state, reason, outputs.image.string());
+  };
+  try {
+    require_done(status);
+    Picture picture = fetch_picture(client, job, outputs);
+    add_channels(picture, extra);
+    const int result = deliver(std::move(picture), outputs, times);
+    end(status.state, "");
+    return result;
+  } catch (const RunError& error) {
+    const bool done = status.state == name_of(JobState::done);
+    end(done ? "failed" : status.state, done ? error.what() : status.reason);
+    throw;
+  }
 }
 
 }  // namespace parray

@@ -15,6 +15,7 @@ namespace parray {
 struct Following {
   bool quiet = false;   ///< no progress
   std::string preview;  ///< picture file; empty: none
+  std::string on_end;   ///< command for the shell; see run_end_command(). Empty: none
 };
 
 /// A picture file that follows a job: written anew every now and then, always whole.

@@ -31,7 +31,12 @@ struct Arguments {
   int workers = 4;
   double speed = 19200;
   double seconds = 600;
+  std::string keys;  ///< of a farm, directory; empty: none
 };
+
+std::optional<MemberKey> key_of(const Arguments& a, const std::string& name) {
+  return a.keys.empty() ? std::nullopt : std::optional(read_member_key(a.keys, name));
+}
 
 /// Results that tracing could have given: samples of random radiance, as noisy as a picture's.
 class Forger {
@@ -92,9 +97,14 @@ class Forger {
 
 class Peer {
  public:
-  Peer(zmq::context_t& context, const std::string& address)
+  Peer(zmq::context_t& context, const std::string& address, const std::optional<MemberKey>& key)
       : socket_(context, zmq::socket_type::dealer) {
     socket_.set(zmq::sockopt::linger, 0);
+    if (key) {
+      socket_.set(zmq::sockopt::curve_serverkey, key->coordinator);
+      socket_.set(zmq::sockopt::curve_publickey, key->own.open);
+      socket_.set(zmq::sockopt::curve_secretkey, key->own.secret);
+    }
     socket_.connect(address);
   }
   void send(const Message& message) {
@@ -130,8 +140,8 @@ struct FloodWorker {
 /// Asks for the list of jobs every 10 ms, in a thread of its own, until none is left to be done.
 class Client {
  public:
-  explicit Client(const std::string& address)
-      : peer_(context_, address), thread_([this] { run(); }) {}
+  explicit Client(const Arguments& a)
+      : peer_(context_, a.coordinator, key_of(a, "admin")), thread_([this] { run(); }) {}
   ~Client() {
     stop_ = true;
     thread_.join();
@@ -195,16 +205,17 @@ class Client {
 /// The workers, all in one thread.
 class Flood {
  public:
-  explicit Flood(const Arguments& a) : arguments_(a), client_(a.coordinator) {
+  explicit Flood(const Arguments& a) : arguments_(a), client_(a) {
     // As if on other machines: they take no processor from the coordinator, nor from its client.
     setpriority(PRIO_PROCESS, 0, 19);
     context_.set(zmq::ctxopt::max_sockets, a.workers + 16);
     msg::Hello hello;
     hello.fingerprint = trace_fingerprint();
+    const auto key = key_of(a, "worker");
     for (int i = 0; i < a.workers; ++i) {
       hello.name = "flood-" + std::to_string(i);
       hello.instance = hello.name + "-" + std::to_string(getpid());
-      workers_.emplace_back(Peer(context_, a.coordinator));
+      workers_.emplace_back(Peer(context_, a.coordinator, key));
       workers_.back().peer.send(hello);
     }
   }
@@ -288,8 +299,9 @@ int main(int argc, char** argv) {
     line.option("--coordinator", arguments.coordinator, "Its address");
     line.number("--workers", arguments.workers, 1, 1 << 16, "Workers").show_default();
     line.number("--speed", arguments.speed, 1, 1e12,
-                "Samples a second that each says it traces: leases last a second at most")
+                "Samples a second that each says it traces: leases last half a second at most")
         .show_default();
+    line.option("--keys", arguments.keys, "Directory of the farm's keys");
     line.number("--seconds", arguments.seconds, 0, 1e6, "The longest it goes on").show_default();
     return [&] {
       std::printf("%s\n", Flood(arguments).run().dump().c_str());

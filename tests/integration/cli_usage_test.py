@@ -40,13 +40,13 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--report", "--threads", "--quiet",
-                                "--preview"],
+                                "--preview", "--on-end"],
     "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--report",
                                               "--priority", "--max-failures", "--quiet",
-                                              "--preview"],
+                                              "--preview", "--on-end"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet", "--preview"],
+    "watch": COORDINATOR + ["--quiet", "--preview", "--on-end"],
     "cancel": COORDINATOR + ["--json"],
     "requeue": COORDINATOR + ["--json"],
     "forget": COORDINATOR + ["--json"],

@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""People share a farm of real processes: turns, what they may ask of jobs and workers, what is
+told of a job afterwards."""
+
+import json
+import unittest
+
+from farm import SCENES, Farm, run, wait_for
+
+SCENE = SCENES / "one-weekend-20.json"
+QUICK = ["--width", "60", "--height", "40", "--spp", "4"]
+LONG = ["--width", "160", "--height", "100", "--spp", "4000"]
+ENDLESS = ["--width", "160", "--height", "100", "--spp", "1000000"]
+
+
+class Sharing(unittest.TestCase):
+    def test_a_short_job_does_not_wait_for_a_long_one_that_came_before(self):
+        with Farm() as farm:
+            farm.start_worker("w1")
+            long = farm.submit(SCENE, *ENDLESS)
+            wait_for(lambda: farm.job(long)["progress"] > 0, "the long job")
+            short = farm.submit(SCENE, *QUICK)
+            farm.finish(short)
+            events = farm.job(short)["events"]
+            self.assertEqual([e["what"] for e in events][1:], ["begun", "done"])
+            self.assertEqual(farm.job(long)["state"], "running")
+            # Its worker held two leases of half a second at most.
+            self.assertLess(events[1]["at"] - events[0]["at"], 10)
+
+    def test_jobs_are_queued_again_forgotten_and_given_another_priority(self):
+        with Farm() as farm:
+            state = farm.directory / "state"
+            farm.coordinator.terminate()
+            farm.coordinator.wait()
+            farm.options = ("--state", state)
+            farm.start_coordinator()
+            farm.start_worker("w1", threads=2)
+            job = farm.submit(SCENE, *LONG)
+            wait_for(lambda: farm.job(job)["progress"] > 0.1, "some progress")
+            self.assertEqual(farm.client("cancel", job).returncode, 0)
+            self.assertEqual(farm.client("requeue", job).returncode, 0)
+            self.assertEqual(farm.client("priority", job, 70).returncode, 0)
+            self.assertEqual(farm.job(job)["priority"], 70)
+            refused = farm.client("forget", job)
+            self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1))
+            self.assertIn("cancel it first", refused.stderr)
+            report = farm.finish(job)
+            picture = farm.directory / "again.exr"
+            rendered = run("render", SCENE, *LONG, "-o", picture)
+            self.assertIn(report["image_sha256"][:16], rendered.stdout)
+            self.assertEqual(farm.client("forget", job).returncode, 0)
+            self.assertEqual(farm.client("show", job).returncode, 2)
+
+    def test_a_drained_worker_gets_no_more_and_an_idle_one_leaves(self):
+        with Farm("--heartbeat", "0.1") as farm:
+            farm.start_worker("w1")
+            leaving = farm._start("parray-worker", "--coordinator", farm.address, "--threads", "1",
+                                  "--name", "w2", "--idle-exit", "0.5")
+            wait_for(lambda: len(farm.workers()) == 2, "two workers")
+            job = farm.submit(SCENE, *ENDLESS)
+            wait_for(lambda: all(w["leases"] > 0 for w in farm.workers()), "leases")
+            drained = farm.client("workers", "drain", "w2", "--json")
+            self.assertIn(json.loads(drained.stdout)[0]["state"], ("draining", "drained"))
+            self.assertEqual(leaving.wait(timeout=60), 0)
+            self.assertIn("--idle-exit", leaving.log.read_text())
+            self.assertEqual(farm.job(job)["state"], "running")
+            self.assertEqual(farm.client("workers", "readmit", "w2").returncode, 0)
+            refused = farm.client("workers", "drain")
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("name a worker", refused.stderr)
+
+    def test_limits_are_refused_with_their_flag(self):
+        with Farm("--max-user-jobs", "1", "--max-pixels", "10000") as farm:
+            farm.submit(SCENE, *QUICK)
+            for options, flag in ((QUICK, "--max-user-jobs"), (LONG, "--max-pixels")):
+                refused = farm.client("submit", SCENE, *options)
+                self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1))
+                self.assertIn(flag, refused.stderr)
+
+    def test_a_job_is_audited_replayed_and_its_time_told(self):
+        with Farm() as farm:
+            for name in ("ann", "bob"):
+                farm.start_worker(name)
+            wait_for(lambda: len(farm.workers()) == 2, "two workers")
+            job = farm.submit(SCENE, *LONG)
+            sha = farm.finish(job)["image_sha256"]
+            audit = farm.client("audit", job, "--json")
+            self.assertEqual(audit.returncode, 0, audit.stderr)
+            facts = json.loads(audit.stdout)
+            self.assertTrue(facts["complete"])
+            self.assertEqual(facts["image_sha256"], sha)
+            self.assertEqual({w["name"] for w in facts["workers"]}, {"ann", "bob"})
+            self.assertIn("each once", farm.client("audit", job).stdout)
+            self.assertRegex(farm.client("show", job).stdout, r"2 workers: \d+ % tracing")
+            replayed = json.loads(farm.client("replay", job, "--json").stdout)
+            weighted = {r["workers_times"]: r["seconds"] for r in replayed
+                        if r["schedule"] == "weighted"}
+            self.assertAlmostEqual(weighted[1] / weighted[2], 2, delta=0.4)
+            self.assertEqual(farm.client("audit", 99).returncode, 2)
+
+    def test_what_is_to_be_run_in_the_end_is_told_how_it_ended(self):
+        with Farm() as farm:
+            farm.start_worker("w1")
+            told = farm.directory / "told"
+            picture = farm.directory / "a.png"
+            tell = f'echo "$PARRAY_JOB $PARRAY_STATE $PARRAY_IMAGE" >> {told}'
+            done = farm.client("submit", SCENE, *QUICK, "--wait", "-o", picture, "--on-end", tell)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            job = farm.submit(SCENE, *ENDLESS)
+            watching = farm.start_client("watch", job, "--on-end", tell)
+            wait_for(lambda: farm.job(job)["progress"] > 0, "some progress")
+            farm.client("cancel", job)
+            self.assertEqual(watching.wait(timeout=60), 1)
+            self.assertEqual(told.read_text(), f"1 done {picture}\n2 cancelled \n")
+            failing = run("render", SCENE, *QUICK, "-o", picture, "--on-end", "exit 3")
+            self.assertEqual(failing.returncode, 0)
+            self.assertIn("--on-end", failing.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
