@@ -95,6 +95,8 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
       } else {
         job.scene = scene;
       }
+    } catch (const ChecksumError&) {  // damaged on its way: the client repeats it
+      return {[this, accepted] { submitting_.erase(accepted->job.record.token); }, {}};
     } catch (const DecodeError& error) {
       accepted->refusal = error.what();
     } catch (const StorageFull& error) {

@@ -206,6 +206,14 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   }
 }
 
+/// Bulk that was damaged on its way counts as lost. Throws ChecksumError.
+template <typename Answer>
+static void check_bulk(const Answer& answer) {
+  if constexpr (std::is_same_v<Answer, msg::ImageData>) {
+    (void)answer.picture.bytes(true);
+  }
+}
+
 /// Takes what has arrived. True once `answer` is there; other messages are late answers to earlier
 /// requests, or damaged.
 template <typename Answer>
@@ -219,10 +227,13 @@ bool Client::take_answer(Answer& answer) {
       }
       if (auto* found = std::get_if<Answer>(&message);
           found != nullptr && found->request == request_) {
+        check_bulk(*found);
         answer = std::move(*found);
         return true;
       }
     } catch (const ProtocolError& error) {
+      unreadable_ = error.what();
+    } catch (const ChecksumError& error) {
       unreadable_ = error.what();
     }
   }
