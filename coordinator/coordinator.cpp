@@ -187,6 +187,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
   }
   if (known == nullptr) {
     known = &workers_.add(now, peer, m);
+    judge_losses(*known);
     known->address = sender_.address;
     workers_.bar(*known, convicted_.contains(known->key) ? "it has returned wrong bits before" : "",
                  is_drained(*known));
@@ -249,6 +250,9 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
   workers_.remove(peer);
   scenes_.forget_worker(worker.id);
   grants_due_ = true;
+  const bool started_again = std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
+    return other.second.hello.name == worker.hello.name;
+  });
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(open_jobs_)) {
     Job& job = jobs_.at(id);
@@ -260,7 +264,8 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
       if (failed && worker.tracing == std::pair(id, lease.epoch)) {
         note_failure(
             now, job,
-            {lease.range, worker.hello.name, "a worker was lost while it traced this: " + why});
+            {lease.range, worker.hello.name, "a worker was lost while it traced this: " + why,
+             started_again ? 0 : worker.key});
       }
       if (!job.work) {
         break;  // that was one too many
@@ -272,6 +277,26 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
   }
   arrivals_.info(now, fmt::format("worker {} '{}' left ({}); {} of its leases go to others",
                                   worker.id, worker.hello.name, why, leases));
+}
+
+/// A worker that was lost is back: no lease has ended it. Or another process of its name is there:
+/// one may have.
+void Coordinator::judge_losses(const WorkerRecord& worker) {
+  const auto is_its = [&](const Failure& failure) { return failure.lost == worker.key; };
+  for (const JobId id : open_jobs_) {
+    Job& job = jobs_.at(id);
+    if (!job.work) {
+      continue;
+    }
+    auto& failures = job.work->failures;
+    const auto old = failures.begin() + static_cast<std::ptrdiff_t>(job.work->old_failures);
+    job.work->old_failures -=
+        static_cast<std::size_t>(std::count_if(failures.begin(), old, is_its));
+    std::erase_if(failures, is_its);
+    for (Failure& failure : failures) {
+      failure.lost = failure.worker == worker.hello.name ? 0 : failure.lost;
+    }
+  }
 }
 
 void Coordinator::expire_leases(Time now) {

@@ -111,6 +111,7 @@ class Coordinator final : public Actor {
   // Workers and leases (coordinator.cpp, granting.cpp).
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
+  void judge_losses(const WorkerRecord& worker);
   void expire_leases(Time now);
   bool grant_leases(Time now);
   bool grant_one(Time now, WorkerRecord& worker);

@@ -22,6 +22,8 @@ struct Failure {
   CellRange range;
   std::string worker;  ///< name
   std::string reason;
+  TracerKey lost =
+      0;  ///< whom nobody has heard of since; 0: it could not be traced, or has ended him
 };
 
 /// Two workers have returned different bits for the same cells: a third decides.
@@ -69,6 +71,7 @@ struct JobWork {
   std::vector<Failure> failures;
   std::size_t old_failures = 0;  ///< those before the latest accepted result
   std::vector<Dispute> disputes;
+  std::uint64_t unchecked = 0;  ///< leases that were to be checked, had there been a second worker
 };
 
 /// A job as the coordinator keeps it.

@@ -226,8 +226,15 @@ void Coordinator::end_pass_if_done(Job& job) {
       able.insert(worker.id);
     }
   }
-  if (job.work->leases->checks_remain(able)) {
+  job.work->unchecked += job.work->leases->give_up_checks(able);
+  if (job.work->leases->checks_remain()) {
     return;
+  }
+  if (job.work->unchecked > 0 && job.record.flag.empty()) {
+    job.record.flag =
+        fmt::format("{} of its leases were to be checked by a second worker, and there was none",
+                    job.work->unchecked);
+    note(job, job.record.flag);
   }
   if (job.record.settings.in_passes()) {
     next_pass(job);

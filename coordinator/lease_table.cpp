@@ -94,10 +94,13 @@ void LeaseTable::want_check(const CellRange& range, std::set<WorkerId> not_by) {
   checks_.push_back({range, std::move(not_by)});
 }
 
-bool LeaseTable::checks_remain(const std::set<WorkerId>& able) {
-  std::erase_if(checks_, [&able](const Check& check) {
+std::size_t LeaseTable::give_up_checks(const std::set<WorkerId>& able) {
+  return std::erase_if(checks_, [&able](const Check& check) {
     return std::includes(check.not_by.begin(), check.not_by.end(), able.begin(), able.end());
   });
+}
+
+bool LeaseTable::checks_remain() const {
   return !checks_.empty() || std::any_of(leased_.begin(), leased_.end(),
                                          [](const auto& lease) { return lease.second.check; });
 }

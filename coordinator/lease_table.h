@@ -43,9 +43,10 @@ class LeaseTable {
 
   /// Cells that are done are to be traced once more, by somebody who is not among `not_by`.
   void want_check(const CellRange& range, std::set<WorkerId> not_by);
-  /// Gives up the checks that none of the workers `able` may make. True if others remain, wanted or
-  /// leased.
-  bool checks_remain(const std::set<WorkerId>& able);
+  /// Gives up the checks that none of the workers `able` may make; returns how many.
+  std::size_t give_up_checks(const std::set<WorkerId>& able);
+  /// Checks are wanted or leased.
+  [[nodiscard]] bool checks_remain() const;
 
   enum class Arrival : std::uint8_t {
     stale,  ///< not a holder's, or of an epoch that is over: not to be looked at

@@ -236,8 +236,12 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   // Which leases are checked depends on their epochs alone, scattered evenly.
   constexpr std::uint64_t scatter = 0x9E3779B97F4A7C15;
   const double lot = static_cast<double>((merged.epoch * scatter) >> 11) * 0x1p-53;
-  if (lot < options_.spot_checks && workers_.usable() > 1) {
-    work.leases->want_check(merged.arrived.range, {merged.worker});
+  if (lot < options_.spot_checks) {
+    if (workers_.usable() > 1) {
+      work.leases->want_check(merged.arrived.range, {merged.worker});
+    } else {
+      ++work.unchecked;
+    }
   }
 }
 
@@ -476,7 +480,8 @@ void Coordinator::note_failure(Time now, Job& job, Failure failure) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     const CellRange& range = all[i].range;
     const bool same = range.begin < failure.range.end && failure.range.begin < range.end;
-    if (same || i >= job.work->old_failures) {
+    // Workers are lost together where a network is: other cells say nothing against the job then.
+    if (same || (i >= job.work->old_failures && all[i].lost == 0)) {
       ++times[all[i].worker];
     }
   }

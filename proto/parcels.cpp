@@ -86,6 +86,12 @@ std::shared_ptr<const PictureParts> PictureParcel::picture(std::uint32_t width,
       picture_from_bytes(width, height, std::get<Bulk>(content_).verified()));
 }
 
+void PictureParcel::verify() const {
+  if (const auto* bulk = std::get_if<Bulk>(&content_)) {
+    (void)bulk->verified();
+  }
+}
+
 Bulk PictureParcel::bytes(bool statistics) const {
   if (const auto* picture = std::get_if<0>(&content_)) {
     const PictureParts& parts = **picture;

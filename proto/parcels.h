@@ -80,6 +80,8 @@ class PictureParcel {
   /// Throws DecodeError when it is no picture of this size.
   [[nodiscard]] std::shared_ptr<const PictureParts> picture(std::uint32_t width,
                                                             std::uint32_t height) const;
+  /// Throws ChecksumError when bytes have come that were changed on their way.
+  void verify() const;
   /// picture_to_bytes(), with statistics if they are wanted and there. Throws ChecksumError.
   [[nodiscard]] Bulk bytes(bool statistics) const;
 

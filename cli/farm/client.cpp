@@ -210,7 +210,9 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
 template <typename Answer>
 static void check_bulk(const Answer& answer) {
   if constexpr (std::is_same_v<Answer, msg::ImageData>) {
-    (void)answer.picture.bytes(true);
+    answer.picture.verify();
+  } else if constexpr (std::is_same_v<Answer, msg::JournalData>) {
+    (void)answer.journal.verified();
   }
 }
 

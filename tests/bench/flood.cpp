@@ -20,6 +20,7 @@
 #include "common/process/run_main.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/clock.h"
+#include "proto/keys.h"
 #include "proto/messages.h"
 
 namespace {

@@ -219,6 +219,7 @@ TEST_CASE("a rest passes over messages instead of spinning on them") {
 TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
   const Image image{2, 1, {0, 0.25F, 0.5F, 0.75F, 1, 2}};
   nlohmann::json report = {{"image_sha256", image_sha256(image)}};
+  bool damaged = false;
   ScriptedLink link([&](Message& message) {
     if (const auto* show = std::get_if<msg::ShowJob>(&message)) {
       const nlohmann::json map = {{"id", 5},
@@ -239,10 +240,16 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
     const auto& fetch = std::get<msg::Fetch>(message);
     const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
                              image.rgb.size() * sizeof(float));
-    link.arrived.push_back(encode(
-        msg::ImageData{fetch.request, report, 2, 1, false, PictureParcel(Bulk::of(pixels))}));
+    Frames frames =
+        encode(msg::ImageData{fetch.request, report, 2, 1, false, PictureParcel(Bulk::of(pixels))});
+    if (std::exchange(damaged, false)) {  // on its way; the next is not
+      frames[1] = Frame(std::string(pixels.size(), 'x'));
+    }
+    link.arrived.push_back(std::move(frames));
   });
   Client client(link, link, options());
+  CHECK(client.fetch(5).image.rgb == image.rgb);
+  damaged = true;
   CHECK(client.fetch(5).image.rgb == image.rgb);
   report["image_sha256"] = std::string(64, '0');
   CHECK_THROWS_AS(client.fetch(5), RunError);

@@ -1,6 +1,10 @@
 // A job that cannot be traced fails by itself, and nobody else is the worse for it.
 #include <doctest/doctest.h>
 
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "tests/support/crash_store.h"
 #include "tests/support/service.h"
 
@@ -176,6 +180,35 @@ TEST_CASE("only the lease that was being traced is blamed for a death, and none 
     CHECK(service.state(bad) == "failed");
     CHECK(service.state(first) == "running");
   }
+}
+
+TEST_CASE("workers that a network has lost together do not fail a job, and come back forgiven") {
+  Service service;
+  std::vector<std::unique_ptr<Hand>> hands;
+  for (const char* name : {"ann", "bob", "cid", "dan", "eve"}) {
+    hands.push_back(std::make_unique<Hand>(service, name));
+  }
+  const JobId job = service.submit(small_scene(), many_leases());
+  const auto all_silent = [&] {
+    service.turn();
+    service.turn();
+    for (const auto& hand : hands) {
+      hand->listen();
+      hand->beat();
+      REQUIRE_FALSE(hand->held.empty());
+    }
+    service.turn(seconds(6));  // nobody is heard
+    REQUIRE(service.worker("ann").is_null());
+  };
+  for (int times = 0; times < 4; ++times) {
+    all_silent();
+    CHECK(service.state(job) == "running");
+    for (const auto& hand : hands) {  // the same processes: they never died
+      hand->come_back();
+    }
+  }
+  work(service, {{hands[0].get(), honest}, {hands[1].get(), honest}}, job);
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
 TEST_CASE("a job that has failed stays so in another life, and keeps its rows for another try") {

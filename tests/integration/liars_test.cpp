@@ -235,6 +235,16 @@ TEST_CASE("spot checks of honest workers cost time and nothing else") {
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
+TEST_CASE("a job says how many checks could not be made, for want of a second worker") {
+  Service service(with_checks(1));
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(contains(service.job(job).at("flag"), "were to be checked by a second worker"));
+  CHECK(contains(service.fetch(job).report.at("flag"), "second worker"));
+}
+
 TEST_CASE("a picture in passes that a liar has touched is begun again, and is the honest one") {
   Service service(with_checks(1));
   Hand ann(service, "ann");

@@ -148,9 +148,12 @@ class Hand {
     ++instance_;
     peer_ = name_ + " " + std::to_string(instance_);
     held.clear();
-    say(msg::Hello{protocol_version, name_, std::to_string(instance_), 1, capacity_, trace_version,
-                   "same", host_});
-    service_.turn(Time(0));
+    say_hello();
+  }
+  /// As a process that was cut off for a while.
+  void come_back() {
+    held.clear();
+    say_hello();
   }
   void say(const Message& message) { service_.say(peer_, message); }
 
@@ -213,6 +216,12 @@ class Hand {
   std::vector<msg::Verdict> verdicts;
 
  private:
+  void say_hello() {
+    say(msg::Hello{protocol_version, name_, std::to_string(instance_), 1, capacity_, trace_version,
+                   "same", host_});
+    service_.turn(Time(0));
+  }
+
   Service& service_;
   std::string name_;
   std::string host_;
