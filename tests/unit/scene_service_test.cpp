@@ -55,9 +55,9 @@ TEST_CASE("a scene comes to a machine once, and goes from worker to worker there
     const WorkerId source = ask(service, record);
     from_outside["h" + number] += source == 0 || source % 5 != id % 5 ? 1 : 0;
   }
-  for (const auto& [host, times] : from_outside) {
-    CAPTURE(host);
-    CHECK(times == 1);
+  for (const auto& machine : from_outside) {
+    CAPTURE(machine.first);
+    CHECK(machine.second == 1);
   }
 }
 
@@ -117,7 +117,10 @@ TEST_CASE("when a source has left, who asks gets another, and its place is free"
   service.forget_worker(1);
   service.forget_worker(5);
   std::map<WorkerId, int> served;
-  for (const WorkerId id : {2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 30}) {
+  for (WorkerId id = 2; id <= 30; ++id) {
+    if (id == 5) {
+      continue;
+    }
     const WorkerId source = ask(service, single(id), 1);
     CHECK(source < id);
     CHECK(source != 1);
