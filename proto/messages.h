@@ -23,6 +23,10 @@ inline constexpr std::uint32_t protocol_version = 3;
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
 
+/// Greatest number of a frame, and most frames of one series.
+inline constexpr std::uint32_t max_frame = 999'999'999;
+inline constexpr std::uint32_t max_frames = 10'000;
+
 namespace msg {
 
 struct Hello {
@@ -106,10 +110,14 @@ struct Submit {
   std::uint64_t duplicates_removed = 0;
   std::string user;                ///< counts only where there are no keys to tell
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's
+  std::string series;              ///< token of the series that it is a frame of; empty: none
+  std::uint32_t frame = 0;         ///< its number in the series
+  std::uint32_t frames = 0;        ///< that the series is to have
 };
 struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
+  std::uint64_t series = 0;  ///< its number; 0: none
 };
 struct ListJobs {
   std::uint64_t request = 0;
@@ -121,6 +129,7 @@ struct Jobs {
 struct ShowJob {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
+  std::uint32_t from_frame = 0;  ///< of a series: the first frame that is listed
 };
 struct Job {
   std::uint64_t request = 0;
@@ -176,6 +185,7 @@ struct Error {
   std::uint64_t request = 0;
   std::uint32_t status = 1;
   std::string message;
+  bool later = false;  ///< there is no room now; the same request may succeed later
 };
 
 }  // namespace msg

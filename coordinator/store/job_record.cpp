@@ -56,6 +56,10 @@ std::string record_to_json(const JobRecord& job) {
                     {"flag", job.flag},
                     {"share", job.share},
                     {"max_failures", job.max_failures},
+                    {"series", job.series},
+                    {"series_id", job.series_id},
+                    {"frame", job.frame},
+                    {"frames", job.frames},
                     {"events", events_to_json(job.events)}};
   return map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -91,6 +95,10 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.flag = map.value("flag", std::string());
     job.share = map.value("share", 1.0);
     job.max_failures = map.value("max_failures", std::uint32_t{0});
+    job.series = map.value("series", std::string());
+    job.series_id = map.value("series_id", JobId{0});
+    job.frame = map.value("frame", std::uint32_t{0});
+    job.frames = map.value("frames", std::uint32_t{0});
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }
