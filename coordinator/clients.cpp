@@ -39,7 +39,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   const std::string user = sender_.role == Role::any ? m.user : sender_.name;
   for (const auto& [id, job] : jobs_) {
     if (job.record.token == m.token && job.record.user == user) {  // a repeated submit
-      send(peer, msg::Submitted{m.request, id, job.record.series_id});
+      send(peer, msg::Submitted{m.request, id});
       return;
     }
   }
@@ -135,7 +135,7 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
   const RenderSettings& s = job.record.settings;
   log_->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
              job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
-  send(peer, msg::Submitted{request, job.record.id, job.record.series_id});
+  send(peer, msg::Submitted{request, job.record.id});
   const JobId id = job.record.id;
   jobs_.emplace(id, std::move(job));
   list_open_jobs();

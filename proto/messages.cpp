@@ -106,14 +106,13 @@ void fields(F& f, msg::Submit& m) {
   f.text("user", m.user, 64);
   f.number("max_failures", m.max_failures, 0U, 1000U);
   f.text("series", m.series, 64);
-  f.number("frame", m.frame, 0U, max_frame);
-  f.number("frames", m.frames, 0U, max_frames);
+  f.number("frame", m.frame, 0U, limits::max_frame);
+  f.number("frames", m.frames, 0U, limits::max_frames);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {
   f.number("request", m.request);
   f.number("job", m.job);
-  f.number("series", m.series);
 }
 template <typename F>
 void fields(F& f, msg::ListJobs& m) {
@@ -128,7 +127,7 @@ template <typename F>
 void fields(F& f, msg::ShowJob& m) {
   f.number("request", m.request);
   f.number("job", m.job);
-  f.number("from_frame", m.from_frame, 0U, max_frame);
+  f.number("from_frame", m.from_frame, 0U, limits::max_frame);
 }
 template <typename F>
 void fields(F& f, msg::Job& m) {

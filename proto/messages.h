@@ -23,10 +23,6 @@ inline constexpr std::uint32_t protocol_version = 3;
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
 
-/// Greatest number of a frame, and most frames of one series.
-inline constexpr std::uint32_t max_frame = 999'999'999;
-inline constexpr std::uint32_t max_frames = 10'000;
-
 namespace msg {
 
 struct Hello {
@@ -117,7 +113,6 @@ struct Submit {
 struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
-  std::uint64_t series = 0;  ///< its number; 0: none
 };
 struct ListJobs {
   std::uint64_t request = 0;

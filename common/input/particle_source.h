@@ -40,6 +40,7 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
+  std::optional<std::uint64_t> frame{};  ///< of a file that has several; not given: the first
   std::uint64_t line = 0;           ///< of the item in the scene file
   std::uint64_t file_line = 0;      ///< of its members
   std::uint64_t material_line = 0;  ///< that of the item where it is not given
