@@ -75,9 +75,8 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     }
     if (store_ == nullptr &&
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
-      throw NoRoom(
-          "this coordinator's memory, " + megabytes(options_.memory) +
-          ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+      throw NoRoom("this coordinator's memory, " + megabytes(options_.memory) +
+                   ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
     }
     if (!record.series.empty() && record.series_id == 0) {
       record.series_id = next_job_++;

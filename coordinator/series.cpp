@@ -94,7 +94,8 @@ std::string reason_of(const Series& series, const Totals& totals) {
 
 /// The first that there is, with its frame.
 std::string flag_of(const Series& series) {
-  const auto found = std::ranges::find_if(series, [](const Job* j) { return !j->record.flag.empty(); });
+  const auto found =
+      std::ranges::find_if(series, [](const Job* j) { return !j->record.flag.empty(); });
   return found == series.end()
              ? ""
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
@@ -106,9 +107,9 @@ bool has_ended(const Series& series) {
   if (first_unfinished(series) != nullptr) {
     return false;
   }
-  return series.size() == all_frames(series) ||
-         std::ranges::any_of(series,
-                             [](const Job* j) { return j->record.state == JobState::cancelled; });
+  return series.size() == all_frames(series) || std::ranges::any_of(series, [](const Job* j) {
+           return j->record.state == JobState::cancelled;
+         });
 }
 
 const Job* first_unfinished(const Series& series) {
@@ -136,9 +137,9 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
   if (totals.unfinished == 0 && state == JobState::queued) {
-    summary["waits_for"] = fmt::format(
-        "{} of {} frames that have not been submitted: the same parray submit goes on",
-        totals.missing, frames);
+    summary["waits_for"] =
+        fmt::format("{} of {} frames that have not been submitted: the same parray submit goes on",
+                    totals.missing, frames);
   }
   return summary;
 }

@@ -5,8 +5,8 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
-#include "cli/commands/series.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/series.h"
 #include "cli/output/delivery.h"
 #include "cli/output/extra_channels.h"
 #include "common/base/error.h"
@@ -41,7 +41,9 @@ int fetch(const FetchCommand& command) {
 }  // namespace
 
 void add_fetch(CommandLine& line, Action& chosen) {
-  Command command = line.command("fetch", "Write the picture of a job that is done, or of all done frames of a series (-o name-####.exr)");
+  Command command = line.command("fetch",
+                                 "Write the picture of a job that is done, or of all done frames "
+                                 "of a series (-o name-####.exr)");
   const auto options = std::make_shared<FetchCommand>();
   add_job(command, options->job);
   options->output.add_to(command, true);

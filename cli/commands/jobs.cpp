@@ -27,9 +27,9 @@ int jobs(const JobsCommand& command) {
   std::vector<std::vector<std::string>> rows;
   for (const nlohmann::json& map : list) {
     const JobStatus job = job_status(map);
-    rows.push_back({std::to_string(job.id), printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
-                    progress_cell(job),
-                    left_cell(job), std::to_string(job.priority),
+    rows.push_back({std::to_string(job.id),
+                    printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
+                    progress_cell(job), left_cell(job), std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
                     std::to_string(job.samples_per_pixel),
                     printable(job.name) + (job.flag.empty() ? "" : "  (!)")});

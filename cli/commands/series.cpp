@@ -86,12 +86,12 @@ std::string content_of(const std::string& file) {
 /// names count; of other files what is in them.
 std::string token_of(const SeriesRequest& request) {
   const FrameRange& frames = request.frames;
-  const std::string text =
-      std::filesystem::absolute(request.scene).lexically_normal().string() + "\n" +
-      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
-      std::to_string(frames.step) + "\n" + request.render.as_given() +
-      (has_frame_number(request.scene) ? "" : content_of(request.scene)) + "\n" +
-      (request.camera_path.empty() ? "" : content_of(request.camera_path));
+  const std::string text = std::filesystem::absolute(request.scene).lexically_normal().string() +
+                           "\n" + std::to_string(frames.first) + "-" + std::to_string(frames.last) +
+                           ":" + std::to_string(frames.step) + "\n" + request.render.as_given() +
+                           (has_frame_number(request.scene) ? "" : content_of(request.scene)) +
+                           "\n" +
+                           (request.camera_path.empty() ? "" : content_of(request.camera_path));
   constexpr std::size_t digits = 48;
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
 }
@@ -280,9 +280,9 @@ int submit_series(Client& client, const SeriesRequest& request) {
   try {
     return run.run();
   } catch (const Interrupted&) {
-    throw Interrupted("interrupted; the same command goes on" +
-                      (run.series() == 0 ? std::string()
-                                         : ", or parray cancel " + std::to_string(run.series())));
+    throw Interrupted(
+        "interrupted; the same command goes on" +
+        (run.series() == 0 ? std::string() : ", or parray cancel " + std::to_string(run.series())));
   }
 }
 

@@ -7,8 +7,8 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
-#include "common/base/error.h"
 #include "common/base/cpu_count.h"
+#include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {

@@ -42,8 +42,8 @@ class KeySink final : public JsonSink {
                                                 "write cameras in the order of their frames");
     }
     if (keys_.size() == limits::max_frames) {
-      place.fail(fields.line(), "more than " + std::to_string(limits::max_frames) +
-                                    " cameras: leave some out");
+      place.fail(fields.line(),
+                 "more than " + std::to_string(limits::max_frames) + " cameras: leave some out");
     }
     keys_.push_back(key);
   }

@@ -74,7 +74,8 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
     out.radius = read_radius(*radius, place.at("radius"));
     out.radius_line = radius->line;
   }
-  if (fields.find("frame") != nullptr) out.frame = fields.integer_or("frame", {0, limits::max_frame}, 0);
+  if (fields.find("frame") != nullptr)
+    out.frame = fields.integer_or("frame", {0, limits::max_frame}, 0);
   return out;
 }
 

@@ -59,8 +59,8 @@ Camera camera_from(const JsonFields& fields) {
   camera.vfov = fields.number("vfov", ranges::vfov);
   camera.tan_half_vfov = tan_half_of(camera.vfov);
   camera.aperture = fields.number_or("aperture", ranges::aperture, 0);
-  camera.focus_distance = fields.number_or("focus_distance", ranges::length,
-                                           length(camera.look_at - camera.look_from));
+  camera.focus_distance =
+      fields.number_or("focus_distance", ranges::length, length(camera.look_at - camera.look_from));
   const std::string problem = problem_with(camera);
   if (!problem.empty()) fields.place().fail(fields.line(), problem);
   return camera;

@@ -56,7 +56,8 @@ void round(Service& service, const Hands& hands) {
 
 }  // namespace
 
-TEST_CASE("a series is listed as one job with its frames' progress, each frame is a job of its own") {
+TEST_CASE(
+    "a series is listed as one job with its frames' progress, each frame is a job of its own") {
   Service service;
   Hand hand(service, "w");
   const JobId series = submit_series(service, 3);

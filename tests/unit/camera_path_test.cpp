@@ -57,7 +57,8 @@ TEST_CASE("at a key the camera is as written, between two of them it moves evenl
 
 TEST_CASE("of three keys the curve goes through the middle one without a corner") {
   const CameraPath path =
-      PathFile(key(0, "[0, 0, 9]") + "," + key(10, "[1, 0, 9]") + "," + key(30, "[5, 0, 9]")).read();
+      PathFile(key(0, "[0, 0, 9]") + "," + key(10, "[1, 0, 9]") + "," + key(30, "[5, 0, 9]"))
+          .read();
   const auto x = [&](std::uint64_t frame) { return path.at(frame).look_from.x; };
   CHECK(x(10) == 1);
   const double speed_before = x(10) - x(9);
@@ -84,7 +85,8 @@ TEST_CASE("a camera path that cannot be followed is refused in one line") {
                  "/cameras/1/frame: frame 3 does not come after"));
   CHECK(contains(PathFile(R"({"look_from": [1, 0, 0]})").message(), "missing key 'frame'"));
   CHECK(contains(PathFile(key(0, "[0, 0, 0]")).message(), "the same point"));
-  CHECK(contains(PathFile(key(0, "[1, 0, 0]", R"(, "speed": 1)")).message(), "unknown key 'speed'"));
+  CHECK(
+      contains(PathFile(key(0, "[1, 0, 0]", R"(, "speed": 1)")).message(), "unknown key 'speed'"));
   const PathFile through(key(0, "[1, 0, 0]") + "," + key(2, "[-1, 0, 0]"));
   CHECK(contains(through.message_at(1), "at frame 1, between two cameras, look_from"));
   CHECK(contains(through.message_at(3), "frame 3 is not between"));

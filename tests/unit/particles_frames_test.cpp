@@ -16,12 +16,13 @@ const std::string xyz = "1\nfirst\nC 1 0 0\n2\nsecond\nC 2 0 0\nO 3 0 0\n\n1\nth
 std::string dump_frame(int step, const std::string& x) {
   return "ITEM: TIMESTEP\n" + std::to_string(step) +
          "\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n"
-         "ITEM: ATOMS id x y z radius\n1 " + x + " 0 0 1\n";
+         "ITEM: ATOMS id x y z radius\n1 " +
+         x + " 0 0 1\n";
 }
 
 std::string pdb_model(int number, const std::string& x) {
-  return "MODEL        " + std::to_string(number) +
-         "\nATOM      1  CA  ALA A   1      " + x + "   0.000   0.000  1.00  0.00           C\n"
+  return "MODEL        " + std::to_string(number) + "\nATOM      1  CA  ALA A   1      " + x +
+         "   0.000   0.000  1.00  0.00           C\n"
          "ENDMDL\n";
 }
 
@@ -38,7 +39,8 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
   const auto dump = files.write("a.dump", dump_frame(0, "5") + dump_frame(100, "6"));
   CHECK(read_particles(dump, 0).positions[0].x == 5);
   CHECK(read_particles(dump, 1).positions[0].x == 6);
-  const auto pdb = files.write("a.pdb", pdb_model(1, "  7.000") + pdb_model(2, "  8.000") + "END\n");
+  const auto pdb =
+      files.write("a.pdb", pdb_model(1, "  7.000") + pdb_model(2, "  8.000") + "END\n");
   CHECK(read_particles(pdb, 0).positions[0].x == 7);
   CHECK(read_particles(pdb, 1).positions[0].x == 8);
 }
