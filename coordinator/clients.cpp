@@ -128,7 +128,7 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
   Job& job = accepted.job;
   submitting_.erase(job.record.token);
   if (!accepted.refusal.empty()) {
-    send(peer, msg::Error{request, accepted.status, accepted.refusal, accepted.status == 1});
+    fail_request(peer, request, accepted.status, accepted.refusal);
     return;
   }
   const RenderSettings& s = job.record.settings;

@@ -119,6 +119,7 @@ class Coordinator final : public Actor {
   void note_storage(Time now);
 
   // What clients want changed (steering.cpp).
+  bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
   void steer(Job& job, const msg::SteerJob& m);
   void pause(Job& job, JobId named);
   void resume(Job& job);

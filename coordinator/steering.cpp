@@ -1,6 +1,7 @@
 // What clients want changed of jobs, and administrators of workers.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -44,6 +45,9 @@ void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
     return;
   }
   const Series named(jobs.begin(), jobs.end());
+  if (m.action == msg::JobAction::requeue && !may_requeue(peer, m.request, named)) {
+    return;
+  }
   std::string misfit;
   std::size_t misfits = 0;
   for (Job* job : jobs) {
@@ -69,6 +73,22 @@ void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
     jobs.front()->record.id == m.job ? forget_job(m.job, why) : forget_all(named, why);
   }
   send(peer, msg::Job{m.request, std::move(summary)});
+}
+
+/// Whether there is room for what is queued again; if not, the client has been told.
+bool Coordinator::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
+  const auto again = std::ranges::find_if(named, [](const Job* job) {
+    return job->ended() && job->record.state != JobState::done;
+  });
+  try {
+    if (again != named.end()) {
+      check_limits((*again)->record);
+    }
+  } catch (const InputError& error) {
+    fail_request(peer, request, 2, error.what());
+    return false;
+  }
+  return true;
 }
 
 /// Throws InputError where the action does not fit the job's state. The list of open jobs, and the
@@ -134,7 +154,6 @@ void Coordinator::requeue(Job& job) {
   if (store_ == nullptr && job.scene.size() == 0) {
     throw InputError("the scene of job " + number + " is no longer kept: submit it again");
   }
-  check_limits(job.record);
   job.record.state = JobState::queued;
   job.record.reason.clear();
   if (store_ == nullptr) {

@@ -1,5 +1,7 @@
 #include "cli/commands/series.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -86,7 +88,8 @@ std::string content_of(const std::string& file) {
 /// names count; of other files what is in them.
 std::string token_of(const SeriesRequest& request) {
   const FrameRange& frames = request.frames;
-  const std::string text = std::filesystem::absolute(request.scene).lexically_normal().string() +
+  const std::string text = std::to_string(getuid()) + "\n" +
+                           std::filesystem::absolute(request.scene).lexically_normal().string() +
                            "\n" + std::to_string(frames.first) + "-" + std::to_string(frames.last) +
                            ":" + std::to_string(frames.step) + "\n" + request.render.as_given() +
                            (has_frame_number(request.scene) ? "" : content_of(request.scene)) +
@@ -178,14 +181,18 @@ class SeriesRun {
   }
 
   JobId submit_when_there_is_room(const Submission& submission) {
-    for (bool told = false;; told = true) {
+    for (bool first = true;; first = false) {
+      std::string why;
       try {
         return client_.submit(submission);
       } catch (const NoRoom& error) {
-        if (!told) {
-          progress_.make_way();
-          std::cerr << "parray: frame " << submission.frame << " waits: " << error.what() << "\n";
-        }
+        why = error.what();
+      } catch (const RunError& error) {  // its disk is full, or its memory
+        why = error.what();
+      }
+      if (first) {
+        progress_.make_way();
+        std::cerr << "parray: frame " << submission.frame << " waits: " << why << "\n";
       }
       look();
       check_wanted();
