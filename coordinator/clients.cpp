@@ -157,10 +157,12 @@ Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id)
   if (job == nullptr) {
     const bool series = !frames_of(id).empty();
     fail_request(peer, request, 2,
-                 series ? fmt::format("{} is a series of frames: name the job of one of them, as "
-                                      "parray show {} lists them",
-                                      id, id)
-                        : fmt::format("no job {}: see parray jobs", id));
+                 series
+                     ? fmt::format("{} is a series of frames: write #### in the picture's name, or "
+                                   "name the job of one of them, as "
+                                   "parray show {} lists them",
+                                   id, id)
+                     : fmt::format("no job {}: see parray jobs", id));
   }
   return job;
 }

@@ -41,6 +41,10 @@ struct ListedFrame {
 };
 
 std::vector<ListedFrame> listed_frames(const json& map) {
+  if (!map.contains("frame_list")) {
+    throw InputError("job " + map.value("id", json()).dump() +
+                     " is no series of frames: name its picture without #");
+  }
   std::vector<ListedFrame> frames;
   try {
     for (const json& entry : map.at("frame_list")) {

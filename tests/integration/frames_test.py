@@ -72,6 +72,11 @@ class Kinds(FrameCase):
         for frame in (1, 3, 5):
             self.assertEqual(self.written(frame), self.rendered("alone", scene(frame)))
         series = int(result.stdout.split()[0])
+        refused = farm.client("fetch", series, "-o", self.directory / "one.png")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("is a series of frames: write ####", refused.stderr)
+        single = farm.client("fetch", series + 1, "-o", self.directory / "one-#.png")
+        self.assertIn("is no series of frames", single.stderr)
         fetched = farm.client("fetch", series, "-o", self.directory / "again-##.png")
         self.assertEqual(fetched.returncode, 0, fetched.stderr)
         self.assertEqual(sorted(p.name for p in self.directory.glob("again-*")),
