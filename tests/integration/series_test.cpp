@@ -59,7 +59,6 @@ void round(Service& service, const Hands& hands) {
 TEST_CASE(
     "a series is listed as one job with its frames' progress, each frame is a job of its own") {
   Service service;
-  Hand hand(service, "w");
   const JobId series = submit_series(service, 3);
   json list = listed(service);
   REQUIRE(list.size() == 1);
@@ -67,6 +66,7 @@ TEST_CASE(
   CHECK(list[0].at("state") == "queued");
   CHECK(list[0].at("frames") == 3);
   CHECK(list[0].at("frames_done") == 0);
+  Hand hand(service, "w");
   work(service, {{&hand, honest}}, job_of(service, series, 0));
   list = listed(service);
   CHECK(list[0].at("state") == "running");
