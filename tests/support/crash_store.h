@@ -69,6 +69,10 @@ class CrashStore final : public Store {
     changed_ = true;
     staged_.notes[name] = text;
   }
+  void put_mark(const std::string& text) override {
+    changed_ = true;
+    staged_.mark = text;
+  }
   void commit() override {
     take_room();
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
@@ -102,6 +106,8 @@ class CrashStore final : public Store {
   std::string note(const std::string& name) override {
     return find(staged_.notes, name).value_or("");
   }
+  std::map<std::string, std::string> notes() override { return staged_.notes; }
+  std::string mark() override { return staged_.mark; }
   std::vector<JobRecord> jobs() override {
     std::vector<JobRecord> all;
     for (const auto& [id, job] : staged_.jobs) {
@@ -130,6 +136,7 @@ class CrashStore final : public Store {
     std::map<JobId, std::vector<std::string>> rows;
     std::map<JobId, std::string> pictures;
     std::map<std::string, std::string> notes;
+    std::string mark;
     bool scenes_dropped = false;
   };
 
