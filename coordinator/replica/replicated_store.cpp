@@ -33,6 +33,7 @@ void ReplicatedStore::find_lineage() {
   put_lineage(inner_, lineage);
   position_ = {lineage.history, lineage.generation, 0};
   put_position(inner_, position_);
+  inner_.commit();  // before any standby hears of it
 }
 
 void ReplicatedStore::put_job(const JobRecord& job) {

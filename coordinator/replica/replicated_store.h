@@ -41,7 +41,7 @@ class ReplicaLine {
 class ReplicatedStore final : public Store {
  public:
   /// `inner` and `line` outlive this. `random`: numbers that do not come again. Throws InputError
-  /// when `inner` is a copy that is not whole.
+  /// when `inner` is a copy that is not whole, and what its commit() throws.
   ReplicatedStore(Store& inner, ReplicaLine& line, std::function<std::uint64_t()> random);
 
   void put_job(const JobRecord& job) override;

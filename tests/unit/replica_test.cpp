@@ -152,6 +152,17 @@ bool commits(Store& store) {
   }
 }
 
+std::unique_ptr<ReplicatedStore> started(CrashStore& store, Standby& standby,
+                                         const std::function<std::uint64_t()>& random) {
+  for (;;) {
+    try {
+      return std::make_unique<ReplicatedStore>(store, standby, random);
+    } catch (const StorageFull&) {
+      store.crash();  // it is started again
+    }
+  }
+}
+
 /// A life of both with everything that may happen to them. Returns whether it ended in step.
 bool live(std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -159,7 +170,7 @@ bool live(std::uint64_t seed) {
   CrashStore second(0.05, seed + 1);
   Standby standby(second, 0.1, seed);
   const auto next_number = numbers(seed);
-  auto primary = std::make_unique<ReplicatedStore>(first, standby, next_number);
+  auto primary = started(first, standby, next_number);
   primary->put_scene(digest('a'), "scene a");
   primary->put_job(stored_job(1));
   Work work(seed);
@@ -182,7 +193,7 @@ bool live(std::uint64_t seed) {
     }
     if (random() % 15 == 0) {
       first.crash();
-      primary = std::make_unique<ReplicatedStore>(first, standby, next_number);
+      primary = started(first, standby, next_number);
     }
     CHECK(first.committed_rows(1).size() >= acknowledged);
     if (standby.replica().in_step()) {
