@@ -231,6 +231,7 @@ int serve(Arguments& a) {
   a.options.wall_clock = seconds_since_1970;
   a.options.backroom.wake = [&server] { server.link().wake(); };
   if (keeper.replicates()) {
+    log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
     a.options.backroom.idle_commits = seconds(1);
   }
   Coordinator coordinator(a.options, keeper.store(), log);

@@ -30,8 +30,8 @@ inline constexpr const char* lineage_note = "replica";
 std::optional<Lineage> lineage_of(Store& store);
 void put_lineage(Store& store, const Lineage& lineage);
 
-/// What the store's mark says: the position of all that is in it. Nothing: it says none, or that of
-/// another generation.
+/// What the store's mark says: the position of all that is in it. Nothing: it says none (something
+/// was kept that no standby was sent, say), or that of another generation.
 std::optional<Position> position_of(Store& store, const Lineage& lineage);
 void put_position(Store& store, const Position& position);
 

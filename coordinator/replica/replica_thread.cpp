@@ -35,9 +35,9 @@ std::optional<Answer> ReplicaThread::ask(Ask ask) {
   answer_.reset();
   waiting_ = encode(ask);
   send_at_ = Time(0);
-  const Time patience = seconds(3) + time_of(waiting_.size());
+  const Time patience = (silent_ ? milliseconds(300) : seconds(3)) + time_of(waiting_.size());
   link_->wake();
-  changed_.wait_for(lock, patience, [this] { return answer_ || failure_; });
+  silent_ = !changed_.wait_for(lock, patience, [this] { return answer_ || failure_; });
   waiting_.clear();
   if (failure_) {
     std::rethrow_exception(failure_);
@@ -100,6 +100,7 @@ void ReplicaThread::take(const Answer& answer) {
   if (answer.session != ping_.session) {
     return;
   }
+  silent_ = false;
   fenced_ = fenced_ || answer.kind == AnswerKind::fenced;
   if (answer.number == 0) {
     session_lost_ = session_lost_ || answer.kind == AnswerKind::who;

@@ -26,13 +26,14 @@ void ReplicatedStore::find_lineage() {
         "primary fills it up");
   }
   if (lineage.part == Part::primary && kept) {
-    position_ = *kept;
+    position_ = marked_ = *kept;
     return;
   }
   lineage = {lineage.history, lineage.generation + 1, Part::primary};
   put_lineage(inner_, lineage);
   position_ = {lineage.history, lineage.generation, 0};
   put_position(inner_, position_);
+  marked_ = position_;
   inner_.commit();  // before any standby hears of it
 }
 
@@ -70,7 +71,6 @@ void ReplicatedStore::put_note(const std::string& name, const std::string& text)
 }
 
 void ReplicatedStore::commit() {
-  const Position before = position_;
   if (session_ == 0 || line_.session_lost()) {
     begin_session();
   }
@@ -82,8 +82,9 @@ void ReplicatedStore::commit() {
     send_batch(batch_, true);
     batch_.clear();
   }
-  if (position_ != before) {
+  if (position_ != marked_) {
     put_position(inner_, position_);
+    marked_ = position_;
   }
   inner_.commit();
 }

@@ -81,6 +81,7 @@ class ReplicatedStore final : public Store {
   ReplicaLine& line_;
   std::function<std::uint64_t()> random_;
   Position position_{};        ///< that the standby has committed
+  Position marked_{};          ///< the last that was put to the inner store
   std::uint64_t session_ = 0;  ///< 0: there is none
   Changes fresh_;              ///< put since the batch under way
   std::string batch_;          ///< under way; the standby may have it

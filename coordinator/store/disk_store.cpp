@@ -272,11 +272,11 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
 }
 
 void DiskStore::record_mark(bool everything) {
-  if (!everything) {
-    execute(*database_, "DELETE FROM notes WHERE name = ?", std::string_view(mark_name));
-  } else if (new_mark_) {
+  if (everything && new_mark_) {
     execute(*database_, "INSERT OR REPLACE INTO notes VALUES (?, ?)", std::string_view(mark_name),
             *new_mark_);
+  } else {
+    execute(*database_, "DELETE FROM notes WHERE name = ?", std::string_view(mark_name));
   }
 }
 

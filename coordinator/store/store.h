@@ -58,8 +58,8 @@ class Store {
   virtual void drop_job(JobId job) = 0;  ///< with everything that is kept of it
   /// A text by name, in place of the one before.
   virtual void put_note(const std::string& name, const std::string& text) = 0;
-  /// A text that stands for all that was put before it: a commit keeps it only with everything, and
-  /// one that keeps a part leaves no mark at all, not even an earlier one.
+  /// A text that stands for exactly what is kept: a commit that keeps everything keeps the mark
+  /// that was put; any other commit, of a part or without a mark of its own, leaves none.
   virtual void put_mark(const std::string& text) = 0;
   /// What was put before is kept, durably, when it returns; room of what was dropped is free.
   virtual void commit() = 0;

@@ -294,6 +294,7 @@ TEST_CASE("the old primary becomes the standby of the one that took over") {
     primary.commit();
   }
   serve_alone(second);
+  CHECK(second.mark().empty());
   second.append_rows(1, "after the takeover");
   second.commit();
   Standby standby(first);
@@ -368,7 +369,7 @@ TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") 
   CHECK_THROWS_AS(decode_ask(answer), DecodeError);
 }
 
-TEST_CASE("a commit that keeps a part leaves no mark") {
+TEST_CASE("a commit that keeps a part, or that has no mark of its own, leaves none") {
   const TemporaryDirectory directory(in_memory());
   FaultyDisk disk;
   {
@@ -390,6 +391,9 @@ TEST_CASE("a commit that keeps a part leaves no mark") {
   store.put_mark("third");
   store.commit();
   CHECK(store.mark() == "third");
+  store.put_job(stored_job(3));
+  store.commit();
+  CHECK(store.mark().empty());
   CHECK(store.notes().empty());
 }
 
