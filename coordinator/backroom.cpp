@@ -115,7 +115,10 @@ std::size_t Backroom::backlog() const {
 void Backroom::lead() {
   const FloatMode ieee;
   const SteadyClock clock;
-  Time commit_at = never;
+  const auto after_idling = [&] {
+    return options_.idle_commits == never ? never : clock.now() + options_.idle_commits;
+  };
+  Time commit_at = store_ == nullptr ? never : after_idling();
   std::unique_lock lock(mutex_);
   while (!quit_) {
     const bool due = commit_at <= clock.now();
@@ -139,7 +142,7 @@ void Backroom::lead() {
         }
       } else {
         commit();
-        commit_at = blocked().empty() ? never : clock.now() + seconds(1);
+        commit_at = blocked().empty() ? after_idling() : clock.now() + seconds(1);
       }
     } catch (...) {
       const std::scoped_lock guard(mutex_);

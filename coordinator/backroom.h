@@ -36,6 +36,8 @@ class Backroom {
     std::function<void()> wake;  ///< called when there is something for run_finished()
     /// The longest that anything waits for its commit.
     Time commit_interval = milliseconds(100);
+    /// How often to commit where nothing was put, for a store that has other things to do then.
+    Time idle_commits = never;
   };
   /// `store` may be null: nothing is kept, and everything counts as committed. It belongs to the
   /// errands from now on.

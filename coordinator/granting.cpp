@@ -168,7 +168,7 @@ void Coordinator::note_storage(Time now) {
   if (blocked != storage_) {
     storage_ = blocked;
     grants_due_ = true;
-    blocked.empty() ? log_->info("there is room again: jobs go on")
+    blocked.empty() ? log_->info("everything can be kept again: jobs go on")
                     : log_->error("jobs wait: {}", blocked);
   }
   for (const JobId id : std::vector<JobId>(open_jobs_)) {

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <memory>
 #include <random>
+#include <utility>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
@@ -17,7 +18,7 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
-#include "coordinator/store/disk_store.h"
+#include "coordinator/replica/keeper.h"
 #include "proto/zmq_link.h"
 
 namespace {
@@ -36,7 +37,8 @@ struct Arguments {
   std::size_t max_message_bytes = default_max_message_bytes;
   std::string keys;
   bool insecure = false;
-  std::string state;
+  KeeperOptions keeper;
+  double takeover_after = 15;
   double lease_timeout = 10;
   double heartbeat = 1;
   std::string log_level = "info";
@@ -72,6 +74,29 @@ void declare_limits(CommandLine& line, Arguments& a) {
       .show_default();
 }
 
+void declare_state(CommandLine& line, Arguments& a) {
+  const Option state =
+      line.option("--state", a.keeper.state,
+                  "Directory for jobs, accepted rows and pictures, so that a coordinator started "
+                  "again goes on; without it they end with the process");
+  line.flag("--wait", a.keeper.wait,
+            "While another coordinator uses --state, stand by: serve as soon as that has ended")
+      .needs(state);
+  line.option("--replicate-to", a.keeper.replicate_to,
+              "Address of a standby on another machine, tcp://HOST:7401: nothing is acknowledged "
+              "before it has it, too")
+      .needs(state);
+  Option standby = line.option(
+      "--standby", a.keeper.standby,
+      "Stand by for the coordinator that says --replicate-to with this address (tcp://*:7401): "
+      "keep a copy of its state, serve when it is silent");
+  standby.needs(state);
+  line.number("--takeover-after", a.takeover_after, 1.0, 86400.0,
+              "Seconds of silence after which a standby takes over")
+      .needs(standby)
+      .show_default();
+}
+
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--bind", a.bind,
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
@@ -81,9 +106,7 @@ void declare_options(CommandLine& line, Arguments& a) {
       .environment("PARRAY_KEYS");
   line.flag("--insecure", a.insecure,
             "Serve other machines without keys: anybody there can send jobs and pose as a worker");
-  line.option("--state", a.state,
-              "Directory for jobs, accepted rows and pictures, so that a coordinator started "
-              "again goes on; without it they end with the process");
+  declare_state(line, a);
   declare_limits(line, a);
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
       .show_default();
@@ -149,23 +172,40 @@ Epoch random_epoch() {
   return (Epoch{device()} << 30) + (Epoch{device()} & 0x3FFFFFFF) + 1;
 }
 
-std::unique_ptr<Store> open_store(const std::string& directory) {
-  return directory.empty() ? nullptr : std::make_unique<DiskStore>(directory);
+/// Without keys only this machine is served, unless the user insists.
+void refuse_in_the_clear(const Arguments& a, const std::string& option, const std::string& address,
+                         const std::string& danger) {
+  if (!address.empty() && !is_loopback(address) && a.keys.empty() && !a.insecure) {
+    throw InputError(option + " " + address + ": refused, because anybody on that network could " +
+                     danger +
+                     ": make keys with parray keygen DIR and say --keys DIR (or --insecure, if "
+                     "that is what you want)");
+  }
 }
 
-int serve(Arguments& a) {
-  if (!is_loopback(a.bind) && a.keys.empty() && !a.insecure) {
-    throw InputError(
-        "--coordinator " + a.bind +
-        ": refused, because anybody on that network could send jobs and pose as a "
-        "worker: make keys with parray keygen DIR and say --keys DIR (or --insecure, if "
-        "that is what you want)");
+void check(const Arguments& a) {
+  for (const auto& [option, address] :
+       {std::pair("--coordinator", a.bind), std::pair("--replicate-to", a.keeper.replicate_to)}) {
+    if (address.find(',') != std::string::npos) {
+      throw InputError(std::string(option) + " " + address +
+                       ": must be one address; lists are for workers and clients");
+    }
   }
+  if (!a.keeper.standby.empty() && !a.keeper.replicate_to.empty()) {
+    throw InputError("--standby and --replicate-to: a standby has no standby of its own");
+  }
+  refuse_in_the_clear(a, "--coordinator", a.bind, "send jobs and pose as a worker");
+  refuse_in_the_clear(a, "--standby", a.keeper.standby, "pose as the primary");
+  refuse_in_the_clear(a, "--replicate-to", a.keeper.replicate_to, "read all jobs and pictures");
   if (a.lease_timeout < 3 * a.heartbeat) {
     throw InputError(
         "--lease-timeout must be at least three times --heartbeat, or leases end "
         "before their workers can say that they are at work");
   }
+}
+
+int serve(Arguments& a) {
+  check(a);
   a.options.heartbeat = from_seconds(a.heartbeat);
   a.options.silence = 5 * a.options.heartbeat;
   a.options.lease_timeout = from_seconds(a.lease_timeout);
@@ -174,7 +214,9 @@ int serve(Arguments& a) {
 
   const auto log = spdlog::stderr_color_mt("coordinator");
   log->set_level(spdlog::level::from_str(a.log_level));
-  const auto store = open_store(a.state);
+  a.keeper.keys = a.keys;
+  a.keeper.takeover_after = from_seconds(a.takeover_after);
+  Keeper keeper(a.keeper, *log, check_interrupted);
   keep_freed_blocks();
   allow_connections(a.options.max_workers);
   ZmqServer server(a.bind, a.max_message_bytes, a.keys);
@@ -188,11 +230,20 @@ int serve(Arguments& a) {
   a.options.limits.keep_seconds = a.keep_days * 24 * 3600;
   a.options.wall_clock = seconds_since_1970;
   a.options.backroom.wake = [&server] { server.link().wake(); };
-  Coordinator coordinator(a.options, store.get(), log);
+  if (keeper.replicates()) {
+    log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
+    a.options.backroom.idle_commits = seconds(1);
+  }
+  Coordinator coordinator(a.options, keeper.store(), log);
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;
-  run_actor(coordinator, server.link(), clock, [](Time) { return interrupt_noted(); });
+  run_actor(coordinator, server.link(), clock,
+            [&](Time) { return interrupt_noted() || keeper.fenced(); });
+  if (keeper.fenced()) {
+    throw RunError("fenced: the standby at " + a.keeper.replicate_to +
+                   " has taken over and serves as a later generation");
+  }
   coordinator.leave("coordinator stopped");
   for (Delivery& goodbye : coordinator.take_outbox()) {
     server.link().send(goodbye.peer, std::move(goodbye.content));

@@ -1,6 +1,8 @@
 #include "proto/zmq_link.h"
 
 #include <array>
+#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 #include <zmq_addon.hpp>
@@ -15,8 +17,11 @@ namespace {
 /// been let in is.
 class Authenticator {
  public:
-  Authenticator(zmq::context_t& context, const std::filesystem::path& keys)
-      : list_(keys), socket_(context, zmq::socket_type::rep) {
+  /// Nobody: the key is not known.
+  using Known = std::function<std::optional<Sender>(const std::string& key)>;
+
+  Authenticator(zmq::context_t& context, Known known)
+      : known_(std::move(known)), socket_(context, zmq::socket_type::rep) {
     socket_.set(zmq::sockopt::linger, 0);
     socket_.bind("inproc://zeromq.zap.01");
   }
@@ -35,7 +40,7 @@ class Authenticator {
         zmq_z85_encode(text.data(), question[6].data<std::uint8_t>(), question[6].size());
         key = text.data();
       }
-      const bool known = list_.find(clock_.now(), key).has_value();
+      const bool known = known_(key).has_value();
       const std::array<std::string, 6> answer{"1.0",
                                               question.size() > 1 ? question[1].to_string() : "",
                                               known ? "200" : "400",
@@ -51,13 +56,12 @@ class Authenticator {
 
   /// Of a connection that was let in; the list may have changed since.
   Sender sender_of(const char* key) {
-    const auto found = key == nullptr ? std::nullopt : list_.find(clock_.now(), key);
+    const auto found = key == nullptr ? std::nullopt : known_(key);
     return found.value_or(Sender{Role::none, ""});
   }
 
  private:
-  const SteadyClock clock_;
-  AllowList list_;
+  const Known known_;
   zmq::socket_t socket_;
 };
 
@@ -69,9 +73,16 @@ class ZmqLink final : public Link {
   ZmqSocket& socket() { return socket_; }
 
   /// Before it is bound.
-  void admit_only(const std::filesystem::path& keys) {
+  void admit_only(const std::filesystem::path& keys, Admits admits) {
     const KeyPair own = read_coordinator_key(keys);
-    authenticator_.emplace(context_, keys);
+    Authenticator::Known known = [open = own.open](const std::string& key) {
+      return key == open ? std::optional(Sender{}) : std::nullopt;
+    };
+    if (admits == Admits::members) {
+      known = [list = std::make_shared<AllowList>(keys), clock = SteadyClock()](
+                  const std::string& key) { return list->find(clock.now(), key); };
+    }
+    authenticator_.emplace(context_, std::move(known));
     socket_.serve_as(own);
     socket_.raw().set(zmq::sockopt::zap_domain, "parray");
     socket_.identify_by([this](const char* key) { return authenticator_->sender_of(key); });
@@ -122,10 +133,10 @@ bool is_loopback(const std::string& endpoint) {
 class ZmqServer::Impl {
  public:
   Impl(const std::string& endpoint, std::size_t max_message_bytes,
-       const std::filesystem::path& keys)
+       const std::filesystem::path& keys, Admits admits)
       : link_(zmq::socket_type::router, max_message_bytes, seconds(1)) {
     if (!keys.empty()) {
-      link_.admit_only(keys);
+      link_.admit_only(keys, admits);
     }
     try {
       link_.socket().raw().bind(endpoint);
@@ -144,24 +155,19 @@ class ZmqServer::Impl {
 };
 
 ZmqServer::ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
-                     const std::filesystem::path& keys)
-    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes, keys)) {}
+                     const std::filesystem::path& keys, Admits admits)
+    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes, keys, admits)) {}
 ZmqServer::~ZmqServer() = default;
 Link& ZmqServer::link() { return impl_->link(); }
 const std::string& ZmqServer::endpoint() const { return impl_->endpoint(); }
 
-std::unique_ptr<Link> zmq_connect(const std::string& endpoint, std::size_t max_message_bytes,
+std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key) {
   auto link = std::make_unique<ZmqLink>(zmq::socket_type::dealer, max_message_bytes, linger);
   if (key) {
     link->socket().speak_as(key->own, key->coordinator);
   }
-  try {
-    link->socket().raw().connect(endpoint);
-  } catch (const zmq::error_t& error) {
-    throw InputError("cannot connect to '" + endpoint + "': " + error.what() +
-                     "; an address looks like tcp://127.0.0.1:7400");
-  }
+  link->socket().connect(AddressList(addresses));
   return link;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -17,13 +18,19 @@ inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
 /// tcp://localhost:*, ipc://*.
 bool is_loopback(const std::string& endpoint);
 
+/// Whom a server with keys hears.
+enum class Admits : std::uint8_t {
+  members,  ///< whom the list names
+  itself,   ///< who has the coordinator's own key
+};
+
 /// A ROUTER bound to `endpoint` (tcp://ADDRESS:PORT, port * for a free one; ipc://PATH). With
-/// `keys`, a directory (see keys.h), it hears only whom the list there names; without, anybody.
-/// Throws RunError when it cannot be bound, InputError when the keys are no good.
+/// `keys`, a directory (see keys.h), it hears only whom `admits` says; without, anybody. Throws
+/// RunError when it cannot be bound, InputError when the keys are no good.
 class ZmqServer {
  public:
   ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
-            const std::filesystem::path& keys = {});
+            const std::filesystem::path& keys = {}, Admits admits = Admits::members);
   ~ZmqServer();
   ZmqServer(const ZmqServer&) = delete;
   ZmqServer& operator=(const ZmqServer&) = delete;
@@ -37,11 +44,12 @@ class ZmqServer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A DEALER connected to `endpoint`; connects again by itself when the connection breaks. What is
-/// not sent when it is destroyed is dropped after `linger`. A server with keys hears it with one
-/// that it knows, and it hears only the server that this names.
-/// Throws InputError when `endpoint` is not one.
-std::unique_ptr<Link> zmq_connect(const std::string& endpoint, std::size_t max_message_bytes,
+/// A DEALER connected to one of `addresses`, which have commas between them: the first, and the
+/// next one when that is silent (see AddressList); connects again by itself when the connection
+/// breaks. What is not sent when it is destroyed is dropped after `linger`. A server with keys
+/// hears it with one that it knows, and it hears only the server that this names. Throws InputError
+/// when one of `addresses` is none.
+std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key = {});
 
 }  // namespace parray

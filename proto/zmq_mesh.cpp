@@ -1,5 +1,6 @@
 #include "proto/zmq_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
@@ -29,14 +30,11 @@ class ZmqMesh::Impl {
     if (options.key) {
       coordinator_.speak_as(options.key->own, options.key->coordinator);
     }
-    try {
-      coordinator_.raw().connect(options.coordinator);
-    } catch (const zmq::error_t& error) {
-      throw InputError("cannot connect to '" + options.coordinator + "': " + error.what() +
-                       "; an address looks like tcp://127.0.0.1:7400");
-    }
+    AddressList addresses(options.coordinator);
+    const bool here = std::all_of(addresses.all().begin(), addresses.all().end(), is_loopback);
+    coordinator_.connect(std::move(addresses));
     if (options.sharing) {
-      share(is_loopback(options.coordinator) ? "tcp://127.0.0.1:*" : "tcp://*:*");
+      share(here ? "tcp://127.0.0.1:*" : "tcp://*:*");
     }
   }
 

@@ -11,7 +11,7 @@
 namespace parray {
 
 struct ZmqMeshOptions {
-  std::string coordinator;  ///< tcp://ADDRESS:PORT
+  std::string coordinator;  ///< addresses, as zmq_connect() has them
   std::size_t max_message_bytes = 0;
   Time linger = seconds(1);        ///< of what the coordinator has not got yet
   std::optional<MemberKey> key{};  ///< for the coordinator

@@ -94,13 +94,48 @@ void ZmqSocket::speak_as(const KeyPair& own, const std::string& server) {
   socket_.set(zmq::sockopt::curve_secretkey, own.secret);
 }
 
+void ZmqSocket::connect(AddressList addresses) {
+  for (const std::string& address : addresses.all()) {
+    connect_to(address);  // so that a bad one is told now
+    if (address != addresses.current()) {
+      socket_.disconnect(address);
+    }
+  }
+  addresses_ = std::move(addresses);
+}
+
+void ZmqSocket::connect_to(const std::string& address) {
+  try {
+    socket_.connect(address);
+  } catch (const zmq::error_t& error) {
+    throw InputError("cannot connect to '" + address + "': " + error.what() +
+                     "; an address looks like tcp://127.0.0.1:7400");
+  }
+}
+
+void ZmqSocket::leave_silent_address() {
+  if (!addresses_) {
+    return;
+  }
+  const std::string left = addresses_->current();
+  if (addresses_->move_on(clock_.now())) {
+    socket_.disconnect(left);
+    connect_to(addresses_->current());
+  }
+}
+
 bool ZmqSocket::send(const PeerId& to, const Envelope& content) {
   std::vector<zmq::message_t> parts;
   if (router_) {
     parts.emplace_back(to.data(), to.size());
   }
+  std::size_t bytes = 0;
   for (const Frame& frame : content.frames()) {
     parts.push_back(part_of(frame));
+    bytes += frame.size();
+  }
+  if (addresses_) {
+    addresses_->sent(clock_.now(), bytes);
   }
   try {
     return zmq::send_multipart(socket_, parts, zmq::send_flags::dontwait).has_value();
@@ -120,6 +155,7 @@ std::optional<Delivery> ZmqSocket::receive() {
     zmq::message_t part;
     while (!receive_part(part)) {
       if (i == 0 && !dropping_) {
+        leave_silent_address();
         return {};
       }  // else it was a signal: the frames of a message arrive all at once
     }
@@ -138,6 +174,9 @@ std::optional<Delivery> ZmqSocket::receive() {
     frames.clear();
   }
   dropping_ = more;
+  if (addresses_) {
+    addresses_->heard();
+  }
   delivery.content = std::move(frames);
   return delivery;
 }

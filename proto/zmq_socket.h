@@ -6,6 +6,7 @@
 #include <string>
 #include <zmq.hpp>
 
+#include "proto/address_list.h"
 #include "proto/link.h"
 
 /// What the links over ZeroMQ are made of. For their sources only.
@@ -28,6 +29,10 @@ class ZmqSocket {
   /// Speaks as `own` to nobody but the owner of `server`. Before it is connected.
   void speak_as(const KeyPair& own, const std::string& server);
 
+  /// To the first of the list; to the next when that is silent (see AddressList): what still waits
+  /// for it then is dropped, as the protocol repeats it. Throws InputError when one is no address.
+  void connect(AddressList addresses);
+
   /// As Link::send(). Throws RunError where the socket is no good.
   bool send(const PeerId& to, const Envelope& content);
   /// As Link::receive(). A message of more frames than any has is dropped as it is read, some
@@ -37,10 +42,14 @@ class ZmqSocket {
 
  private:
   bool receive_part(zmq::message_t& part);
+  void connect_to(const std::string& address);
+  void leave_silent_address();
 
   zmq::socket_t socket_;
   const bool router_;
   bool dropping_ = false;  ///< the rest of a message
+  const SteadyClock clock_;
+  std::optional<AddressList> addresses_;  ///< of a DEALER
   Identify identify_ = [](const char* /*key*/) { return Sender{}; };
 };
 

@@ -33,7 +33,8 @@ struct Arguments {
 };
 
 void declare_options(CommandLine& line, Arguments& a) {
-  line.option("--coordinator,--connect", a.coordinator, "The coordinator's address")
+  line.option("--coordinator,--connect", a.coordinator,
+              "The coordinator's address, and its standbys', with commas between")
       .environment("PARRAY_COORDINATOR")
       .show_default();
   line.option("--keys", a.keys, "Key of this worker, of a coordinator that wants one: worker.key")

@@ -4,12 +4,15 @@
 #include <optional>
 
 #include "common/process/stop_signal.h"
+#include "proto/address_list.h"
 #include "proto/zmq_link.h"
 
 namespace parray {
 
 void FarmOptions::add_to(Command& command) {
-  command.option("--coordinator", address_, "Where parray-coordinator listens")
+  command
+      .option("--coordinator", address_,
+              "Where parray-coordinator listens; and its standbys, with commas between")
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
       .show_default();
@@ -29,6 +32,8 @@ FarmClient::FarmClient(const FarmOptions& farm)
               {.address = farm.address(),
                .silence_hint = farm.keys().empty() ? " (or it wants a key: --keys)"
                                                    : " (or it does not know the key in --keys)",
+               // Time to hear each address of a list.
+               .timeout = seconds(10) * AddressList(farm.address()).all().size(),
                .poll = check_interrupted,
                .on_silence = [](const std::string& text) {
                  std::cerr << "parray: " + text + " Waiting.\n";

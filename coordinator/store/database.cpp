@@ -53,7 +53,7 @@ void Database::fail() const {
   const std::string place = "--state " + directory_.string() + ": ";
   const std::string why = sqlite3_errmsg(db_);
   if ((code & 0xff) == SQLITE_BUSY) {
-    throw InputError(place + "another coordinator uses it: stop it, or name another directory");
+    throw StateInUse(place + "another coordinator uses it: stop it, or name another directory");
   }
   if ((code & 0xff) == SQLITE_CANTOPEN || (code & 0xff) == SQLITE_READONLY) {
     throw InputError(place + why + ": name a directory that can be written");

@@ -12,7 +12,8 @@ namespace parray {
 
 /// A connection to one SQLite file. One thread.
 ///
-/// Errors are exceptions: InputError when another process uses the file or it cannot be opened,
+/// Errors are exceptions: StateInUse when another process uses the file, InputError when it cannot
+/// be opened,
 /// StorageFull when there is no room to write, RunError for anything else (damage). All name the
 /// directory that the file is in.
 class Database {

@@ -11,6 +11,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The mark stands among the notes.
+constexpr const char* mark_name = "mark";
+
 /// The lowest number whose file is not there; `path_of` gives its path.
 template <typename PathOf>
 std::uint64_t free_number(const PathOf& path_of) {
@@ -175,8 +178,11 @@ void DiskStore::put_note(const std::string& name, const std::string& text) {
   new_notes_[name] = text;
 }
 
+void DiskStore::put_mark(const std::string& text) { new_mark_ = text; }
+
 void DiskStore::commit() {
-  if (changes_.empty() && new_scenes_.empty() && !scenes_dropped_ && new_notes_.empty()) {
+  if (changes_.empty() && new_scenes_.empty() && !scenes_dropped_ && new_notes_.empty() &&
+      !new_mark_) {
     return;
   }
   std::exception_ptr failure;
@@ -261,7 +267,17 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
       record_change(id, change);
     }
   }
+  record_mark(held_back.empty());
   transaction.commit();
+}
+
+void DiskStore::record_mark(bool everything) {
+  if (everything && new_mark_) {
+    execute(*database_, "INSERT OR REPLACE INTO notes VALUES (?, ?)", std::string_view(mark_name),
+            *new_mark_);
+  } else {
+    execute(*database_, "DELETE FROM notes WHERE name = ?", std::string_view(mark_name));
+  }
 }
 
 void DiskStore::record_change(JobId job, const Change& change) {
@@ -302,6 +318,9 @@ void DiskStore::record_picture(JobId job, const JobEntry* entry) {
 void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   new_scenes_.clear();
   new_notes_.clear();
+  if (held_back.empty()) {
+    new_mark_.reset();
+  }
   for (const std::string& digest : unused) {
     scenes_.erase(digest);
     remove_file(files_.scene(digest));
@@ -351,6 +370,18 @@ std::string DiskStore::note(const std::string& name) {
   row.bind(name);
   return row.step() ? std::string(row.bytes(0)) : "";
 }
+
+std::map<std::string, std::string> DiskStore::notes() {
+  std::map<std::string, std::string> notes = new_notes_;
+  Statement rows(*database_, "SELECT name, text FROM notes");
+  while (rows.step()) {
+    notes.try_emplace(std::string(rows.bytes(0)), rows.bytes(1));
+  }
+  notes.erase(mark_name);
+  return notes;
+}
+
+std::string DiskStore::mark() { return new_mark_ ? *new_mark_ : note(mark_name); }
 
 std::vector<JobRecord> DiskStore::jobs() {
   std::map<JobId, std::string> texts;

@@ -46,8 +46,9 @@ class DiskStore final : public Store {
   /// Makes the directory if need be. Reads no bulk data. A state of version 1 is converted (see
   /// schema.h). `disk` outlives this.
   ///
-  /// Throws InputError when the directory cannot be used, another coordinator uses it or it lacks
-  /// even the room to open; RunError when the database is damaged or of a later version.
+  /// Throws StateInUse when another coordinator uses it, InputError when the directory cannot be
+  /// used or lacks even the room to open; RunError when the database is damaged or of a later
+  /// version.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
   DiskStore(const DiskStore&) = delete;
@@ -61,10 +62,13 @@ class DiskStore final : public Store {
   void drop_work(JobId job) override;
   void drop_job(JobId job) override;
   void put_note(const std::string& name, const std::string& text) override;
+  void put_mark(const std::string& text) override;
   void commit() override;
 
   Usage usage() override;
   std::string note(const std::string& name) override;
+  std::map<std::string, std::string> notes() override;
+  std::string mark() override;
   std::vector<JobRecord> jobs() override;
   std::optional<std::string> scene(const std::string& digest) override;
   void each_rows(JobId job, const RowsVisitor& visit) override;
@@ -95,6 +99,7 @@ class DiskStore final : public Store {
   [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
   void record(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void record_mark(bool everything);
   void record_change(JobId job, const Change& change);
   void record_log(JobId job, const JobEntry* entry);
   void record_picture(JobId job, const JobEntry* entry);
@@ -112,6 +117,7 @@ class DiskStore final : public Store {
   std::map<JobId, Change> changes_;
   std::set<std::string> new_scenes_;
   std::map<std::string, std::string> new_notes_;
+  std::optional<std::string> new_mark_;
   bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
 };
 

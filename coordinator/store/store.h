@@ -21,6 +21,12 @@ class StorageFull : public RunError {
   using RunError::RunError;
 };
 
+/// Another process uses the state. `what()` names the directory.
+class StateInUse : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Where jobs, scenes, finished rows and pictures are kept: the seam to the disk.
 ///
 /// Nothing counts as kept before commit() has returned; the coordinator acknowledges nothing
@@ -52,6 +58,9 @@ class Store {
   virtual void drop_job(JobId job) = 0;  ///< with everything that is kept of it
   /// A text by name, in place of the one before.
   virtual void put_note(const std::string& name, const std::string& text) = 0;
+  /// A text that stands for exactly what is kept: a commit that keeps everything keeps the mark
+  /// that was put; any other commit, of a part or without a mark of its own, leaves none.
+  virtual void put_mark(const std::string& text) = 0;
   /// What was put before is kept, durably, when it returns; room of what was dropped is free.
   virtual void commit() = 0;
 
@@ -62,7 +71,9 @@ class Store {
   };
   virtual Usage usage() = 0;
   virtual std::string note(const std::string& name) = 0;  ///< empty: there is none
-  virtual std::vector<JobRecord> jobs() = 0;              ///< by ascending id
+  virtual std::map<std::string, std::string> notes() = 0;
+  virtual std::string mark() = 0;             ///< empty: there is none
+  virtual std::vector<JobRecord> jobs() = 0;  ///< by ascending id
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -17,7 +18,10 @@ class CrashStore final : public Store {
   CrashStore(double failing, std::uint64_t seed) : failing_(failing), random_(seed) {}
 
   /// The coordinator has died: what is left is what was committed.
-  void crash() { staged_ = committed_; }
+  void crash() {
+    staged_ = committed_;
+    new_mark_.reset();
+  }
   /// While it is full, nothing can be committed, nor scenes or pictures put.
   void fill(bool full) { full_ = full; }
   /// The entries of the job's log that a crash would leave.
@@ -69,6 +73,10 @@ class CrashStore final : public Store {
     changed_ = true;
     staged_.notes[name] = text;
   }
+  void put_mark(const std::string& text) override {
+    changed_ = true;
+    new_mark_ = text;
+  }
   void commit() override {
     take_room();
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
@@ -80,6 +88,7 @@ class CrashStore final : public Store {
     if (std::exchange(staged_.scenes_dropped, false)) {
       std::erase_if(staged_.scenes, [&](const auto& scene) { return !is_used(scene.first); });
     }
+    staged_.mark = std::exchange(new_mark_, {}).value_or("");
     committed_ = staged_;
   }
 
@@ -102,6 +111,8 @@ class CrashStore final : public Store {
   std::string note(const std::string& name) override {
     return find(staged_.notes, name).value_or("");
   }
+  std::map<std::string, std::string> notes() override { return staged_.notes; }
+  std::string mark() override { return new_mark_.value_or(staged_.mark); }
   std::vector<JobRecord> jobs() override {
     std::vector<JobRecord> all;
     for (const auto& [id, job] : staged_.jobs) {
@@ -130,6 +141,7 @@ class CrashStore final : public Store {
     std::map<JobId, std::vector<std::string>> rows;
     std::map<JobId, std::string> pictures;
     std::map<std::string, std::string> notes;
+    std::string mark;
     bool scenes_dropped = false;
   };
 
@@ -152,6 +164,7 @@ class CrashStore final : public Store {
   double failing_;
   bool full_ = false;
   bool changed_ = false;
+  std::optional<std::string> new_mark_;
   std::mt19937_64 random_;
   Content staged_;
   Content committed_;

@@ -12,7 +12,11 @@
 namespace parray::test {
 
 /// A digest that is told apart by its first digit.
-inline std::string digest(char digit) { return digit + std::string(63, '0'); }
+inline std::string digest(char digit) {
+  std::string text(64, '0');
+  text[0] = digit;
+  return text;
+}
 
 inline JobRecord stored_job(JobId id, JobState state = JobState::queued, char scene = 'a') {
   JobRecord job;

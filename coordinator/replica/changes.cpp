@@ -1,0 +1,89 @@
+#include "coordinator/replica/changes.h"
+
+#include <array>
+#include <utility>
+
+namespace parray {
+
+void Changes::add(ChangeKind kind, JobId job, std::string_view name,
+                  std::span<const std::string_view> pieces) {
+  std::uint64_t size = 0;
+  for (const std::string_view piece : pieces) {
+    size += piece.size();
+  }
+  ByteWriter header;
+  header.put(static_cast<std::uint8_t>(kind));
+  header.put(job);
+  header.put(static_cast<std::uint32_t>(name.size()));
+  header.put_bytes(name);
+  header.put(size);
+  bytes_ += header.take();
+  for (const std::string_view piece : pieces) {
+    bytes_ += piece;
+  }
+  size_ = bytes_.size();
+}
+
+std::string Changes::take() {
+  size_ = 0;
+  return std::exchange(bytes_, {});
+}
+
+void Changes::put_job(const JobRecord& job) {
+  const std::string text = record_to_json(job);
+  add(ChangeKind::job, job.id, {}, std::array<std::string_view, 1>{text});
+}
+void Changes::put_scene(const std::string& digest, std::string_view bytes) {
+  add(ChangeKind::scene, 0, digest, std::span(&bytes, 1));
+}
+void Changes::append_rows(JobId job, std::string_view entry) {
+  add(ChangeKind::rows, job, {}, std::span(&entry, 1));
+}
+void Changes::drop_rows(JobId job) { add(ChangeKind::drop_rows, job, {}, {}); }
+void Changes::put_picture(JobId job, std::span<const std::string_view> pieces) {
+  add(ChangeKind::picture, job, {}, pieces);
+}
+void Changes::drop_work(JobId job) { add(ChangeKind::drop_work, job, {}, {}); }
+void Changes::drop_job(JobId job) { add(ChangeKind::drop_job, job, {}, {}); }
+void Changes::put_note(const std::string& name, std::string_view text) {
+  add(ChangeKind::note, 0, name, std::span(&text, 1));
+}
+
+std::size_t apply_first(std::string_view changes, Store& store) {
+  ByteReader reader(changes);
+  const auto kind = static_cast<ChangeKind>(reader.get<std::uint8_t>());
+  const auto job = reader.get<JobId>();
+  const std::string name(reader.get_bytes(reader.get<std::uint32_t>()));
+  const std::string_view data = reader.get_bytes(reader.get<std::uint64_t>());
+  switch (kind) {
+    case ChangeKind::job:
+      store.put_job(record_from_json(job, data));
+      break;
+    case ChangeKind::scene:
+      store.put_scene(name, data);
+      break;
+    case ChangeKind::rows:
+      store.append_rows(job, std::string(data));
+      break;
+    case ChangeKind::drop_rows:
+      store.drop_rows(job);
+      break;
+    case ChangeKind::picture:
+      store.put_picture(job, std::span(&data, 1));
+      break;
+    case ChangeKind::drop_work:
+      store.drop_work(job);
+      break;
+    case ChangeKind::drop_job:
+      store.drop_job(job);
+      break;
+    case ChangeKind::note:
+      store.put_note(name, std::string(data));
+      break;
+    default:
+      throw DecodeError("a change of no known kind");
+  }
+  return changes.size() - reader.left();
+}
+
+}  // namespace parray

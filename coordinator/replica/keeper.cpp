@@ -1,0 +1,84 @@
+#include "coordinator/replica/keeper.h"
+
+#include <optional>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "coordinator/store/disk_store.h"
+#include "proto/keys.h"
+#include "proto/zmq_link.h"
+
+namespace parray {
+namespace {
+
+constexpr std::size_t most_message_bytes = std::size_t{64} << 20;  // pieces are far smaller
+
+std::unique_ptr<Store> wait_for_store(const std::string& directory, spdlog::logger& log,
+                                      const std::function<void()>& stop) {
+  constexpr Time nap = milliseconds(100);
+  for (bool told = false;;) {
+    try {
+      return std::make_unique<DiskStore>(directory);
+    } catch (const StateInUse&) {
+      if (!std::exchange(told, true)) {
+        log.info("another coordinator uses {}: waiting for its end", directory);
+      }
+    }
+    std::this_thread::sleep_for(nap);
+    stop();
+  }
+}
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32) + device();
+}
+
+}  // namespace
+
+Keeper::Keeper(const KeeperOptions& options, spdlog::logger& log,
+               const std::function<void()>& stop) {
+  if (options.state.empty()) {
+    return;
+  }
+  disk_ = options.wait ? wait_for_store(options.state, log, stop)
+                       : std::make_unique<DiskStore>(options.state);
+  if (!options.standby.empty()) {
+    take_over(options, log, stop);
+  } else if (!options.replicate_to.empty()) {
+    replicate(options);
+  } else {
+    serve_alone(*disk_);
+  }
+}
+
+Store* Keeper::store() { return replicated_ ? replicated_.get() : disk_.get(); }
+
+void Keeper::take_over(const KeeperOptions& options, spdlog::logger& log,
+                       const std::function<void()>& stop) {
+  auto server = std::make_unique<ZmqServer>(options.standby, most_message_bytes, options.keys,
+                                            Admits::itself);
+  Replica replica(*disk_);
+  if (!replica.serves()) {
+    log.info("standing by for a primary at {}", server->endpoint());
+    stand_by(replica, server->link(), options.takeover_after, log, stop);
+  }
+  const std::uint64_t generation = serve_alone(*disk_);
+  log.warn("{}: serving as generation {}",
+           replica.serves() ? "has taken over before" : "the primary is silent", generation);
+  fence_ = std::make_unique<Fence>(std::move(server), generation);
+}
+
+void Keeper::replicate(const KeeperOptions& options) {
+  std::optional<MemberKey> key;
+  if (!options.keys.empty()) {
+    const KeyPair own = read_coordinator_key(options.keys);
+    key = MemberKey{own.open, own};
+  }
+  line_ = std::make_unique<ReplicaThread>(
+      zmq_connect(options.replicate_to, most_message_bytes, Time(0), key), options.replicate_to);
+  replicated_ = std::make_unique<ReplicatedStore>(*disk_, *line_, random_number);
+}
+
+}  // namespace parray

@@ -1,0 +1,161 @@
+#include "coordinator/replica/replica.h"
+
+#include <utility>
+
+#include "coordinator/replica/changes.h"
+
+namespace parray {
+
+Replica::Replica(Store& store) : store_(store), lineage_(lineage_of(store)) {
+  if (!lineage_ && !store.jobs().empty()) {
+    throw InputError(
+        "--standby: --state holds jobs of its own, which a copy would replace: name an empty "
+        "directory");
+  }
+}
+
+std::string Replica::answer(std::string_view message) {
+  Ask ask;
+  try {
+    ask = decode_ask(message);
+  } catch (const DecodeError&) {
+    return {};  // as if it were lost: it comes again
+  }
+  Answer answer;
+  try {
+    answer = reply(ask);
+  } catch (const StorageFull& full) {
+    answer = {0, 0, AnswerKind::full, 0, full.what()};
+  }
+  answer.session = ask.session;
+  answer.number = ask.number;
+  return encode(answer);
+}
+
+Answer Replica::reply(const Ask& ask) {
+  if (const std::optional<Answer> no = refusal(ask)) {
+    return *no;
+  }
+  if (ask.kind == AskKind::hello) {
+    return begin_session(ask);
+  }
+  if (ask.session != session_) {
+    return {0, 0, AnswerKind::who};
+  }
+  switch (ask.kind) {
+    case AskKind::copy:
+      return begin_copy(ask);
+    case AskKind::piece:
+      return take_piece(ask);
+    case AskKind::commit:
+      return take_batch(ask);
+    default:
+      return {};
+  }
+}
+
+std::optional<Answer> Replica::refusal(const Ask& ask) const {
+  if (!lineage_) {
+    return std::nullopt;
+  }
+  if (ask.position.history != lineage_->history) {
+    return Answer{0, 0, AnswerKind::refused, 0,
+                  "it holds the state of another farm: give it an empty directory"};
+  }
+  if (serves() || ask.position.generation < lineage_->generation) {
+    return Answer{0, 0, AnswerKind::fenced, lineage_->generation};
+  }
+  return std::nullopt;
+}
+
+Answer Replica::begin_session(const Ask& ask) {
+  if (ask.session == session_) {  // it was repeated
+    return {0, 0, awaits_copy_ ? AnswerKind::behind : AnswerKind::in_step};
+  }
+  session_ = ask.session;
+  batch_.clear();
+  applied_ = 0;
+  const bool same = lineage_ && !applying_ && position_of(store_, *lineage_) == ask.position;
+  awaits_copy_ = !same;
+  in_step_ = same;
+  position_ = ask.position;
+  return {0, 0, same ? AnswerKind::in_step : AnswerKind::behind};
+}
+
+Answer Replica::begin_copy(const Ask& ask) {
+  if (!awaits_copy_) {
+    return {};  // it was repeated
+  }
+  applying_ = true;
+  for (const JobRecord& job : store_.jobs()) {
+    store_.drop_job(job.id);
+  }
+  for (const auto& [name, text] : store_.notes()) {
+    store_.put_note(name, "");
+  }
+  lineage_ = {ask.position.history, ask.position.generation, Part::standby};
+  put_lineage(store_, *lineage_);
+  store_.put_mark("");
+  store_.commit();
+  applying_ = false;
+  awaits_copy_ = false;
+  return {};
+}
+
+bool Replica::is_next(const Ask& ask) const {
+  return !awaits_copy_ && ask.position.sequence == position_.sequence + 1;
+}
+
+Answer Replica::take_piece(const Ask& ask) {
+  if (is_next(ask) && !applying_ && ask.offset == batch_.size()) {
+    batch_ += ask.bytes;
+  }
+  return have();
+}
+
+Answer Replica::take_batch(const Ask& ask) {
+  if (ask.position.sequence == position_.sequence) {
+    return {0, 0, AnswerKind::committed};
+  }
+  if (!is_next(ask) || ask.offset != batch_.size()) {
+    return have();
+  }
+  if (checksum_of(batch_) != ask.checksum) {
+    batch_.clear();
+    return have();
+  }
+  apply();
+  if (ask.whole) {
+    put_position(store_, ask.position);
+  }
+  store_.commit();
+  applying_ = false;
+  applied_ = 0;
+  batch_.clear();
+  position_ = ask.position;
+  in_step_ = ask.whole;
+  return {0, 0, AnswerKind::committed};
+}
+
+/// Goes on where a full disk has stopped it.
+void Replica::apply() {
+  applying_ = true;
+  try {
+    while (applied_ < batch_.size()) {
+      applied_ += apply_first(std::string_view(batch_).substr(applied_), store_);
+    }
+  } catch (const DecodeError& error) {
+    throw RunError(std::string("a batch of the primary's cannot be read: ") + error.what());
+  }
+}
+
+std::string fenced_answer(std::string_view message, std::uint64_t generation) {
+  try {
+    const Ask ask = decode_ask(message);
+    return encode(Answer{ask.session, ask.number, AnswerKind::fenced, generation});
+  } catch (const DecodeError&) {
+    return {};
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "coordinator/replica/ask.h"
+#include "coordinator/replica/lineage.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+
+/// The standby's side of the replica link: what it is asked, done to its own store. Lost, repeated
+/// and reordered messages change nothing: a piece counts at its offset only, a batch once.
+///
+/// No I/O but the store's, no clock. One thread.
+class Replica {
+ public:
+  /// `store` outlives this. Throws InputError when it holds jobs that were never replicated.
+  explicit Replica(Store& store);
+
+  /// What to answer; empty: nothing, the message was damaged. Throws RunError when the store does,
+  /// but for StorageFull, which is an answer.
+  std::string answer(std::string_view message);
+
+  /// The store has been exactly where its primary was, in this life, and has had all since.
+  [[nodiscard]] bool in_step() const { return in_step_; }
+  /// It has taken over in an earlier life: no primary may fill it.
+  [[nodiscard]] bool serves() const { return lineage_ && lineage_->part == Part::alone; }
+
+ private:
+  Answer reply(const Ask& ask);
+  std::optional<Answer> refusal(const Ask& ask) const;
+  Answer begin_session(const Ask& ask);
+  Answer begin_copy(const Ask& ask);
+  Answer take_piece(const Ask& ask);
+  Answer take_batch(const Ask& ask);
+  void apply();
+  [[nodiscard]] bool is_next(const Ask& ask) const;
+  [[nodiscard]] Answer have() const { return {0, 0, AnswerKind::have, batch_.size()}; }
+
+  Store& store_;
+  std::optional<Lineage> lineage_;
+  std::uint64_t session_ = 0;
+  bool awaits_copy_ = false;
+  bool in_step_ = false;
+  Position position_{};      ///< of this session; of a copy that is not whole in memory only
+  std::string batch_;        ///< as far as it is here
+  std::size_t applied_ = 0;  ///< bytes of it that the store has, uncommitted
+  bool applying_ = false;    ///< the store has some of what is not committed
+};
+
+/// What a coordinator that has taken over answers its old primary; empty: nothing.
+std::string fenced_answer(std::string_view message, std::uint64_t generation);
+
+}  // namespace parray

@@ -1,0 +1,225 @@
+#include "coordinator/replica/replicated_store.h"
+
+#include <set>
+#include <utility>
+
+namespace parray {
+
+/// How much is sent at a time, and how much of a copy is committed at a time, in bytes.
+static constexpr std::size_t piece_bytes = std::size_t{4} << 20;
+static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
+
+ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
+                                 std::function<std::uint64_t()> random)
+    : inner_(inner), line_(line), random_(std::move(random)) {
+  find_lineage();
+}
+
+/// Goes on where the last life has left off, if that is known; else as a new generation, of which
+/// no standby has anything yet.
+void ReplicatedStore::find_lineage() {
+  Lineage lineage = lineage_of(inner_).value_or(Lineage{random_() | 1, 0, Part::alone});
+  const std::optional<Position> kept = position_of(inner_, lineage);
+  if (lineage.part == Part::standby && !kept) {
+    throw InputError(
+        "--replicate-to: --state holds a copy that is not whole: start it with --standby, and its "
+        "primary fills it up");
+  }
+  if (lineage.part == Part::primary && kept) {
+    position_ = marked_ = *kept;
+    return;
+  }
+  lineage = {lineage.history, lineage.generation + 1, Part::primary};
+  put_lineage(inner_, lineage);
+  position_ = {lineage.history, lineage.generation, 0};
+  put_position(inner_, position_);
+  marked_ = position_;
+  inner_.commit();  // before any standby hears of it
+}
+
+void ReplicatedStore::put_job(const JobRecord& job) {
+  inner_.put_job(job);
+  fresh_.put_job(job);
+}
+void ReplicatedStore::put_scene(const std::string& digest, std::string_view bytes) {
+  inner_.put_scene(digest, bytes);
+  fresh_.put_scene(digest, bytes);
+}
+void ReplicatedStore::append_rows(JobId job, std::string entry) {
+  fresh_.append_rows(job, entry);
+  inner_.append_rows(job, std::move(entry));
+}
+void ReplicatedStore::drop_rows(JobId job) {
+  inner_.drop_rows(job);
+  fresh_.drop_rows(job);
+}
+void ReplicatedStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
+  inner_.put_picture(job, pieces);
+  fresh_.put_picture(job, pieces);
+}
+void ReplicatedStore::drop_work(JobId job) {
+  inner_.drop_work(job);
+  fresh_.drop_work(job);
+}
+void ReplicatedStore::drop_job(JobId job) {
+  inner_.drop_job(job);
+  fresh_.drop_job(job);
+}
+void ReplicatedStore::put_note(const std::string& name, const std::string& text) {
+  inner_.put_note(name, text);
+  fresh_.put_note(name, text);
+}
+
+void ReplicatedStore::commit() {
+  if (session_ == 0 || line_.session_lost()) {
+    begin_session();
+  }
+  // The standby may have a batch whose answer was lost: it is sent as it was, what came later next.
+  while (!batch_.empty() || fresh_.size() > 0) {
+    if (batch_.empty()) {
+      batch_ = fresh_.take();
+    }
+    send_batch(batch_, true);
+    batch_.clear();
+  }
+  if (position_ != marked_) {
+    put_position(inner_, position_);
+    marked_ = position_;
+  }
+  inner_.commit();
+}
+
+void ReplicatedStore::begin_session() {
+  session_ = 0;
+  Ask hello;
+  hello.session = random_() | 1;
+  hello.kind = AskKind::hello;
+  hello.position = position_;
+  const bool in_step = ask(hello).kind == AnswerKind::in_step;
+  if (in_step) {
+    session_ = hello.session;
+  } else {
+    copy_everything(hello.session);
+  }
+}
+
+/// What was put and is not committed yet is in the copy, too.
+void ReplicatedStore::copy_everything(std::uint64_t session) {
+  Ask begin;
+  begin.session = session;
+  begin.kind = AskKind::copy;
+  begin.position = position_;
+  ask(begin);
+  batch_.clear();
+  fresh_.take();
+  session_ = session;
+  try {
+    Changes changes;
+    for (const auto& [name, text] : inner_.notes()) {
+      if (name != lineage_note) {
+        changes.put_note(name, text);
+      }
+    }
+    for (const JobRecord& job : inner_.jobs()) {
+      copy_job(job, changes);
+    }
+    send_batch(changes.take(), true);
+  } catch (...) {
+    session_ = 0;  // it is begun anew
+    throw;
+  }
+}
+
+/// What of a job cannot be read here is no loss of the copy's.
+void ReplicatedStore::copy_job(const JobRecord& job, Changes& changes) {
+  const auto unless_damaged = [](const auto& copy) {
+    try {
+      copy();
+    } catch (const StorageFull&) {
+      throw;
+    } catch (const RunError&) {
+    }
+  };
+  changes.put_job(job);
+  unless_damaged([&] {
+    const auto scene = inner_.scene(job.scene);
+    if (scene) {
+      changes.put_scene(job.scene, *scene);
+    }
+  });
+  send_if_large(changes);
+  unless_damaged([&] {
+    inner_.each_rows(job.id, [&](std::string_view entry) {
+      changes.append_rows(job.id, entry);
+      send_if_large(changes);
+    });
+  });
+  unless_damaged([&] {
+    const auto picture = inner_.picture(job.id);
+    if (picture) {
+      const std::string_view whole = *picture;
+      changes.put_picture(job.id, std::span(&whole, 1));
+    }
+  });
+  send_if_large(changes);
+}
+
+void ReplicatedStore::send_if_large(Changes& changes) {
+  if (changes.size() >= copy_bytes) {
+    send_batch(changes.take(), false);
+  }
+}
+
+void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
+  constexpr int most_repeats = 3;  // of a batch that was damaged on its way
+  Ask next;
+  next.position = position_;
+  ++next.position.sequence;
+  for (int repeats = 0; repeats < most_repeats;) {
+    const bool complete = next.offset >= batch.size();
+    next.kind = complete ? AskKind::commit : AskKind::piece;
+    next.whole = whole;
+    next.offset = complete ? batch.size() : next.offset;
+    next.checksum = complete ? checksum_of(batch) : 0;
+    next.bytes = complete ? std::string_view() : batch.substr(next.offset, piece_bytes);
+    const Answer answer = ask(next);
+    if (answer.kind == AnswerKind::committed) {
+      position_ = next.position;
+      return;
+    }
+    repeats += complete || answer.value <= next.offset ? 1 : 0;
+    next.offset = answer.value;
+  }
+  session_ = 0;
+  fail("takes no batch");
+}
+
+Answer ReplicatedStore::ask(Ask ask) {
+  ask.session = ask.session == 0 ? session_ : ask.session;
+  const std::optional<Answer> answer = line_.ask(ask);
+  if (!answer) {
+    fail("does not answer");
+  }
+  switch (answer->kind) {
+    case AnswerKind::who:
+      session_ = 0;
+      fail("has started again");
+    case AnswerKind::full:
+      fail("cannot keep what it was sent (" + answer->text + ")");
+    case AnswerKind::fenced:
+      throw RunError("fenced: the standby at " + line_.address() + " serves as generation " +
+                     std::to_string(answer->value) + ", this one was generation " +
+                     std::to_string(position_.generation));
+    case AnswerKind::refused:
+      throw RunError("the standby at " + line_.address() + " refuses to be one: " + answer->text);
+    default:
+      return *answer;
+  }
+}
+
+void ReplicatedStore::fail(const std::string& what) const {
+  throw StorageFull("the standby at " + line_.address() + " " + what +
+                    ": nothing is acknowledged until it does");
+}
+
+}  // namespace parray

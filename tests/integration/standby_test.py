@@ -1,0 +1,179 @@
+"""Coordinators that take over from one another, as real processes."""
+
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+from farm import BIN, Farm, run, wait_for
+from farm_test import LONG, SCENE, render_report
+
+
+def free_address():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+
+
+def run_coordinator(*arguments):
+    return subprocess.run([BIN / "parray-coordinator", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=30)
+
+
+class OnOneHost(unittest.TestCase):
+    def test_the_next_coordinator_takes_the_killed_ones_place_and_finishes_the_job(self):
+        expected = render_report(SCENE, *LONG)["image_sha256"]
+        with tempfile.TemporaryDirectory() as state, \
+                Farm("--state", state, "--heartbeat", "0.1", bind=free_address()) as farm:
+            farm.start_worker("w1")
+            farm.start_worker("w2")
+            second = farm._start("parray-coordinator", "--bind", farm.address, "--wait", *farm.options)
+            wait_for(lambda: "waiting for its end" in second.log.read_text(), "the second to wait")
+            job = farm.submit(SCENE, *LONG)
+            wait_for(lambda: farm.job(job)["progress"] > 0.1, "some progress")
+            farm.coordinator.send_signal(signal.SIGSTOP)
+            time.sleep(1)
+            self.assertNotIn("serves", second.log.read_text(), "a stopped coordinator still has its state")
+            farm.coordinator.send_signal(signal.SIGCONT)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            killed = time.monotonic()
+            wait_for(lambda: "serves" in second.log.read_text(), "the second to serve")
+            self.assertLess(time.monotonic() - killed, 3)
+            self.assertEqual(second.log.read_text().count("waiting for its end"), 1)
+            self.assertLess(farm.job(job)["progress"], 1)
+            self.assertEqual(farm.finish(job)["image_sha256"], expected)
+
+    def test_a_signal_ends_the_wait(self):
+        with tempfile.TemporaryDirectory() as state, Farm("--state", state) as farm:
+            second = farm._start("parray-coordinator", "--bind", farm.bind, "--wait", *farm.options)
+            wait_for(lambda: "waiting for its end" in second.log.read_text(), "the second to wait")
+            second.send_signal(signal.SIGTERM)
+            self.assertEqual(second.wait(timeout=10), 130)
+
+
+class Twins(Farm):
+    """A primary, at `address`, and its standby, at `second`."""
+
+    def __init__(self, *options):
+        super().__init__(bind=free_address())
+        self.second = free_address()
+        self.link = free_address()
+        self.options = ["--state", self.directory / "first", "--replicate-to", self.link,
+                        "--heartbeat", "0.2", *options]
+        self.standby_options = ["--takeover-after", "2", "--heartbeat", "0.2", *options]
+
+    def __enter__(self):
+        self.start_standby()
+        return super().__enter__()
+
+    def start_standby(self, state="second"):
+        self.standby = self._start("parray-coordinator", "--coordinator", self.second, "--standby", self.link,
+                                   "--state", self.directory / state, *self.standby_options)
+        wait_for(lambda: "standing by" in self.standby.log.read_text(), "the standby")
+
+    def wait_until_in_step(self):
+        wait_for(lambda: "in step with" in self.standby.log.read_text(), "the standby to be in step")
+
+    def kill_the_first(self):
+        self.coordinator.send_signal(signal.SIGKILL)
+        self.coordinator.wait()
+        wait_for(lambda: "serves tcp" in self.standby.log.read_text(), "the standby to take over")
+
+    def everywhere(self):
+        self.address = f"{self.address},{self.second}"
+
+
+class BetweenHosts(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.expected = render_report(SCENE, *LONG)["image_sha256"]
+
+    def test_the_standby_finishes_the_job_of_a_killed_primary_which_then_is_fenced(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            first = farm.address
+            farm.everywhere()
+            farm.start_worker("w1")
+            farm.start_worker("w2")
+            job = farm.submit(SCENE, *LONG)
+            watch = farm.start_client("watch", job)
+            progress = wait_for(lambda: farm.job(job)["progress"], "some progress")
+            farm.kill_the_first()
+            self.assertLess(progress, 1)
+            self.assertEqual(watch.wait(timeout=120), 0, watch.log.read_text())
+            self.assertEqual(farm.fetch(job)["image_sha256"], self.expected)
+            old = farm._start("parray-coordinator", "--coordinator", first, *farm.options)
+            self.assertEqual(old.wait(timeout=20), 1)
+            self.assertRegex(old.log.read_text(), "fenced: the standby at .*generation")
+
+    def test_a_primary_that_stands_still_is_fenced_when_it_goes_on(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.coordinator.send_signal(signal.SIGSTOP)
+            wait_for(lambda: "serves tcp" in farm.standby.log.read_text(), "the standby to take over")
+            farm.coordinator.send_signal(signal.SIGCONT)
+            self.assertEqual(farm.coordinator.wait(timeout=20), 1)
+            self.assertIn("fenced", farm.coordinator_log())
+
+    def test_without_its_standby_a_primary_acknowledges_nothing_and_a_new_one_gets_a_full_copy(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.standby.send_signal(signal.SIGKILL)
+            farm.standby.wait()
+            submit = farm.start_client("submit", SCENE, *LONG)
+            time.sleep(5)
+            self.assertIsNone(submit.poll(), "acknowledged what the standby has not")
+            farm.start_standby("third")
+            self.assertEqual(submit.wait(timeout=30), 0, submit.log.read_text())
+            farm.wait_until_in_step()
+            farm.kill_the_first()
+            farm.address = farm.second
+            farm.start_worker("w1")
+            farm.start_worker("w2")
+            self.assertEqual(farm.finish(1)["image_sha256"], self.expected)
+
+    def test_a_standby_that_was_never_in_step_does_not_take_over(self):
+        with Twins() as farm:
+            lonely = farm._start("parray-coordinator", "--coordinator", free_address(), "--standby", free_address(),
+                                 "--state", farm.directory / "lonely", "--takeover-after", "1")
+            time.sleep(3)
+            self.assertNotIn("serving", lonely.log.read_text())
+            lonely.send_signal(signal.SIGTERM)
+            self.assertEqual(lonely.wait(timeout=10), 130)
+
+    def test_with_keys_only_the_coordinators_own_key_is_let_in(self):
+        with tempfile.TemporaryDirectory() as directory:
+            for name in ("ours", "others"):
+                self.assertEqual(run("keygen", f"{directory}/{name}").returncode, 0)
+            with Twins("--keys", f"{directory}/ours") as farm:
+                farm.wait_until_in_step()
+            stranger = Twins()
+            stranger.standby_options += ["--keys", f"{directory}/ours"]
+            stranger.options += ["--keys", f"{directory}/others"]
+            with stranger as farm:
+                time.sleep(4)
+                self.assertNotIn("in step", farm.standby.log.read_text())
+
+
+class Refusals(unittest.TestCase):
+    def refused(self, *options, mentions):
+        with tempfile.TemporaryDirectory() as state:
+            result = run_coordinator(*options, "--state", state)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            self.assertIn(mentions, result.stderr)
+
+    def test_addresses_that_anybody_could_use_are_refused(self):
+        self.refused("--standby", "tcp://0.0.0.0:7401", mentions="pose as the primary")
+        self.refused("--replicate-to", "tcp://192.0.2.1:7401", mentions="read all jobs")
+
+    def test_combinations_without_sense_are_refused(self):
+        self.refused("--coordinator", "tcp://127.0.0.1:1,tcp://127.0.0.1:2", mentions="must be one address")
+        self.refused("--standby", "tcp://127.0.0.1:*", "--replicate-to", "tcp://127.0.0.1:1",
+                     mentions="no standby of its own")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,61 @@
+#include "proto/address_list.h"
+
+#include <doctest/doctest.h>
+
+#include "common/base/error.h"
+
+namespace parray {
+
+TEST_CASE("a silent address is left 5 s after the first message without an answer") {
+  AddressList list("a,b");
+  CHECK(list.current() == "a");
+  CHECK_FALSE(list.move_on(seconds(100)));  // nothing was asked
+  list.sent(seconds(100), 10);
+  list.sent(seconds(104), 10);
+  CHECK_FALSE(list.move_on(seconds(104)));
+  CHECK(list.move_on(seconds(106)));
+  CHECK(list.current() == "b");
+  CHECK_FALSE(list.move_on(seconds(1000)));
+}
+
+TEST_CASE("an answer starts the patience anew, and large messages have the time that they take") {
+  AddressList list("a,b");
+  list.sent(seconds(0), 10);
+  list.heard();
+  CHECK_FALSE(list.move_on(seconds(50)));
+  list.sent(seconds(60), 100'000'000);  // 10 s
+  CHECK_FALSE(list.move_on(seconds(74)));
+  CHECK(list.move_on(seconds(76)));
+}
+
+TEST_CASE("the list goes round, and each round without a word doubles the patience up to 80 s") {
+  AddressList list("a,b,c");
+  Time now{};
+  for (const Time patience :
+       {seconds(5), seconds(10), seconds(20), seconds(40), seconds(80), seconds(80)}) {
+    for (const char* const address : {"a", "b", "c"}) {
+      CHECK(list.current() == address);
+      list.sent(now, 1);
+      CHECK_FALSE(list.move_on(now + patience - seconds(1)));
+      now += patience + seconds(1);
+      CHECK(list.move_on(now));
+    }
+  }
+  list.heard();
+  list.sent(now, 1);
+  CHECK(list.move_on(now + seconds(6)));
+}
+
+TEST_CASE("the only address is never left") {
+  AddressList list("a");
+  list.sent(seconds(0), 10);
+  CHECK_FALSE(list.move_on(seconds(1000)));
+}
+
+TEST_CASE("a list with an empty address or one twice is refused") {
+  for (const char* const text : {"", ",", "a,", ",a", "a,,b", "a,b,a"}) {
+    CHECK_THROWS_AS(AddressList{text}, InputError);
+  }
+}
+
+}  // namespace parray

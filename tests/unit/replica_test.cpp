@@ -1,0 +1,400 @@
+// A primary and its standby over a line that loses, repeats, delays and cuts what travels on it,
+// while either crashes: whatever was acknowledged is in the standby, once.
+#include "coordinator/replica/replica.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "coordinator/replica/replicated_store.h"
+#include "tests/support/crash_store.h"
+#include "tests/support/faulty_disk.h"
+#include "tests/support/stored_state.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+/// A standby on the other end of a bad line.
+class Standby final : public ReplicaLine {
+ public:
+  explicit Standby(Store& store, double badness = 0, std::uint64_t seed = 1)
+      : store_(store), badness_(badness), random_(seed) {
+    restart();
+  }
+
+  void restart() { replica_ = std::make_unique<Replica>(store_); }
+  [[nodiscard]] Replica& replica() { return *replica_; }
+  bool cut_off = false;  ///< nothing arrives
+  int asks = 0;
+
+  std::optional<Answer> ask(Ask ask) override {
+    ++asks;
+    ask.number = ++number_;
+    ping_ = {ask.session, 0, AskKind::ping, ask.position};
+    constexpr int most_repeats = 4;
+    for (int i = 0; i < most_repeats && !cut_off; ++i) {
+      if (const auto answer = carry(encode(ask)); answer && answer->number == number_) {
+        return answer;
+      }
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] bool session_lost() const override {
+    return !cut_off && decode_answer(replica_->answer(encode(ping_))).kind == AnswerKind::who;
+  }
+  [[nodiscard]] const std::string& address() const override { return address_; }
+
+ private:
+  bool chance() { return std::uniform_real_distribution<>(0, 1)(random_) < badness_; }
+
+  std::optional<Answer> carry(std::string message) {
+    if (chance()) {
+      late_.push_back(message);
+    }
+    if (chance()) {
+      return std::nullopt;  // lost on the way there
+    }
+    if (chance()) {
+      message.resize(random_() % message.size());
+    }
+    if (chance() && !late_.empty()) {
+      replica_->answer(late_[random_() % late_.size()]);
+    }
+    if (chance()) {
+      replica_->answer(message);
+    }
+    const std::string answer = replica_->answer(message);
+    if (answer.empty() || chance()) {
+      return std::nullopt;  // lost on the way back
+    }
+    return decode_answer(answer);
+  }
+
+  Store& store_;
+  double badness_;
+  std::mt19937_64 random_;
+  std::unique_ptr<Replica> replica_;
+  std::vector<std::string> late_;
+  std::uint64_t number_ = 0;
+  Ask ping_;
+  const std::string address_ = "tcp://standby:7401";
+};
+
+std::function<std::uint64_t()> numbers(std::uint64_t seed) {
+  return [random = std::make_shared<std::mt19937_64>(seed)] { return (*random)(); };
+}
+
+/// What a store would have after a crash.
+CrashStore kept(const CrashStore& store) {
+  CrashStore copy = store;
+  copy.crash();
+  return copy;
+}
+
+void check_same(Store& a, Store& b) {
+  const auto jobs = a.jobs();
+  const auto others = b.jobs();
+  REQUIRE(jobs.size() == others.size());
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    CHECK(record_to_json(jobs[i]) == record_to_json(others[i]));
+    CHECK(rows_of(a, jobs[i].id) == rows_of(b, jobs[i].id));
+    CHECK(a.picture(jobs[i].id) == b.picture(jobs[i].id));
+    if (needs_scene(jobs[i].state)) {
+      CHECK(a.scene(jobs[i].scene) == b.scene(jobs[i].scene));
+    }
+  }
+  CHECK(a.note("workers") == b.note("workers"));
+}
+
+/// Work of a coordinator's: job 1 has rows appended only, numbered; others come and go.
+class Work {
+ public:
+  explicit Work(std::uint64_t seed) : random_(seed) {}
+
+  void do_something(Store& store, std::uint64_t rows) {
+    const JobId other = 2 + random_() % 3;
+    switch (random_() % 7) {
+      case 0:
+        store.put_scene(digest('b'), "scene b");
+        store.put_job(stored_job(other, JobState::queued, 'b'));
+        break;
+      case 1:
+        store.drop_job(other);
+        break;
+      case 2:
+        store.put_job(stored_job(other, JobState::done));
+        put_picture(store, other, "picture " + std::to_string(random_()));
+        store.drop_work(other);
+        break;
+      case 3:
+        store.put_note("workers", std::to_string(random_()));
+        break;
+      default:
+        store.append_rows(1, std::to_string(rows));
+    }
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+bool commits(Store& store) {
+  try {
+    store.commit();
+    return true;
+  } catch (const StorageFull&) {
+    return false;
+  }
+}
+
+std::unique_ptr<ReplicatedStore> started(CrashStore& store, Standby& standby,
+                                         const std::function<std::uint64_t()>& random) {
+  for (;;) {
+    try {
+      return std::make_unique<ReplicatedStore>(store, standby, random);
+    } catch (const StorageFull&) {
+      store.crash();  // it is started again
+    }
+  }
+}
+
+/// A life of both with everything that may happen to them. Returns whether it ended in step.
+bool live(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  CrashStore first(0.05, seed);
+  CrashStore second(0.05, seed + 1);
+  Standby standby(second, 0.1, seed);
+  const auto next_number = numbers(seed);
+  auto primary = started(first, standby, next_number);
+  primary->put_scene(digest('a'), "scene a");
+  primary->put_job(stored_job(1));
+  Work work(seed);
+  std::size_t acknowledged = 0;
+  for (int step = 0; step < 60; ++step) {
+    if (primary->jobs().empty()) {  // it has crashed before its first commit
+      primary->put_scene(digest('a'), "scene a");
+      primary->put_job(stored_job(1));
+    }
+    work.do_something(*primary, rows_of(*primary, 1).size());
+    if (random() % 2 == 0 && commits(*primary)) {
+      acknowledged = rows_of(*primary, 1).size();
+      CrashStore a = kept(first);
+      CrashStore b = kept(second);
+      check_same(a, b);
+    }
+    if (random() % 15 == 0) {
+      second.crash();
+      standby.restart();
+    }
+    if (random() % 15 == 0) {
+      first.crash();
+      primary = started(first, standby, next_number);
+    }
+    CHECK(first.committed_rows(1).size() >= acknowledged);
+    if (standby.replica().in_step()) {
+      const std::vector<std::string> rows = kept(second).committed_rows(1);
+      CHECK(rows.size() >= acknowledged);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        CHECK(rows[i] == std::to_string(i));
+      }
+    }
+  }
+  return standby.replica().in_step();
+}
+
+}  // namespace
+
+TEST_CASE(
+    "whatever was acknowledged is in the standby, once, whatever is lost and whoever crashes") {
+  int in_step = 0;
+  constexpr int lives = 200;
+  for (std::uint64_t seed = 0; seed < lives; ++seed) {
+    CAPTURE(seed);
+    in_step += live(seed) ? 1 : 0;
+  }
+  CHECK(in_step > lives / 2);
+}
+
+TEST_CASE("nothing is committed while the standby does not answer, and all of it once it does") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  primary.commit();
+  standby.cut_off = true;
+  primary.append_rows(1, "row");
+  CHECK_THROWS_WITH_AS(primary.commit(),
+                       "the standby at tcp://standby:7401 does not answer: nothing is acknowledged "
+                       "until it does",
+                       StorageFull);
+  CHECK(first.committed_rows(1).empty());
+  standby.cut_off = false;
+  primary.append_rows(1, "another");
+  primary.commit();
+  CHECK(first.committed_rows(1).size() == 2);
+  CHECK(second.committed_rows(1) == first.committed_rows(1));
+}
+
+TEST_CASE("a standby that goes on from where it was gets no full copy, one that is new does") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  for (int i = 0; i < 100; ++i) {
+    primary.append_rows(1, std::string(1 << 20, 'x'));
+  }
+  primary.commit();
+  standby.restart();
+  standby.asks = 0;
+  primary.commit();
+  CHECK(standby.asks == 1);  // hello
+  CHECK(standby.replica().in_step());
+  CrashStore third(0, 3);
+  Standby other(third);
+  ReplicatedStore again(first, other, numbers(2));
+  again.commit();
+  CHECK(other.asks > 100 / 4);  // in pieces of 4 MiB
+  check_same(first, third);
+}
+
+TEST_CASE("once it has taken over, a standby fences its primary, and goes on after a restart") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  primary.commit();
+  CHECK(serve_alone(second) == 2);
+  standby.restart();
+  CHECK(standby.replica().serves());
+  primary.append_rows(1, "row");
+  CHECK_THROWS_WITH_AS(primary.commit(),
+                       "fenced: the standby at tcp://standby:7401 serves as generation 2, this one "
+                       "was generation 1",
+                       RunError);
+  CHECK(first.committed_rows(1).empty());
+  ReplicatedStore restarted(first, standby, numbers(2));
+  CHECK_THROWS_AS(restarted.commit(), RunError);
+}
+
+TEST_CASE("the old primary becomes the standby of the one that took over") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  {
+    Standby standby(second);
+    ReplicatedStore primary(first, standby, numbers(1));
+    primary.put_job(stored_job(1));
+    primary.commit();
+  }
+  serve_alone(second);
+  CHECK(second.mark().empty());
+  second.append_rows(1, "after the takeover");
+  second.commit();
+  Standby standby(first);
+  ReplicatedStore primary(second, standby, numbers(2));
+  primary.commit();
+  CHECK(standby.replica().in_step());
+  check_same(first, second);
+  CHECK(serve_alone(first) == 4);
+}
+
+TEST_CASE(
+    "a standby with another farm's state, or with jobs of its own, refuses to be overwritten") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  CrashStore stranger(0, 3);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  primary.commit();
+  ReplicatedStore other(stranger, standby, numbers(2));
+  CHECK_THROWS_AS(other.commit(), RunError);
+  CHECK(second.jobs().size() == 1);
+  stranger.put_job(stored_job(7));
+  stranger.put_note(lineage_note, "");
+  CHECK_THROWS_AS(Replica{stranger}, InputError);
+}
+
+TEST_CASE("a copy that is not whole serves nobody") {
+  CrashStore second(0, 2);
+  Replica replica(second);
+  const Position position{1, 1, 5};
+  replica.answer(encode(Ask{9, 1, AskKind::hello, position}));
+  replica.answer(encode(Ask{9, 2, AskKind::copy, position}));
+  CHECK_FALSE(replica.in_step());
+  CHECK_THROWS_AS(serve_alone(second), InputError);
+}
+
+TEST_CASE("a standby without room says so, and takes the batch when there is some") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  primary.commit();
+  second.fill(true);
+  primary.append_rows(1, "row");
+  primary.put_scene(digest('a'), "scene a");  // finds no room in the midst of the batch
+  primary.append_rows(1, "another");
+  for (int i = 0; i < 3; ++i) {
+    CHECK_THROWS_AS(primary.commit(), StorageFull);
+  }
+  second.fill(false);
+  primary.commit();
+  check_same(first, second);
+}
+
+TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") {
+  const std::string ask = encode(Ask{1, 2, AskKind::piece, {3, 4, 5}, 6, 7, true, "bytes"});
+  const std::string answer = encode(Answer{1, 2, AnswerKind::full, 3, "text"});
+  for (const std::string& message : {ask, answer}) {
+    for (std::size_t i = 0; i < message.size(); ++i) {
+      std::string changed = message;
+      changed[i] = static_cast<char>(changed[i] ^ 1);
+      for (const std::string& bad : {message.substr(0, i), changed}) {
+        CHECK_THROWS_AS(decode_ask(bad), DecodeError);
+        CHECK_THROWS_AS(decode_answer(bad), DecodeError);
+      }
+    }
+  }
+  CHECK(decode_ask(ask).bytes == "bytes");
+  CHECK(decode_answer(answer).text == "text");
+  CHECK_THROWS_AS(decode_ask(answer), DecodeError);
+}
+
+TEST_CASE("a commit that keeps a part, or that has no mark of its own, leaves none") {
+  const TemporaryDirectory directory(in_memory());
+  FaultyDisk disk;
+  {
+    DiskStore store(directory.path(), disk);
+    store.put_job(stored_job(1));
+    store.put_mark("first");
+    store.commit();
+    CHECK(store.mark() == "first");
+    store.append_rows(1, std::string(1000, 'x'));
+    store.put_job(stored_job(2));
+    store.put_mark("second");
+    disk.room = 100;
+    CHECK_THROWS_AS(store.commit(), StorageFull);
+  }
+  disk.room = FaultyDisk::endless;
+  DiskStore store(directory.path(), disk);
+  CHECK(store.jobs().size() == 2);  // the other job was kept
+  CHECK(store.mark().empty());
+  store.put_mark("third");
+  store.commit();
+  CHECK(store.mark() == "third");
+  store.put_job(stored_job(3));
+  store.commit();
+  CHECK(store.mark().empty());
+  CHECK(store.notes().empty());
+}
+
+}  // namespace parray::test
