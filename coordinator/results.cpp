@@ -342,6 +342,7 @@ void Coordinator::convict(TracerKey tracer, const std::string& name, const std::
   WorkerRecord* worker = workers_.by_key(tracer);
   if (worker != nullptr) {
     workers_.bar(*worker, why, worker->drained);
+    scenes_.forget_worker(worker->id);
     worker->held = 0;
   }
   for (const JobId id : std::vector<JobId>(open_jobs_)) {

@@ -140,6 +140,7 @@ void Coordinator::resume(Job& job) {
 void Coordinator::cancel(Job& job) {
   if (!job.ended()) {
     end_job(job, JobState::cancelled, "cancelled by " + asker());
+    forget_scene(job.record.scene);
   }
 }
 

