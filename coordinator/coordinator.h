@@ -109,7 +109,7 @@ class Coordinator final : public Actor {
                     const std::string& message);
   [[nodiscard]] std::string refusal_of(const msg::Hello& hello) const;
 
-  // Workers and leases (coordinator.cpp, granting.cpp).
+  // Workers and leases (granting.cpp, losses.cpp).
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
   void judge_losses(const WorkerRecord& worker);
