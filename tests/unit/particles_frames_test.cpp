@@ -21,7 +21,7 @@ std::string dump_frame(int step, const std::string& x) {
 }
 
 std::string pdb_model(int number, const std::string& x) {
-  return "MODEL        " + std::to_string(number) + "\nATOM      1  CA  ALA A   1      " + x +
+  return "MODEL        " + std::to_string(number) + "\nATOM      1  CA  ALA A   1     " + x +
          "   0.000   0.000  1.00  0.00           C\n"
          "ENDMDL\n";
 }
