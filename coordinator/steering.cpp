@@ -77,9 +77,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
 
 /// Whether there is room for what is queued again; if not, the client has been told.
 bool Coordinator::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
-  const auto again = std::ranges::find_if(named, [](const Job* job) {
-    return job->ended() && job->record.state != JobState::done;
-  });
+  const auto again = std::ranges::find_if(
+      named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
   try {
     if (again != named.end()) {
       check_limits((*again)->record);

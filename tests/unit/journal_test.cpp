@@ -19,7 +19,8 @@ using Entries = std::vector<JournalEntry>;
 JournalPass pass(std::uint32_t number, std::uint64_t cells) {
   return {number, cells, 10, {cells, 10, 1, 2048}};
 }
-JournalMerge merge(TracerKey tracer, std::uint64_t epoch, CellRange range, std::uint32_t in_pass = 0) {
+JournalMerge merge(TracerKey tracer, std::uint64_t epoch, CellRange range,
+                   std::uint32_t in_pass = 0) {
   return {in_pass, tracer, epoch, range, 2048 * range.count(), 10, 12, 2, 77};
 }
 

@@ -117,7 +117,6 @@ TEST_CASE("key files that are no good are refused by name and place") {
   fs::remove(file);
   CHECK(refusal().find(file.string() + " cannot be read") == 0);
 
-
   const std::string list = text_of(farm.keys / "allowed");
   write(farm.keys / "allowed", list + "worker w " + with_zeros + "\n");
   CHECK_THROWS_AS(AllowList{farm.keys}, InputError);

@@ -260,19 +260,26 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
     std::uint64_t low;
     std::uint64_t high;
   };
-  for (const Range& range :
-       {Range{"hello", "threads", 1, 4096}, Range{"hello", "capacity", 1, 16},
-        Range{"hello", "share_port", 0, 65535}, Range{"need_scene", "failed", 0, 1000},
-        Range{"scene_source", "bytes", 1, std::uint64_t{1} << 33},
-        Range{"scene_source", "chunk_bytes", 256, 1 << 20},
-        Range{"need_chunk", "chunk", 0, UINT32_MAX}, Range{"hello", "trace_version", 0, UINT32_MAX},
-        Range{"welcome", "heartbeat_ms", 1, 60'000}, Range{"welcome", "silence_ms", 1, 600'000},
-        Range{"submit", "priority", 0, 100}, Range{"error", "status", 1, 2},
-        Range{"grant", "job", 0, UINT64_MAX}, Range{"result", "accelerator_bytes", 0, UINT64_MAX},
-        Range{"submit", "duplicates_removed", 0, UINT64_MAX},
-        Range{"submit", "max_failures", 0, 1000}, Range{"submit", "frame", 0, 999'999'999},
-        Range{"submit", "frames", 0, 10'000}, Range{"show_job", "from_frame", 0, 999'999'999},
-        Range{"steer_job", "priority", 0, 100}}) {
+  for (const Range& range : {Range{"hello", "threads", 1, 4096},
+                             Range{"hello", "capacity", 1, 16},
+                             Range{"hello", "share_port", 0, 65535},
+                             Range{"need_scene", "failed", 0, 1000},
+                             Range{"scene_source", "bytes", 1, std::uint64_t{1} << 33},
+                             Range{"scene_source", "chunk_bytes", 256, 1 << 20},
+                             Range{"need_chunk", "chunk", 0, UINT32_MAX},
+                             Range{"hello", "trace_version", 0, UINT32_MAX},
+                             Range{"welcome", "heartbeat_ms", 1, 60'000},
+                             Range{"welcome", "silence_ms", 1, 600'000},
+                             Range{"submit", "priority", 0, 100},
+                             Range{"error", "status", 1, 2},
+                             Range{"grant", "job", 0, UINT64_MAX},
+                             Range{"result", "accelerator_bytes", 0, UINT64_MAX},
+                             Range{"submit", "duplicates_removed", 0, UINT64_MAX},
+                             Range{"submit", "max_failures", 0, 1000},
+                             Range{"submit", "frame", 0, 999'999'999},
+                             Range{"submit", "frames", 0, 10'000},
+                             Range{"show_job", "from_frame", 0, 999'999'999},
+                             Range{"steer_job", "priority", 0, 100}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");
