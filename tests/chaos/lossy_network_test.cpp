@@ -2,6 +2,8 @@
 // messages, in virtual time: the picture never changes, and no sample is merged twice.
 #include <doctest/doctest.h>
 
+#include <cstdlib>
+
 #include "tests/support/sim_farm.h"
 
 namespace parray::test {
@@ -26,6 +28,20 @@ struct Weather {
     verdicts.malformed += v.malformed;
   }
 };
+
+/// So many from `first` on, each the beginning of a history; PARRAY_HISTORIES times as many where
+/// that is set.
+std::vector<std::uint64_t> seeds(std::uint64_t first, std::uint64_t count) {
+  const char* const times = std::getenv("PARRAY_HISTORIES");
+  const int rounds = times == nullptr ? 1 : std::atoi(times);
+  std::vector<std::uint64_t> all;
+  for (int round = 0; round < rounds; ++round) {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      all.push_back(first + i + 100'000 * static_cast<std::uint64_t>(round));
+    }
+  }
+  return all;
+}
 
 RenderSettings settings_for(const Scene& scene, std::uint64_t seed) {
   RenderSettings settings = small_settings(scene);
@@ -54,7 +70,7 @@ void check_picture(SimFarm& farm, const Scene& scene, const RenderSettings& sett
 TEST_CASE("200 lossy networks: one hash, every sample merged once") {
   const Scene scene = small_scene();
   Weather weather;
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (const std::uint64_t seed : seeds(0, 200)) {
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     const auto up_to = [&](double most) {
@@ -88,7 +104,7 @@ TEST_CASE("200 lossy networks: one hash, every sample merged once") {
 TEST_CASE("workers that die, stall and join at random moments do not change the picture") {
   const Scene scene = small_scene();
   Weather weather;
-  for (std::uint64_t seed = 1000; seed < 1100; ++seed) {
+  for (const std::uint64_t seed : seeds(1000, 100)) {
     CAPTURE(seed);
     SimFarm farm({0.02, 0.02, 0.01, milliseconds(50)}, seed, 0, whatever_dies());
     std::mt19937_64 random(seed);
@@ -116,7 +132,7 @@ TEST_CASE(
   const Scene scene = small_scene();
   std::uint64_t crashes = 0;
   std::size_t acknowledged = 0;
-  for (std::uint64_t seed = 2000; seed < 2100; ++seed) {
+  for (const std::uint64_t seed : seeds(2000, 100)) {
     CAPTURE(seed);
     const double failing_commits = seed % 2 == 0 ? 0.1 : 0;
     SimFarm farm({0.02, 0.02, 0.01, milliseconds(50)}, seed, failing_commits);
@@ -146,7 +162,7 @@ TEST_CASE(
   const Scene scene = small_scene();
   Weather weather;
   std::uint64_t crashes = 0;
-  for (std::uint64_t seed = 3000; seed < 3060; ++seed) {
+  for (const std::uint64_t seed : seeds(3000, 60)) {
     CAPTURE(seed);
     RenderSettings settings = settings_for(scene, seed);
     const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
