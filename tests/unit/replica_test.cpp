@@ -388,6 +388,27 @@ TEST_CASE("a standby without room says so, and takes the batch when there is som
   check_same(first, second);
 }
 
+TEST_CASE("what a standby had no room for, and its primary has lost, is in neither") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  {
+    ReplicatedStore primary(first, standby, numbers(1));
+    primary.put_job(stored_job(1));
+    primary.commit();
+    second.fill(true);
+    primary.append_rows(1, "lost");
+    CHECK_THROWS_AS(primary.commit(), StorageFull);
+  }
+  first.crash();
+  second.fill(false);
+  ReplicatedStore primary(first, standby, numbers(2));
+  primary.append_rows(1, "row");
+  primary.commit();
+  CHECK(second.committed_rows(1) == std::vector<std::string>{"row"});
+  check_same(first, second);
+}
+
 TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") {
   const std::string ask = encode(Ask{1, 2, AskKind::piece, {3, 4, 5}, 6, 7, true, "bytes"});
   const std::string answer = encode(Answer{1, 2, AnswerKind::full, 3, "text"});
