@@ -29,6 +29,7 @@ class Standby final : public ReplicaLine {
 
   void restart() { replica_ = std::make_unique<Replica>(store_); }
   [[nodiscard]] Replica& replica() { return *replica_; }
+  void heal() { badness_ = 0; }
   bool cut_off = false;  ///< nothing arrives
   int asks = 0;
 
@@ -204,7 +205,17 @@ bool live(std::uint64_t seed) {
       }
     }
   }
-  return standby.replica().in_step();
+  const bool in_step = standby.replica().in_step();
+  // Once all is well the two are soon the same again.
+  standby.heal();
+  second.fill(false);
+  bool committed = false;
+  for (int i = 0; i < 20 && !committed; ++i) {
+    committed = commits(*primary);
+  }
+  CHECK(committed);
+  check_same(first, second);
+  return in_step;
 }
 
 }  // namespace
@@ -322,6 +333,32 @@ TEST_CASE(
   CHECK_THROWS_AS(Replica{stranger}, InputError);
 }
 
+TEST_CASE("a batch that comes again is answered and not applied again") {
+  CrashStore second(0, 2);
+  Replica replica(second);
+  const Position begin{1, 1, 0};
+  const Position end{1, 1, 1};
+  Changes changes;
+  changes.put_job(stored_job(1));
+  changes.append_rows(1, "row");
+  const std::string batch = changes.take();
+  const auto answer = [&](const Ask& ask) {
+    return decode_answer(replica.answer(encode(ask))).kind;
+  };
+  CHECK(answer({9, 1, AskKind::hello, begin}) == AnswerKind::behind);
+  CHECK(answer({9, 2, AskKind::copy, begin}) == AnswerKind::well);
+  const Ask piece{9, 3, AskKind::piece, end, 0, 0, false, batch};
+  const Ask commit{9, 4, AskKind::commit, end, batch.size(), checksum_of(batch), true};
+  for (int i = 0; i < 3; ++i) {
+    CHECK(answer(piece) == AnswerKind::have);
+    CHECK(answer(piece) == AnswerKind::have);
+    CHECK(answer(commit) == AnswerKind::committed);
+    CHECK(answer({9, 2, AskKind::copy, begin}) == AnswerKind::well);  // late
+  }
+  CHECK(second.committed_rows(1) == std::vector<std::string>{"row"});
+  CHECK(replica.in_step());
+}
+
 TEST_CASE("a copy that is not whole serves nobody") {
   CrashStore second(0, 2);
   Replica replica(second);
@@ -348,6 +385,27 @@ TEST_CASE("a standby without room says so, and takes the batch when there is som
   }
   second.fill(false);
   primary.commit();
+  check_same(first, second);
+}
+
+TEST_CASE("what a standby had no room for, and its primary has lost, is in neither") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  {
+    ReplicatedStore primary(first, standby, numbers(1));
+    primary.put_job(stored_job(1));
+    primary.commit();
+    second.fill(true);
+    primary.append_rows(1, "lost");
+    CHECK_THROWS_AS(primary.commit(), StorageFull);
+  }
+  first.crash();
+  second.fill(false);
+  ReplicatedStore primary(first, standby, numbers(2));
+  primary.append_rows(1, "row");
+  primary.commit();
+  CHECK(second.committed_rows(1) == std::vector<std::string>{"row"});
   check_same(first, second);
 }
 
