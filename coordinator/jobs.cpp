@@ -366,7 +366,7 @@ void Coordinator::finish_job(Job& job) {
 }
 
 /// A job that has ended needs nothing but its record, and its picture; or, while there is room,
-/// what it takes to go on after all.
+/// what it takes to go on after all. The list of open jobs is the caller's.
 void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.state = state;
   job.record.reason = reason;

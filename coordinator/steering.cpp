@@ -59,6 +59,11 @@ void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
     }
   }
   list_open_jobs();
+  for (const Job* job : named) {
+    if (job->ended()) {
+      forget_scene(job->record.scene);
+    }
+  }
   make_room(0);
   const bool forget = m.action == msg::JobAction::forget;
   if (misfits == jobs.size() || (forget && misfits > 0)) {
@@ -139,7 +144,6 @@ void Coordinator::resume(Job& job) {
 void Coordinator::cancel(Job& job) {
   if (!job.ended()) {
     end_job(job, JobState::cancelled, "cancelled by " + asker());
-    forget_scene(job.record.scene);
   }
 }
 

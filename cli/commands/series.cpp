@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "cli/commands/end_command.h"
 #include "cli/commands/rendering.h"
 #include "cli/output/progress.h"
 #include "common/base/error.h"
@@ -127,6 +128,7 @@ class SeriesRun {
       client_.rest(next_look(clock_.now() - begin_));
     }
     progress_.make_way();
+    if (request_.wait && series_ != 0) run_end();
     return std::max(told(failures_), status_);
   }
 
@@ -219,6 +221,13 @@ class SeriesRun {
       if (frame.ended() && pending_.erase(frame.frame) > 0) take(frame);
     }
     cancelled_ = status.state == name_of(JobState::cancelled);
+  }
+
+  void run_end() const {
+    const bool done = failures_.empty();
+    run_end_command(request_.on_end, series_,
+                    std::string(name_of(done ? JobState::done : JobState::failed)),
+                    done ? "" : failures_.begin()->second, request_.outputs.image.string());
   }
 
   /// While there are frames to submit.

@@ -22,6 +22,7 @@ struct SeriesRequest {
   std::uint32_t max_failures = 0;
   bool wait = false;
   bool quiet = false;
+  std::string on_end;  ///< command that is run once all frames have ended; empty: none
 };
 
 /// Throws InputError unless the pictures of frames can be written there, each to a file of its own.

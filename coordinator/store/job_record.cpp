@@ -126,8 +126,8 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
     job.series = map.value("series", std::string());
     job.series_id = later_number(map, "series_id");
-    job.frame = static_cast<std::uint32_t>(later_number(map, "frame", UINT32_MAX));
-    job.frames = static_cast<std::uint32_t>(later_number(map, "frames", UINT32_MAX));
+    job.frame = static_cast<std::uint32_t>(later_number(map, "frame", limits::max_frame));
+    job.frames = static_cast<std::uint32_t>(later_number(map, "frames", limits::max_frames));
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }

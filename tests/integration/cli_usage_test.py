@@ -43,6 +43,7 @@ OPTIONS = {
                                 "--preview", "--on-end"],
     "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--report",
                                               "--priority", "--max-failures", "--quiet",
+                                              "--frames", "--camera-path",
                                               "--preview", "--on-end"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
