@@ -60,8 +60,12 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   record.duplicates_removed = m.duplicates_removed;
   record.load_seconds = m.load_seconds;
   record.scene_bytes = m.scene.size();
+  record.series = m.series;
+  record.frame = m.frame;
+  record.frames = m.frames;
   record.note(options_.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
   try {
+    join_series(record);
     check_limits(record);
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > options_.memory) {
@@ -71,18 +75,28 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
     }
     if (store_ == nullptr &&
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
-      throw InputError(
-          "this coordinator's memory, " + megabytes(options_.memory) +
-          ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+      throw NoRoom("this coordinator's memory, " + megabytes(options_.memory) +
+                   ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
     }
-    submitting_[m.token] = record.id = next_job_;
+    if (!record.series.empty() && record.series_id == 0) {
+      record.series_id = next_job_++;
+    }
+    record.id = next_job_;
+    submitting_[m.token] = record.listed_as();
     make_room_for_job();
+  } catch (const NoRoom& error) {
+    submitting_.erase(m.token);
+    send(peer, msg::Error{m.request, 2, error.what(), true});
+    return;
   } catch (const InputError& error) {
     submitting_.erase(m.token);
     fail_request(peer, m.request, 2, error.what());
     return;
   }
   ++next_job_;
+  if (record.series_id != 0) {
+    series_[{user, m.series}] = record.series_id;
+  }
   backroom_.give([this, accepted, store = store_, peer, request = m.request,
                   scene = std::move(m.scene)]() -> Backroom::Outcome {
     Job& job = accepted->job;
@@ -130,10 +144,11 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   auto list = json::array();
-  const std::size_t skipped = jobs_.size() - std::min(jobs_.size(), most_listed);
-  for (auto job = std::next(jobs_.begin(), static_cast<std::ptrdiff_t>(skipped));
-       job != jobs_.end(); ++job) {
-    list.push_back(job_summary(job->second, now, waits_for(job->second)));
+  const std::map<JobId, Series> listed = listed_jobs();
+  const std::size_t skipped = listed.size() - std::min(listed.size(), most_listed);
+  for (auto entry = std::next(listed.begin(), static_cast<std::ptrdiff_t>(skipped));
+       entry != listed.end(); ++entry) {
+    list.push_back(summary_of(now, entry->second));
   }
   send(peer, msg::Jobs{m.request, std::move(list)});
 }
@@ -142,13 +157,79 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
 Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id) {
   Job* job = job_of(id);
   if (job == nullptr) {
-    fail_request(peer, request, 2, "no job " + std::to_string(id) + ": see parray jobs");
+    const bool series = !frames_of(id).empty();
+    fail_request(peer, request, 2,
+                 series
+                     ? fmt::format("{} is a series of frames: write #### in the picture's name, or "
+                                   "name the job of one of them, as "
+                                   "parray show {} lists them",
+                                   id, id)
+                     : fmt::format("no job {}: see parray jobs", id));
   }
   return job;
 }
 
+/// All jobs as people see them: by the numbers that they are listed under.
+std::map<JobId, Series> Coordinator::listed_jobs() const {
+  std::map<JobId, Series> listed;
+  for (const auto& [id, job] : jobs_) {
+    listed[job.record.listed_as()].push_back(&job);
+  }
+  for (auto& [id, series] : listed) {
+    std::ranges::sort(series, {}, [](const Job* job) { return job->record.frame; });
+  }
+  return listed;
+}
+
+/// The frames of a series, by number; none: there is no such series.
+std::vector<Job*> Coordinator::frames_of(JobId series) {
+  std::vector<Job*> frames;
+  for (auto& [id, job] : jobs_) {
+    if (job.record.series_id == series && series != 0) {
+      frames.push_back(&job);
+    }
+  }
+  std::ranges::sort(frames, {}, [](const Job* job) { return job->record.frame; });
+  return frames;
+}
+
+/// A frame that comes later is treated like those that are there.
+void Coordinator::join_series(JobRecord& record) {
+  const auto known = series_.find({record.user, record.series});
+  if (record.series.empty() || known == series_.end()) {
+    return;
+  }
+  record.series_id = known->second;
+  const std::vector<Job*> frames = frames_of(record.series_id);
+  const auto open = std::ranges::find_if(frames, [](const Job* job) { return !job->ended(); });
+  if (open == frames.end()) {
+    return;
+  }
+  record.priority = (*open)->record.priority;
+  if ((*open)->record.state == JobState::paused) {
+    record.state = JobState::paused;
+    record.reason = (*open)->record.reason;
+  }
+}
+
+/// The job map of what is listed: a job, or a series.
+json Coordinator::summary_of(Time now, const Series& listed) const {
+  const Job& first = *listed.front();
+  if (first.record.series_id == 0) {
+    return job_summary(first, now, waits_for(first));
+  }
+  const Job* open = first_unfinished(listed);
+  return series_summary(listed, now, open == nullptr ? "" : waits_for(*open));
+}
+
 void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
-  if (const Job* job = asked_for(peer, m.request, m.job)) {
+  const std::vector<Job*> frames = frames_of(m.job);
+  if (!frames.empty()) {
+    const Series series(frames.begin(), frames.end());
+    json summary = summary_of(now, series);
+    summary["frame_list"] = frame_list(series, m.from_frame);
+    send(peer, msg::Job{m.request, std::move(summary)});
+  } else if (const Job* job = asked_for(peer, m.request, m.job)) {
     json summary = job_summary(*job, now, waits_for(*job));
     summary["events"] = events_to_json(job->record.events);
     send(peer, msg::Job{m.request, std::move(summary)});

@@ -16,6 +16,7 @@
 #include "coordinator/limits.h"
 #include "coordinator/log_budget.h"
 #include "coordinator/scene_service.h"
+#include "coordinator/series.h"
 #include "coordinator/store/store.h"
 #include "coordinator/worker_registry.h"
 #include "proto/actor.h"
@@ -121,11 +122,12 @@ class Coordinator final : public Actor {
   void note_storage(Time now);
 
   // What clients want changed (steering.cpp).
-  void pause(Job& job);
+  bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
+  void steer(Job& job, const msg::SteerJob& m);
+  void pause(Job& job, JobId named);
   void resume(Job& job);
   void cancel(Job& job);
   void requeue(Job& job);
-  void forget(Job& job);
   void prioritise(Job& job, std::uint32_t priority);
   void drain(const std::string& name, bool host);
   void readmit(const std::string& name, bool host);
@@ -139,6 +141,7 @@ class Coordinator final : public Actor {
   void keep_house(Time now);
   void note_usage(Store::Usage usage);
   void forget_job(JobId id, const std::string& why);
+  void forget_all(const Series& listed, const std::string& why);
 
   // Scenes (scenes.cpp).
   [[nodiscard]] const SceneParcel* scene_at_work(const std::string& scene) const;
@@ -164,7 +167,11 @@ class Coordinator final : public Actor {
   /// The job, if its work is still that of `generation`.
   Job* job_at_work(JobId id, std::uint64_t generation);
   Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
-  Job* asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
+  std::vector<Job*> asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
+  [[nodiscard]] std::map<JobId, Series> listed_jobs() const;
+  std::vector<Job*> frames_of(JobId series);
+  void join_series(JobRecord& record);
+  [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
   void restore_jobs();
   void prepare(Time now, Job& job);
   struct Prepared;
@@ -173,6 +180,7 @@ class Coordinator final : public Actor {
   void restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan);
   void next_pass(Job& job);
   void finish_job(Job& job);
+  void end_job(Job& job, JobState state, const std::string& reason);
   void close_job(Job& job, JobState state, const std::string& reason);
   void fail_job(Job& job, const std::string& reason);
   void keep(const Job& job);
@@ -209,7 +217,9 @@ class Coordinator final : public Actor {
   Store::Usage usage_;                              ///< of the store, some seconds ago
   Time next_housekeeping_{};
   RequestBudget requests_;
-  std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at
+  std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at, as listed
+  /// Numbers of series, by user and token.
+  std::map<std::pair<std::string, std::string>, JobId> series_;
   JobId next_job_ = 1;
   std::uint64_t next_generation_ = 1;
   Tally tally_;

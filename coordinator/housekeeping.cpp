@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "common/base/error.h"
 #include "coordinator/coordinator.h"
@@ -31,40 +32,44 @@ void Coordinator::check_limits(const JobRecord& record) const {
                     "fewer, or raise --max-pixels",
                     pixels_of(record), limits.pixels));
   }
-  std::size_t jobs = 0;
-  std::uint64_t pixels = pixels_of(record);
+  std::map<JobId, std::uint64_t> open = {{record.listed_as(), pixels_of(record)}};
   std::uint64_t disk = record.scene_bytes;
   for (const auto& [id, job] : jobs_) {
     if (job.record.user != record.user) {
       continue;
     }
-    if (!job.ended()) {
-      ++jobs;
-      pixels += pixels_of(job.record);
+    if (!job.ended()) {  // of a series one frame at a time
+      std::uint64_t& pixels = open[job.record.listed_as()];
+      pixels = std::max(pixels, pixels_of(job.record));
     }
     const auto used = usage_.jobs.find(id);
     disk += used == usage_.jobs.end() ? 0 : used->second;
   }
+  const std::size_t jobs = open.size() - 1;
+  std::uint64_t pixels = 0;
+  for (const auto& [id, of_job] : open) {
+    pixels += of_job;
+  }
   if (jobs >= limits.user_jobs) {
-    throw InputError(
+    throw NoRoom(
         fmt::format("{} {} unfinished jobs, as many as may be: wait, cancel one, or "
                     "raise --max-user-jobs",
                     whose, jobs));
   }
   if (pixels > limits.user_pixels) {
-    throw InputError(
+    throw NoRoom(
         fmt::format("with it {} {} pixels in unfinished jobs, more than {}: wait, or "
                     "raise --max-user-pixels",
                     whose, pixels, limits.user_pixels));
   }
   if (disk > limits.user_disk) {
-    throw InputError(
+    throw NoRoom(
         fmt::format("with it {} {} on this coordinator's disk, more than {}: parray "
                     "forget some jobs, or raise --max-user-disk",
                     whose, gigabytes(disk), gigabytes(limits.user_disk)));
   }
   if (usage_.total + record.scene_bytes > limits.disk) {
-    throw InputError(
+    throw NoRoom(
         fmt::format("this coordinator's jobs take {} of its disk, of {} that they "
                     "may: parray forget some, or raise --max-disk",
                     gigabytes(usage_.total), gigabytes(limits.disk)));
@@ -99,9 +104,10 @@ void Coordinator::keep_house(Time now) {
 void Coordinator::note_usage(Store::Usage usage) {
   usage_ = std::move(usage);
   std::vector<JobId> ended;
-  for (const auto& [id, job] : jobs_) {
-    if (job.ended()) {
-      ended.push_back(id);
+  for (const auto& [id, listed] : listed_jobs()) {
+    if (has_ended(listed)) {
+      std::ranges::transform(listed, std::back_inserter(ended),
+                             [](const Job* job) { return job->record.id; });
     }
   }
   for (const JobId id : ended) {
@@ -128,6 +134,18 @@ void Coordinator::forget_job(JobId id, const std::string& why) {
       return {};
     });
   }
+}
+
+/// A job, or all frames of a series.
+void Coordinator::forget_all(const Series& listed, const std::string& why) {
+  const JobId number = listed.front()->record.listed_as();
+  std::vector<JobId> ids;
+  std::ranges::transform(listed, std::back_inserter(ids),
+                         [](const Job* job) { return job->record.id; });
+  for (const JobId id : ids) {
+    forget_job(id, why);
+  }
+  std::erase_if(series_, [number](const auto& series) { return series.second == number; });
 }
 
 }  // namespace parray

@@ -50,13 +50,17 @@ PassTimes Job::times(Time now) const {
           work->pass_began == never ? 0 : to_seconds(now - work->pass_began)};
 }
 
-/// As `show` names it: what the record keeps, and what comes and goes.
-static std::string_view state_name(const Job& job) {
-  if (job.phase == JobPhase::finishing) {
+std::string_view Job::shown_state() const {
+  if (phase == JobPhase::finishing) {
     return "finishing";
   }
-  const bool open = job.record.state == JobState::queued || job.record.state == JobState::running;
-  return open && !job.pause_reason.empty() ? name_of(JobState::paused) : name_of(job.record.state);
+  const bool open = record.state == JobState::queued || record.state == JobState::running;
+  return name_of(open && !pause_reason.empty() ? JobState::paused : record.state);
+}
+
+double Job::samples_per_second(Time now) const {
+  const bool begun = work && work->started != never && now > work->started;
+  return begun ? static_cast<double>(work->samples) / to_seconds(now - work->started) : 0;
 }
 
 json job_summary(const Job& job, Time now, const std::string& waits_for) {
@@ -64,10 +68,10 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
   json summary = {{"id", record.id},
                   {"name", record.name},
                   {"user", record.user},
-                  {"state", state_name(job)},
+                  {"state", job.shown_state()},
                   {"priority", record.priority},
                   {"progress", job.progress(now)},
-                  {"samples_per_second", 0.0},
+                  {"samples_per_second", job.samples_per_second(now)},
                   {"seconds_left", -1.0},
                   {"reason", job.pause_reason.empty() ? record.reason : job.pause_reason},
                   {"waits_for", waits_for},
@@ -77,13 +81,13 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"samples_per_pixel", record.settings.samples_per_pixel},
                   {"sampler", name_of(record.settings.sampler)},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
-  if (!job.work || job.work->started == never || job.work->samples == 0) {
-    return summary;
+  if (record.series_id != 0) {
+    summary["series"] = record.series_id;
+    summary["frame"] = record.frame;
   }
-  const double elapsed = to_seconds(now - job.work->started);
   const double progress = summary["progress"];
-  if (elapsed > 0) {
-    summary["samples_per_second"] = static_cast<double>(job.work->samples) / elapsed;
+  if (job.samples_per_second(now) > 0) {
+    const double elapsed = to_seconds(now - job.work->started);
     summary["seconds_left"] = progress > 0 ? elapsed * (1 - progress) / progress : -1;
   }
   return summary;

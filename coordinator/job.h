@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "coordinator/job_picture.h"
@@ -100,6 +101,10 @@ struct Job {
 
   [[nodiscard]] bool ended() const { return phase == JobPhase::ended; }
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
+  /// As `show` names its state: what the record keeps, and what comes and goes.
+  [[nodiscard]] std::string_view shown_state() const;
+  /// 0: not known yet.
+  [[nodiscard]] double samples_per_second(Time now) const;
   /// Share of the work that is done, 0 .. 1. Of a picture that has a target to meet nobody knows
   /// the end: 0 in its first pass, then as the error so far says. It may fall.
   [[nodiscard]] double progress(Time now) const;

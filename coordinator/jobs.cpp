@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <new>
+#include <tuple>
 
 #include "common/base/bytes.h"
 #include "common/base/error.h"
@@ -32,16 +33,32 @@ void Coordinator::list_open_jobs() {
   queue_open_jobs();
 }
 
-/// By what is left of them, which changes.
+/// By what is left of them, which changes. A series is one among the others: its frames stand where
+/// it was begun, and what is left of it is what is left of all of them.
 void Coordinator::queue_open_jobs() {
-  std::vector<FairQueue::Entry> entries;
+  struct Whole {
+    bool fresh = true;
+    double work_left = 0;
+  };
+  std::map<JobId, Whole> wholes;
+  std::vector<const Job*> open;
   for (const JobId id : open_jobs_) {
     const Job& job = jobs_.at(id);
-    const bool fresh = !job.work || job.work->started == never;
     const double price = job.work && job.work->price > 0 ? job.work->price : price_;
-    entries.push_back({id, job.record.user, job.record.share, job.record.priority,
-                       fresh && job.record.state != JobState::paused,
-                       job.samples_left(now_) * price});
+    Whole& whole = wholes[job.record.listed_as()];
+    whole.fresh = whole.fresh && (!job.work || job.work->started == never) &&
+                  job.record.state != JobState::paused;
+    whole.work_left += job.samples_left(now_) * price;
+    open.push_back(&job);
+  }
+  std::ranges::sort(open, {}, [](const Job* job) {
+    return std::tuple(job->record.listed_as(), job->record.frame, job->record.id);
+  });
+  std::vector<FairQueue::Entry> entries;
+  for (const Job* job : open) {
+    const Whole& whole = wholes.at(job->record.listed_as());
+    entries.push_back({job->record.id, job->record.user, job->record.share, job->record.priority,
+                       whole.fresh, whole.work_left});
   }
   queue_.assign(entries);
   queue_again_at_ = now_ + milliseconds(100);
@@ -62,7 +79,10 @@ void Coordinator::restore_jobs() {
     job.record = std::move(record);
     job.next_epoch = options_.first_epoch;
     const JobId id = job.record.id;
-    next_job_ = std::max(next_job_, id + 1);
+    next_job_ = std::max({next_job_, id + 1, job.record.series_id + 1});
+    if (job.record.series_id != 0) {
+      series_[{job.record.user, job.record.series}] = job.record.series_id;
+    }
     if (job.record.state == JobState::running) {
       job.record.state = JobState::queued;
     }
@@ -346,8 +366,8 @@ void Coordinator::finish_job(Job& job) {
 }
 
 /// A job that has ended needs nothing but its record, and its picture; or, while there is room,
-/// what it takes to go on after all.
-void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
+/// what it takes to go on after all. The list of open jobs is the caller's.
+void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.state = state;
   job.record.reason = reason;
   job.phase = JobPhase::ended;
@@ -366,29 +386,38 @@ void Coordinator::close_job(Job& job, JobState state, const std::string& reason)
     note(job, fmt::format("{}: {}", name_of(state), reason));
     keep(job);
   }
+  log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
+             reason.empty() ? "" : ": ", reason);
+}
+
+void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
+  end_job(job, state, reason);
   list_open_jobs();
   forget_scene(job.record.scene);
   make_room(0);
-  log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
-             reason.empty() ? "" : ": ", reason);
 }
 
 void Coordinator::fail_job(Job& job, const std::string& reason) {
   close_job(job, JobState::failed, reason);
 }
 
-/// Forgets the oldest ended job when there are too many.
+/// Forgets the oldest that has ended when there are too many.
 void Coordinator::make_room_for_job() {
-  if (jobs_.size() + submitting_.size() <= options_.limits.jobs) {
+  std::map<JobId, Series> listed = listed_jobs();
+  std::size_t all = listed.size();
+  for (const auto& [token, id] : submitting_) {
+    all += listed.contains(id) ? 0 : 1;
+  }
+  if (all <= options_.limits.jobs) {
     return;
   }
   const auto oldest =
-      std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return j.second.ended(); });
-  if (oldest == jobs_.end()) {
-    throw InputError("this coordinator has its " + std::to_string(options_.limits.jobs) +
-                     " jobs and none has ended: wait, cancel one, or raise --max-jobs");
+      std::find_if(listed.begin(), listed.end(), [](const auto& l) { return has_ended(l.second); });
+  if (oldest == listed.end()) {
+    throw NoRoom("this coordinator has its " + std::to_string(options_.limits.jobs) +
+                 " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
-  forget_job(oldest->first, "to make room");
+  forget_all(oldest->second, "to make room");
 }
 
 /// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 
+#include "common/base/error.h"
 #include "proto/clock.h"
 #include "proto/link.h"
 
@@ -19,6 +20,12 @@ struct Limits {
   std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< likewise, of one user
   double keep_seconds = 90.0 * 24 * 3600;             ///< since it ended, that a job is kept
   std::size_t requests = 1000;  ///< messages a second of one peer that is no worker
+};
+
+/// There is no room now; later there may be.
+class NoRoom : public InputError {
+ public:
+  using InputError::InputError;
 };
 
 /// Messages of peers that are no workers: so many a second each.

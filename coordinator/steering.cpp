@@ -1,6 +1,7 @@
 // What clients want changed of jobs, and administrators of workers.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -10,18 +11,27 @@ namespace parray {
 
 using nlohmann::json;
 
-/// The job, or null once the client has been told that there is none, or that it is another's.
-Job* Coordinator::asked_to_change(const PeerId& peer, std::uint64_t request, JobId id) {
-  Job* job = asked_for(peer, request, id);
-  if (job != nullptr && sender_.role == Role::client && job->record.user != sender_.name) {
-    fail_request(
-        peer, request, 2,
-        "job " + std::to_string(id) + " is " +
-            (job->record.user.empty() ? "nobody's" : "that of '" + job->record.user + "'") +
-            ", not that of '" + sender_.name + "': ask them, or an administrator");
-    return nullptr;
+/// The job, or all frames of a series; none once the client has been told that there is no such
+/// job, or that it is another's.
+std::vector<Job*> Coordinator::asked_to_change(const PeerId& peer, std::uint64_t request,
+                                               JobId id) {
+  std::vector<Job*> jobs = frames_of(id);
+  if (jobs.empty()) {
+    Job* job = asked_for(peer, request, id);
+    if (job == nullptr) {
+      return {};
+    }
+    jobs = {job};
   }
-  return job;
+  const std::string& user = jobs.front()->record.user;
+  if (sender_.role == Role::client && user != sender_.name) {
+    fail_request(peer, request, 2,
+                 "job " + std::to_string(id) + " is " +
+                     (user.empty() ? "nobody's" : "that of '" + user + "'") + ", not that of '" +
+                     sender_.name + "': ask them, or an administrator");
+    return {};
+  }
+  return jobs;
 }
 
 /// For a job's history.
@@ -30,51 +40,93 @@ std::string Coordinator::asker() const {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::SteerJob& m) {
-  using enum msg::JobAction;
-  Job* job = asked_to_change(peer, m.request, m.job);
-  if (job == nullptr) {
+  const std::vector<Job*> jobs = asked_to_change(peer, m.request, m.job);
+  if (jobs.empty()) {
     return;
   }
+  const Series named(jobs.begin(), jobs.end());
+  if (m.action == msg::JobAction::requeue && !may_requeue(peer, m.request, named)) {
+    return;
+  }
+  std::string misfit;
+  std::size_t misfits = 0;
+  for (Job* job : jobs) {
+    try {
+      steer(*job, m);
+    } catch (const InputError& error) {  // of a series, this frame is left as it is
+      misfit = misfit.empty() ? error.what() : misfit;
+      ++misfits;
+    }
+  }
+  list_open_jobs();
+  for (const Job* job : named) {
+    if (job->ended()) {
+      forget_scene(job->record.scene);
+    }
+  }
+  make_room(0);
+  const bool forget = m.action == msg::JobAction::forget;
+  if (misfits == jobs.size() || (forget && misfits > 0)) {
+    fail_request(peer, m.request, 2, misfit);
+    return;
+  }
+  json summary = jobs.front()->record.id == m.job
+                     ? job_summary(*jobs.front(), now, waits_for(*jobs.front()))
+                     : summary_of(now, named);
+  if (forget) {
+    const std::string why = "as " + asker() + " wishes";
+    jobs.front()->record.id == m.job ? forget_job(m.job, why) : forget_all(named, why);
+  }
+  send(peer, msg::Job{m.request, std::move(summary)});
+}
+
+/// Whether there is room for what is queued again; if not, the client has been told.
+bool Coordinator::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
+  const auto again = std::ranges::find_if(
+      named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
   try {
-    switch (m.action) {
-      case pause:
-        this->pause(*job);
-        break;
-      case resume:
-        this->resume(*job);
-        break;
-      case cancel:
-        this->cancel(*job);
-        break;
-      case requeue:
-        this->requeue(*job);
-        break;
-      case prioritise:
-        this->prioritise(*job, m.priority);
-        break;
-      case forget:
-        break;
+    if (again != named.end()) {
+      check_limits((*again)->record);
     }
-    json summary = job_summary(*job, now, waits_for(*job));
-    if (m.action == forget) {
-      this->forget(*job);
-    }
-    send(peer, msg::Job{m.request, std::move(summary)});
   } catch (const InputError& error) {
-    fail_request(peer, m.request, 2, error.what());
+    fail_request(peer, request, 2, error.what());
+    return false;
+  }
+  return true;
+}
+
+/// Throws InputError where the action does not fit the job's state. The list of open jobs, and the
+/// queue, are the caller's.
+void Coordinator::steer(Job& job, const msg::SteerJob& m) {
+  using enum msg::JobAction;
+  switch (m.action) {
+    case pause:
+      return this->pause(job, m.job);
+    case resume:
+      return this->resume(job);
+    case cancel:
+      return this->cancel(job);
+    case requeue:
+      return this->requeue(job);
+    case prioritise:
+      return this->prioritise(job, m.priority);
+    case forget:
+      break;
+  }
+  if (!job.ended()) {
+    throw InputError("job " + std::to_string(job.record.id) + " has not ended: cancel it first");
   }
 }
 
-/// Leases that are granted are traced to their end.
-void Coordinator::pause(Job& job) {
+/// Leases that are granted are traced to their end. `named`: what the client has called it.
+void Coordinator::pause(Job& job, JobId named) {
   if (job.ended() || job.phase == JobPhase::finishing || job.record.state == JobState::paused) {
     return;
   }
   job.record.state = JobState::paused;
-  job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(job.record.id);
+  job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(named);
   note(job, "paused by " + asker());
   keep(job);
-  queue_open_jobs();
   log_->info("job {} '{}' is paused", job.record.id, job.record.name);
 }
 
@@ -86,13 +138,12 @@ void Coordinator::resume(Job& job) {
   job.record.reason.clear();
   note(job, "resumed by " + asker());
   keep(job);
-  queue_open_jobs();
   log_->info("job {} '{}' goes on", job.record.id, job.record.name);
 }
 
 void Coordinator::cancel(Job& job) {
   if (!job.ended()) {
-    close_job(job, JobState::cancelled, "cancelled by " + asker());
+    end_job(job, JobState::cancelled, "cancelled by " + asker());
   }
 }
 
@@ -107,7 +158,6 @@ void Coordinator::requeue(Job& job) {
   if (store_ == nullptr && job.scene.size() == 0) {
     throw InputError("the scene of job " + number + " is no longer kept: submit it again");
   }
-  check_limits(job.record);
   job.record.state = JobState::queued;
   job.record.reason.clear();
   if (store_ == nullptr) {
@@ -117,15 +167,7 @@ void Coordinator::requeue(Job& job) {
   job.retry_at = never;
   note(job, "queued again by " + asker());
   keep(job);
-  list_open_jobs();
   log_->info("job {} '{}' is queued again", job.record.id, job.record.name);
-}
-
-void Coordinator::forget(Job& job) {
-  if (!job.ended()) {
-    throw InputError("job " + std::to_string(job.record.id) + " has not ended: cancel it first");
-  }
-  forget_job(job.record.id, "as " + asker() + " wishes");
 }
 
 void Coordinator::prioritise(Job& job, std::uint32_t priority) {
@@ -135,7 +177,6 @@ void Coordinator::prioritise(Job& job, std::uint32_t priority) {
   job.record.priority = priority;
   note(job, fmt::format("priority {} by {}", priority, asker()));
   keep(job);
-  queue_open_jobs();
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {

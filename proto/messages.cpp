@@ -132,6 +132,9 @@ void fields(F& f, msg::Submit& m) {
   f.duration("load_seconds", m.load_seconds);
   f.text("user", m.user, 64);
   f.number("max_failures", m.max_failures, 0U, 1000U);
+  f.text("series", m.series, 64);
+  f.number("frame", m.frame, 0U, limits::max_frame);
+  f.number("frames", m.frames, 0U, limits::max_frames);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {
@@ -151,6 +154,7 @@ template <typename F>
 void fields(F& f, msg::ShowJob& m) {
   f.number("request", m.request);
   f.number("job", m.job);
+  f.number("from_frame", m.from_frame, 0U, limits::max_frame);
 }
 template <typename F>
 void fields(F& f, msg::Job& m) {
@@ -212,6 +216,7 @@ void fields(F& f, msg::Error& m) {
   f.number("request", m.request);
   f.number("status", m.status, 1U, 2U);
   f.text("message", m.message, max_line);
+  f.flag("later", m.later);
 }
 
 /// Type names, in the order of the variant's alternatives.

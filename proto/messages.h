@@ -133,6 +133,9 @@ struct Submit {
   std::uint64_t duplicates_removed = 0;
   std::string user;                ///< counts only where there are no keys to tell
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's
+  std::string series;              ///< token of the series that it is a frame of; empty: none
+  std::uint32_t frame = 0;         ///< its number in the series
+  std::uint32_t frames = 0;        ///< that the series is to have
 };
 struct Submitted {
   std::uint64_t request = 0;
@@ -148,6 +151,7 @@ struct Jobs {
 struct ShowJob {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
+  std::uint32_t from_frame = 0;  ///< of a series: the first frame that is listed
 };
 struct Job {
   std::uint64_t request = 0;
@@ -203,6 +207,7 @@ struct Error {
   std::uint64_t request = 0;
   std::uint32_t status = 1;
   std::string message;
+  bool later = false;  ///< there is no room now; the same request may succeed later
 };
 
 }  // namespace msg

@@ -6,6 +6,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/series.h"
 #include "cli/output/delivery.h"
 #include "cli/output/extra_channels.h"
 #include "common/base/error.h"
@@ -27,9 +28,11 @@ int fetch(const FetchCommand& command) {
                      ": fetch has no scene to trace: samples and half-width only; the others come "
                      "with render or submit --wait");
   }
-  check_outputs(command.output.paths());
+  const bool series = has_frame_number(command.output.paths().image.string());
+  if (!series) check_outputs(command.output.paths());
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
+  if (series) return fetch_series(*client, command.job, command.output.paths());
   Picture picture = fetch_picture(*client, command.job, command.output.paths());
   add_channels(picture, extra_channels(aovs, {}, {}, 1));
   return deliver(std::move(picture), command.output.paths(), {});
@@ -38,7 +41,9 @@ int fetch(const FetchCommand& command) {
 }  // namespace
 
 void add_fetch(CommandLine& line, Action& chosen) {
-  Command command = line.command("fetch", "Write the picture of a job that is done");
+  Command command = line.command("fetch",
+                                 "Write the picture of a job that is done, or of all done frames "
+                                 "of a series (-o name-####.exr)");
   const auto options = std::make_shared<FetchCommand>();
   add_job(command, options->job);
   options->output.add_to(command, true);

@@ -5,6 +5,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
+#include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
@@ -26,8 +27,9 @@ int jobs(const JobsCommand& command) {
   std::vector<std::vector<std::string>> rows;
   for (const nlohmann::json& map : list) {
     const JobStatus job = job_status(map);
-    rows.push_back({std::to_string(job.id), printable(job.state), progress_cell(job),
-                    left_cell(job), std::to_string(job.priority),
+    rows.push_back({std::to_string(job.id),
+                    printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
+                    progress_cell(job), left_cell(job), std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
                     std::to_string(job.samples_per_pixel),
                     printable(job.name) + (job.flag.empty() ? "" : "  (!)")});

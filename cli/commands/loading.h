@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "cli/commands/options.h"
@@ -7,8 +9,16 @@
 
 namespace parray {
 
+/// What a frame of a series has of its own; by default nothing.
+struct FrameChange {
+  /// Of the particle files that may hold several, but for those whose frame the scene names.
+  std::optional<std::uint64_t> particles{};
+  std::optional<Camera> camera{};
+};
+
 /// The scene in a scene file, its particles among its spheres, or the portrait of a particle file;
 /// with the options laid over its settings. Warns of duplicates on stderr. Throws InputError.
-SceneFile load_scene(const std::string& file, const RenderOptions& options);
+SceneFile load_scene(const std::string& file, const RenderOptions& options,
+                     const FrameChange& change = {});
 
 }  // namespace parray

@@ -189,6 +189,15 @@ void RenderOptions::add_like_to(Command& command) {
   command_ = command;
 }
 
+std::string RenderOptions::as_given() const {
+  std::string text;
+  for (const GivenOption& given : command_->given_options()) {
+    const bool decides = given.group == settings_group || given.group == limits_group;
+    text += decides ? given.name + "=" + given.value + "\n" : "";
+  }
+  return text;
+}
+
 void RenderOptions::check_like() const {
   if (like_.empty()) return;
   for (const GivenOption& given : command_->given_options()) {

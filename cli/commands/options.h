@@ -60,6 +60,8 @@ class RenderOptions {
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
+  /// Those that decide the picture, as they were given: equal for equal commands.
+  [[nodiscard]] std::string as_given() const;
   /// The scene's settings with the options laid over them. Throws InputError, naming the options,
   /// when the whole is not possible.
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;

@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
@@ -29,6 +30,17 @@ std::string left_cell(const JobStatus& job) {
   return job.ended() || job.seconds_left < 0 ? "" : duration_text(job.seconds_left);
 }
 
+static void print_frames(const json& list) {
+  if (list.empty()) return;
+  std::vector<std::vector<std::string>> rows;
+  for (const json& frame : list) {
+    rows.push_back({frame.at("frame").dump(), frame.at("job").dump(),
+                    printable(frame.at("state").get<std::string>()),
+                    printable(frame.at("reason").get<std::string>(), 500)});
+  }
+  std::cout << table_text({"FRAME", "JOB", "STATE", "REASON"}, rows);
+}
+
 void print_job(const json& map, bool as_json) {
   if (as_json) {
     print_json(map);
@@ -44,6 +56,10 @@ void print_job(const json& map, bool as_json) {
                       counted(job.samples_per_pixel, "sample") + " each (" +
                       printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
+  if (job.frames > 0) facts.emplace_back("frames", frames_text(job) + " done");
+  if (map.contains("frame")) {
+    facts.emplace_back("frame", map.at("frame").dump() + " of series " + map.at("series").dump());
+  }
   if (!job.user.empty()) facts.insert(facts.begin() + 2, {"user", printable(job.user)});
   if (!job.ended() && job.samples_per_second > 0) {
     facts.emplace_back("speed", with_unit(job.samples_per_second, "samples/s"));
@@ -53,6 +69,7 @@ void print_job(const json& map, bool as_json) {
   if (!job.flag.empty()) facts.emplace_back("flag", printable(job.flag, 500));
   if (!job.reason.empty()) facts.emplace_back("reason", printable(job.reason, 500));
   std::cout << list_text(facts);
+  print_frames(map.value("frame_list", json::array()));
   for (const json& event : map.value("events", json::array())) {
     std::cout << "  " << moment_text(event.at("at").get<double>()) << "  "
               << printable(event.at("what").get<std::string>(), 500) << "\n";

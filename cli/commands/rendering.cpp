@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "cli/commands/end_command.h"
-#include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
@@ -20,15 +19,10 @@
 namespace parray {
 namespace {
 
-/// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
-/// at most a fiftieth to the time that a job takes.
-Time next_look(Time waited) {
-  return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
-}
-
 /// load_scene(), by the recipe of --like if there is one.
-SceneFile load_like(const std::string& scene_file, RenderOptions options) {
-  if (options.like().empty()) return load_scene(scene_file, options);
+SceneFile load_like(const std::string& scene_file, RenderOptions options,
+                    const FrameChange& change) {
+  if (options.like().empty()) return load_scene(scene_file, options, change);
   options.check_like();
   const std::string picture = printable(options.like(), 4096);
   const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
@@ -40,11 +34,17 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options) {
 
 }  // namespace
 
+/// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
+/// at most a fiftieth to the time that a job takes.
+Time next_look(Time waited) {
+  return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
+}
+
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority) {
+                           std::uint32_t priority, const FrameChange& change) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  SceneFile file = load_like(scene_file, options);
+  SceneFile file = load_like(scene_file, options, change);
   const ResolvedSettings resolved = resolve_settings(requirements_of(file.scene), file.settings);
   Submission submission;
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/farm/client.h"
 #include "cli/output/delivery.h"
@@ -15,7 +16,10 @@ namespace parray {
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
 /// it. Throws InputError.
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority);
+                           std::uint32_t priority, const FrameChange& change = {});
+
+/// How soon to look again after a job that has been waited for so long.
+Time next_look(Time waited);
 
 /// Throws InputError unless this machine has the instruction set.
 void check_isa(Isa isa);

@@ -33,7 +33,8 @@ int show(const ShowCommand& command) {
   FarmClient client(command.farm);
   const nlohmann::json job = client->show(command.job);
   print_job(job, command.as_json);
-  if (!command.as_json && job_status(job).ended()) {
+  const JobStatus status = job_status(job);
+  if (!command.as_json && status.frames == 0 && status.ended()) {
     print_time_spent(client->journal(command.job).journal);
   }
   return 0;

@@ -1,11 +1,14 @@
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/series.h"
 #include "common/base/cpu_count.h"
+#include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -20,9 +23,24 @@ struct SubmitCommand {
   std::uint32_t max_failures = 0;
   bool wait = false;
   Following following;
+  std::optional<FrameRange> frames;
+  std::string camera_path;
 };
 
+int submit_frames(const SubmitCommand& command) {
+  if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
+  if (!command.following.preview.empty()) {
+    throw InputError("--preview shows one picture: leave it out of a series");
+  }
+  FarmClient client(command.farm);
+  return submit_series(
+      *client, {command.scene, command.camera_path, *command.frames, command.render,
+                command.output.paths(), command.priority, command.max_failures, command.wait,
+                command.following.quiet, command.following.on_end});
+}
+
 int submit(const SubmitCommand& command) {
+  if (command.frames) return submit_frames(command);
   const Time started = SteadyClock().now();
   check_outputs(command.output.paths(), command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
@@ -59,6 +77,22 @@ void add_submit(CommandLine& line, Action& chosen) {
       line.command("submit", "Hand a scene to a coordinator; prints the number of the new job");
   const auto options = std::make_shared<SubmitCommand>();
   add_scene(command, options->scene);
+  const Option frames =
+      command
+          .option(
+              "--frames",
+              [options](const std::string& text) { options->frames = frame_range_from(text); },
+              "A series of frames, shown and steered as one job: numbers for #### in the scene's "
+              "name, along --camera-path, or of the trajectory that the scene names; run again, it "
+              "goes on; -o name-####.exr")
+          .type_name("FIRST-LAST[:STEP]");
+  command
+      .option("--camera-path", options->camera_path,
+              "Where the camera is at which frame: {\"cameras\": [{\"frame\": N, ...}, ...]}, a "
+              "curve between")
+      .type_name("FILE.json")
+      .forbid_empty()
+      .needs(frames);
   const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
   options->output.add_to(command, false);
   options->output.add_aov_to(command);

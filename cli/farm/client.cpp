@@ -45,6 +45,7 @@ Time transfer_time(std::uint64_t bytes) {
 
 [[noreturn]] void throw_answered(const msg::Error& error) {
   const std::string message = printable(error.message, 2000);
+  if (error.later) throw NoRoom(message);
   if (error.status == 2) throw InputError(message);
   throw RunError(message);
 }
@@ -75,6 +76,8 @@ JobStatus job_status(const nlohmann::json& map) {
     job.waits_for = map.value("waits_for", std::string());
     job.flag = map.value("flag", std::string());
     map.at("sampler").get_to(job.sampler);
+    job.frames = map.value("frames", std::uint64_t{0});
+    job.frames_done = map.value("frames_done", std::uint64_t{0});
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }
@@ -88,7 +91,12 @@ JobId Client::submit(Submission submission) {
   // Finds out that nobody is there before a large scene is queued for sending.
   ask<msg::Workers>(msg::ListWorkers{});
   msg::Submit request;
-  request.token = random_token();
+  request.token = submission.series.empty()
+                      ? random_token()
+                      : submission.series + "-" + std::to_string(submission.frame);
+  request.series = submission.series;
+  request.frame = submission.frame;
+  request.frames = submission.frames;
   request.name = std::move(submission.name);
   request.priority = submission.priority;
   request.settings = submission.settings;
@@ -103,6 +111,10 @@ JobId Client::submit(Submission submission) {
 }
 
 nlohmann::json Client::show(JobId job) { return ask<msg::Job>(msg::ShowJob{0, job}).job; }
+
+nlohmann::json Client::show_series(JobId series, std::uint32_t from_frame) {
+  return ask<msg::Job>(msg::ShowJob{0, series, from_frame}).job;
+}
 
 nlohmann::json Client::steer(JobId job, msg::JobAction action, std::uint32_t priority) {
   return ask<msg::Job>(msg::SteerJob{0, job, action, priority}).job;

@@ -9,6 +9,7 @@
 #include "common/image/channels.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "coordinator/limits.h"
 #include "coordinator/store/job_record.h"
 #include "proto/link.h"
 #include "proto/messages.h"
@@ -25,6 +26,11 @@ struct Submission {
   std::shared_ptr<const Scene> scene;
   std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
   std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
+  /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
+  /// many frames there are to be. The same frame is submitted once, however often it is tried.
+  std::string series{};
+  std::uint32_t frame = 0;
+  std::uint32_t frames = 0;
 };
 
 /// A finished picture and the coordinator's report of it.
@@ -53,6 +59,8 @@ struct JobStatus {
   std::uint64_t samples_per_pixel = 0;
   bool whole = false;  ///< every pixel has a sample
   std::string sampler;
+  std::uint64_t frames = 0;  ///< of a series; 0: it is none
+  std::uint64_t frames_done = 0;
 
   /// Done, failed or cancelled: nothing more will happen.
   [[nodiscard]] bool ended() const;
@@ -88,10 +96,13 @@ class Client {
   /// `link` and `clock` must outlive the client.
   Client(Link& link, const Clock& clock, Options options);
 
-  /// Returns the new job's number. Safe to lose and repeat on the way: it makes one job.
+  /// Returns the new job's number. Safe to lose and repeat on the way: it makes one job. Throws
+  /// NoRoom where it may be tried again later.
   JobId submit(Submission submission);
   /// The job map of PROTOCOL.md.
   nlohmann::json show(JobId job);
+  /// Of a series, with `frame_list`, at most 1000 frames from this number on.
+  nlohmann::json show_series(JobId series, std::uint32_t from_frame);
   /// Answered with the job map, too. `priority`: 0 .. 100, of JobAction::prioritise.
   nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 0);
   /// Lists of the maps of PROTOCOL.md.

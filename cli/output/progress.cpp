@@ -26,6 +26,7 @@ std::string percent_text(double fraction) {
 /// What follows the bar.
 std::string facts(const JobStatus& job) {
   std::string text = percent_text(job.progress);
+  if (job.frames > 0) text += "  " + frames_text(job);
   if (job.ended()) return text + "  " + job.state;
   if (!job.waits_for.empty()) return text + "  waits for: " + printable(job.waits_for, 200);
   if (job.state == "finishing" || job.state == "paused") text += "  " + job.state;
@@ -37,6 +38,10 @@ std::string facts(const JobStatus& job) {
 }
 
 }  // namespace
+
+std::string frames_text(const JobStatus& job) {
+  return std::to_string(job.frames_done) + "/" + std::to_string(job.frames) + " frames";
+}
 
 ProgressStyle progress_style(bool quiet) {
   if (quiet) return ProgressStyle::none;
@@ -67,8 +72,11 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
 Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
     : style_(style), out_(out), columns_(columns) {}
 
-Progress::~Progress() {
-  if (drawn_ > 0) out_ << '\n';
+Progress::~Progress() { make_way(); }
+
+void Progress::make_way() {
+  if (drawn_ > 0) out_ << '\n' << std::flush;
+  drawn_ = 0;
 }
 
 /// Progress grows lease by lease, and an average over a time without growth sinks: in between, the

@@ -19,6 +19,9 @@ ProgressStyle progress_style(bool quiet);
 /// Columns of the terminal behind stderr; 80 if that is unknown.
 std::size_t terminal_columns();
 
+/// "3/10 frames" of a series.
+std::string frames_text(const JobStatus& job);
+
 /// "[#####     ]  43.1 %  3.14 M samples/s  12 s left", at most `columns` long: the bar shrinks,
 /// then goes. Plain text: no colours, no control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
@@ -35,6 +38,8 @@ class Progress {
 
   /// Takes note of a job's state; shows it when it is time to, and always when the job has ended.
   void show(Time now, const JobStatus& reported);
+  /// Ends a bar's line: something else is to be printed.
+  void make_way();
 
  private:
   JobStatus between_leases(Time now, const JobStatus& job);

@@ -3,6 +3,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/input/json_fields.h"
+#include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
 namespace parray {
@@ -56,7 +57,7 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 3> keys{"file", "material", "radius"};
+  static constexpr std::array<std::string_view, 4> keys{"file", "material", "radius", "frame"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
   out.line = out.material_line = out.radius_line = fields.line();
@@ -73,6 +74,8 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
     out.radius = read_radius(*radius, place.at("radius"));
     out.radius_line = radius->line;
   }
+  if (fields.find("frame") != nullptr)
+    out.frame = fields.integer_or("frame", {0, limits::max_frame}, 0);
   return out;
 }
 

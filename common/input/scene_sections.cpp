@@ -18,35 +18,23 @@ namespace {
 /// decide how the picture is turned.
 constexpr double min_up_sine = 1e-6;
 
-/// look_at - look_from, checked to be a direction.
-Vec3d view_of(const Camera& camera, const JsonFields& fields) {
+}  // namespace
+
+std::string problem_with(const Camera& camera) {
   const Vec3d view = camera.look_at - camera.look_from;
   const double distance = length(view);
-  if (distance == 0) {
-    fields.place().fail(fields.line(), "look_from and look_at are the same point: move one");
-  }
+  if (distance == 0) return "look_from and look_at are the same point: move one";
   if (distance < limits::min_radius || distance > limits::max_length) {
-    fields.place().fail(fields.line(), "look_from and look_at are " + number_text(distance) +
-                                           " apart: bring that between " +
-                                           number_text(limits::min_radius) + " and " +
-                                           number_text(limits::max_length));
+    return "look_from and look_at are " + number_text(distance) + " apart: bring that between " +
+           number_text(limits::min_radius) + " and " + number_text(limits::max_length);
   }
-  return view;
-}
-
-void check_up(const Camera& camera, const Vec3d& view, const JsonFields& fields) {
   const double up_length = length(camera.up);
-  if (up_length < limits::min_radius) {
-    fields.place().fail(fields.line(), "up is zero: write a direction such as [0, 1, 0]");
-  }
+  if (up_length < limits::min_radius) return "up is zero: write a direction such as [0, 1, 0]";
   const double sine = length(cross((1 / up_length) * camera.up, normalize(view)));
-  if (sine < min_up_sine) {
-    fields.place().fail(fields.line(),
-                        "up is parallel to the view from look_from to look_at: turn one of them");
-  }
+  return sine < min_up_sine
+             ? "up is parallel to the view from look_from to look_at: turn one of them"
+             : "";
 }
-
-}  // namespace
 
 double tan_half_of(double vfov) { return std::tan(vfov / 2 * (std::numbers::pi / 180)); }
 
@@ -60,7 +48,10 @@ void read_version(const JsonValue& value, const JsonPlace& place) {
 Camera read_camera(const JsonValue& value, const JsonPlace& place) {
   static constexpr std::array<std::string_view, 6> keys{"look_from", "look_at",  "up",
                                                         "vfov",      "aperture", "focus_distance"};
-  const JsonFields fields(value, place, keys);
+  return camera_from(JsonFields(value, place, keys));
+}
+
+Camera camera_from(const JsonFields& fields) {
   Camera camera;
   camera.look_from = fields.vec3("look_from", ranges::coordinate);
   camera.look_at = fields.vec3("look_at", ranges::coordinate);
@@ -68,9 +59,10 @@ Camera read_camera(const JsonValue& value, const JsonPlace& place) {
   camera.vfov = fields.number("vfov", ranges::vfov);
   camera.tan_half_vfov = tan_half_of(camera.vfov);
   camera.aperture = fields.number_or("aperture", ranges::aperture, 0);
-  const Vec3d view = view_of(camera, fields);
-  camera.focus_distance = fields.number_or("focus_distance", ranges::length, length(view));
-  check_up(camera, view, fields);
+  camera.focus_distance =
+      fields.number_or("focus_distance", ranges::length, length(camera.look_at - camera.look_from));
+  const std::string problem = problem_with(camera);
+  if (!problem.empty()) fields.place().fail(fields.line(), problem);
   return camera;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "common/input/json_fields.h"
 #include "common/input/json_value.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
@@ -15,6 +16,8 @@ namespace parray {
 /// Each throws InputError that names the place and the line in the file.
 void read_version(const JsonValue& value, const JsonPlace& place);
 Camera read_camera(const JsonValue& value, const JsonPlace& place);
+/// The same of an object that may have other keys, too.
+Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
 /// Sets width and height of `settings`, where the section names them.
 void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
@@ -29,6 +32,9 @@ struct NamedSphere {
   std::uint64_t material_line;
 };
 NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
+
+/// Why a camera sees nothing, with the remedy; empty: it does.
+std::string problem_with(const Camera& camera);
 
 /// tan(vfov / 2), vfov in degrees.
 double tan_half_of(double vfov);

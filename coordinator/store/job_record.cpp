@@ -59,6 +59,10 @@ std::string record_to_json(const JobRecord& job) {
                     {"flag", job.flag},
                     {"share", job.share},
                     {"max_failures", job.max_failures},
+                    {"series", job.series},
+                    {"series_id", job.series_id},
+                    {"frame", job.frame},
+                    {"frames", job.frames},
                     {"events", events_to_json(job.events)}};
   return map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -120,6 +124,10 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.flag = map.value("flag", std::string());
     job.share = share_from(map);
     job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
+    job.series = map.value("series", std::string());
+    job.series_id = later_number(map, "series_id");
+    job.frame = static_cast<std::uint32_t>(later_number(map, "frame", limits::max_frame));
+    job.frames = static_cast<std::uint32_t>(later_number(map, "frames", limits::max_frames));
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }

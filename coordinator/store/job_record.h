@@ -50,8 +50,14 @@ struct JobRecord {
   std::string flag;    ///< what was found wrong with results, and mended; empty: nothing
   double share = 1;    ///< of its user
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's
+  std::string series{};            ///< its client's name for the series; empty: no frame of one
+  JobId series_id = 0;             ///< the series' number among those of jobs
+  std::uint32_t frame = 0;         ///< its number in the series
+  std::uint32_t frames = 0;        ///< that the series is to have
   std::vector<JobEvent> events{};  ///< the first few and the latest
 
+  /// The number under which people find it listed: that of its series, or its own.
+  [[nodiscard]] JobId listed_as() const { return series_id != 0 ? series_id : id; }
   /// Adds to the events; of many, those in the middle are forgotten.
   void note(double at, std::string what);
 };

@@ -66,11 +66,11 @@ inline std::vector<Message> sample_messages() {
       msg::Revoke{5, 6},
       msg::Bye{"stopped"},
       msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25,
-                  SceneParcel(Bulk::of("scene")), 3, "ann", 4},
+                  SceneParcel(Bulk::of("scene")), 3, "ann", 4, "dance", 7, 9},
       msg::Submitted{8, 5},
       msg::ListJobs{8},
       msg::Jobs{8, nlohmann::json::array({job, job})},
-      msg::ShowJob{8, 5},
+      msg::ShowJob{8, 5, 3},
       msg::Job{8, job},
       msg::SteerJob{8, 5, msg::JobAction::prioritise, 70},
       msg::Fetch{8, 5, false, true},
@@ -80,7 +80,7 @@ inline std::vector<Message> sample_messages() {
       msg::ListWorkers{8},
       msg::SteerWorkers{8, msg::WorkerAction::readmit, true, "node"},
       msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
-      msg::Error{8, 2, "no such job"}};
+      msg::Error{8, 2, "no room", true}};
 }
 
 }  // namespace parray::test

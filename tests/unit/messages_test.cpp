@@ -156,12 +156,15 @@ const std::vector<TypeRow>& protocol() {
         {"duplicates_removed", 3},
         {"load_seconds", 0.25},
         {"user", "ann"},
-        {"max_failures", 4}},
+        {"max_failures", 4},
+        {"series", "dance"},
+        {"frame", 7},
+        {"frames", 9}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
       {"list_jobs", {{"request", 8}}},
       {"jobs", {{"request", 8}, {"jobs", json::array({job, job})}}},
-      {"show_job", {{"request", 8}, {"job", 5}}},
+      {"show_job", {{"request", 8}, {"job", 5}, {"from_frame", 3}}},
       {"job", {{"request", 8}, {"job", job}}},
       {"steer_job", {{"request", 8}, {"job", 5}, {"action", "prioritise"}, {"priority", 70}}},
       {"fetch", {{"request", 8}, {"job", 5}, {"partial", false}, {"statistics", true}}},
@@ -178,7 +181,7 @@ const std::vector<TypeRow>& protocol() {
       {"steer_workers", {{"request", 8}, {"action", "readmit"}, {"host", true}, {"name", "node"}}},
       {"workers",
        {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}, {"total", 1500}}},
-      {"error", {{"request", 8}, {"status", 2}, {"message", "no such job"}}}};
+      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}}};
   return table;
 }
 
@@ -267,7 +270,9 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
         Range{"submit", "priority", 0, 100}, Range{"error", "status", 1, 2},
         Range{"grant", "job", 0, UINT64_MAX}, Range{"result", "accelerator_bytes", 0, UINT64_MAX},
         Range{"submit", "duplicates_removed", 0, UINT64_MAX},
-        Range{"submit", "max_failures", 0, 1000}, Range{"steer_job", "priority", 0, 100}}) {
+        Range{"submit", "max_failures", 0, 1000}, Range{"submit", "frame", 0, 999'999'999},
+        Range{"submit", "frames", 0, 10'000}, Range{"show_job", "from_frame", 0, 999'999'999},
+        Range{"steer_job", "priority", 0, 100}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");

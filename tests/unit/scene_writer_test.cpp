@@ -108,7 +108,7 @@ TEST_CASE("files of particles stay references") {
 {"file":"../c.csv", "material":"gold", "radius":0.1},
 {"file":"d.pdb", "material":"by-element", "radius":"by-element"},
 {"file":"e.ply", "material":"column", "radius":"column"},
-{"file":"f.dump", "material":"by-type", "radius":1e-15}]}
+{"file":"f.dump", "material":"by-type", "radius":1e-15, "frame":7}]}
 )";
   const std::string text = written(read(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40}, )" +

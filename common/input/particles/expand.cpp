@@ -21,8 +21,9 @@ auto with_context(const ParticleSource& source, const JsonPlace& place, const Wo
 
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
             SceneFile& file) {
-  Particles particles =
-      with_context(source, place, [&] { return read_particles(folder / source.file); });
+  Particles particles = with_context(source, place, [&] {
+    return read_particles(folder / source.file, source.frame.value_or(0));
+  });
   source.material = decided(source.material, particles);
   source.radius = decided(source.radius, particles);
   std::string problem = problem_with(source.material, particles, file.materials, source.file);

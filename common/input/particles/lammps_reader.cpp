@@ -124,10 +124,11 @@ void read_item(ParticleInput& input, DumpHeader& header) {
   }
 }
 
+/// From the current line on.
 DumpHeader read_header(ParticleInput& input) {
   constexpr std::string_view atoms = "ITEM: ATOMS";
   DumpHeader header;
-  while (input.next_line()) {
+  do {
     const std::string_view line = input.line();
     if (!line.starts_with(item_mark)) {
       input.fail("'" + printable(line) +
@@ -140,8 +141,19 @@ DumpHeader read_header(ParticleInput& input) {
       return header;
     }
     read_item(input, header);
-  }
+  } while (input.next_line());
   input.fail("no ITEM: ATOMS: is the file complete?");
+}
+
+/// Passes over so many frames, to the first line of the next.
+void skip_frames(ParticleInput& input, std::uint64_t frames) {
+  for (std::uint64_t frame = 0; frame < frames; ++frame) {
+    const DumpHeader header = read_header(input);
+    for (std::uint64_t i = 0; i < *header.count; ++i) {
+      if (!input.next_line()) input.fail("the file ends within a frame: is it complete?");
+    }
+    if (!input.next_filled_line()) input.fail_without_frame(frame + 1, frames);
+  }
 }
 
 void read_rows(ParticleInput& input, const DumpHeader& header, std::size_t width,
@@ -165,7 +177,9 @@ void read_rows(ParticleInput& input, const DumpHeader& header, std::size_t width
 
 }  // namespace
 
-Particles read_lammps(ParticleInput& input) {
+Particles read_lammps(ParticleInput& input, std::uint64_t frame) {
+  if (!input.next_line()) input.fail("no ITEM: ATOMS: is the file complete?");
+  skip_frames(input, frame);
   const DumpHeader header = read_header(input);
   Fields names;
   split_at_blanks(header.atoms, names);

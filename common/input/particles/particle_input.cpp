@@ -83,4 +83,9 @@ std::optional<std::uint64_t> ParticleInput::bytes_left() const {
   return *size - std::min(*size, taken_);
 }
 
+void ParticleInput::fail_without_frame(std::uint64_t frames, std::uint64_t asked) const {
+  fail("the file ends after " + std::to_string(frames) + (frames == 1 ? " frame" : " frames") +
+       ": there is no frame " + std::to_string(asked) + ", counted from 0");
+}
+
 }  // namespace parray

@@ -48,6 +48,8 @@ class ParticleInput {
   /// The line or bytes last taken.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
+  /// The file has so many frames, and not the one that was asked for.
+  [[noreturn]] void fail_without_frame(std::uint64_t frames, std::uint64_t asked) const;
 
  private:
   bool refill();

@@ -52,8 +52,18 @@ ParticleFormat particle_format_of(const std::filesystem::path& path) {
 
 bool is_particle_file(const std::filesystem::path& path) { return format_of(path).has_value(); }
 
-Particles read_particles(const std::filesystem::path& path) {
+bool may_hold_frames(const std::filesystem::path& path) {
+  const std::optional<ParticleFormat> format = format_of(path);
+  return format == ParticleFormat::xyz || format == ParticleFormat::lammps ||
+         format == ParticleFormat::pdb;
+}
+
+Particles read_particles(const std::filesystem::path& path, std::uint64_t frame) {
   const ParticleFormat format = particle_format_of(path);
+  if (frame > 0 && !may_hold_frames(path)) {
+    FilePlace{path.string()}.fail("no frame " + std::to_string(frame) +
+                                  ": only XYZ files, LAMMPS dumps and PDB files hold several");
+  }
   GzipFile file(path);
   if (format == ParticleFormat::mmcif) return read_mmcif(file);
   ParticleInput input(file);
@@ -63,11 +73,11 @@ Particles read_particles(const std::filesystem::path& path) {
     case ParticleFormat::csv:
       return read_csv(input);
     case ParticleFormat::xyz:
-      return read_xyz(input);
+      return read_xyz(input, frame);
     case ParticleFormat::lammps:
-      return read_lammps(input);
+      return read_lammps(input, frame);
     default:
-      return read_pdb(input);
+      return read_pdb(input, frame);
   }
 }
 

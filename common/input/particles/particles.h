@@ -33,10 +33,13 @@ ParticleFormat particle_format_of(const std::filesystem::path& path);
 /// True when the file name's extension is that of a particle file.
 bool is_particle_file(const std::filesystem::path& path);
 
-/// Reads the first frame (model) of a particle file; common/input/particles/readers.h says what
-/// counts in each format. A file without particles is an error. Strict: what is not a number, not
-/// finite, out of range or missing is InputError "FILE:LINE: problem: remedy" (a byte offset for
-/// binary files). Streams: beside the columns, memory does not grow with the file.
-Particles read_particles(const std::filesystem::path& path);
+/// True when a file of that name may hold several frames (models, in PDB).
+bool may_hold_frames(const std::filesystem::path& path);
+
+/// Reads one frame of a particle file, the first by default; common/input/particles/readers.h says
+/// what counts in each format. A file without particles is an error. Strict: what is not a number,
+/// not finite, out of range or missing is InputError "FILE:LINE: problem: remedy" (a byte offset
+/// for binary files). Streams: beside the columns, memory does not grow with the file.
+Particles read_particles(const std::filesystem::path& path, std::uint64_t frame = 0);
 
 }  // namespace parray

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <stdexcept>
 
 #include "common/input/particles/atom_columns.h"
@@ -43,18 +44,32 @@ Atom atom_in(std::string_view record, const FilePlace& place) {
           atom.occupancy};
 }
 
+/// Passes over so many models.
+void skip_models(ParticleInput& input, std::uint64_t models) {
+  for (std::uint64_t model = 0; model < models;) {
+    if (!input.next_line() || trimmed(input.line()) == "END") {
+      input.fail_without_frame(std::max<std::uint64_t>(model, 1), models);
+    }
+    model += input.line().starts_with("ENDMDL") ? 1 : 0;
+  }
+}
+
 }  // namespace
 
-Particles read_pdb(ParticleInput& input) {
+Particles read_pdb(ParticleInput& input, std::uint64_t frame) {
+  skip_models(input, frame);
   AtomColumns atoms(input.place());
+  bool empty = true;
   while (input.next_line()) {
     const std::string_view line = input.line();
     if (line.starts_with("ATOM  ") || line.starts_with("HETATM")) {
+      empty = false;
       atoms.add(atom_in(line, input.place()));
     } else if (line.starts_with("ENDMDL") || trimmed(line) == "END") {
       break;
     }
   }
+  if (empty && frame > 0) input.fail_without_frame(frame, frame);
   return atoms.finish();
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstdint>
+
 #include "common/input/particles/gzip_file.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particles.h"
 
-/// One reader a format. All throw InputError as read_particles() does.
+/// One reader a format. All throw InputError as read_particles() does. Those of formats that hold
+/// several frames read the one of the number `frame`, from 0.
 namespace parray {
 
 /// PLY 1.0, ascii and binary of both byte orders. Element "vertex" with x, y, z of any scalar type;
@@ -23,15 +26,15 @@ Particles read_csv(ParticleInput& input);
 /// The name is a symbol, an atomic number or any other (element unknown).
 /// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:..., of which species, pos, radius and
 /// color count; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Lattice is ignored.
-Particles read_xyz(ParticleInput& input);
+Particles read_xyz(ParticleInput& input, std::uint64_t frame);
 
 /// LAMMPS text dump. Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the
 /// box, orthogonal or triclinic); radius or diameter; type; element.
-Particles read_lammps(ParticleInput& input);
+Particles read_lammps(ParticleInput& input, std::uint64_t frame);
 
-/// PDB: ATOM and HETATM records of the first model. Of an atom's alternative locations the one with
+/// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
 /// the highest occupancy stays (the first of equals). Types are the elements' symbols.
-Particles read_pdb(ParticleInput& input);
+Particles read_pdb(ParticleInput& input, std::uint64_t frame);
 
 /// mmCIF: the first _atom_site category, as read_pdb().
 Particles read_mmcif(GzipFile& file);

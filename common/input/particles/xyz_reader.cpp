@@ -107,7 +107,18 @@ void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& pl
                            : "write a name and three coordinates"));
 }
 
-/// After the first frame comes another, which starts with its count, or nothing.
+/// Passes over so many frames, to the count of the next.
+void skip_frames(ParticleInput& input, std::uint64_t frames) {
+  for (std::uint64_t frame = 0; frame < frames; ++frame) {
+    const std::uint64_t lines = 1 + count_field(trimmed(input.line()), input.place());
+    for (std::uint64_t i = 0; i < lines; ++i) {
+      if (!input.next_line()) input.fail("the file ends within a frame: is it complete?");
+    }
+    if (!input.next_filled_line()) input.fail_without_frame(frame + 1, frames);
+  }
+}
+
+/// After a frame comes another, which starts with its count, or nothing.
 void check_end(ParticleInput& input) {
   if (!input.next_filled_line() || natural_in(trimmed(input.line()))) return;
   input.fail("text after the last particle: is the count on line 1 right?");
@@ -115,8 +126,9 @@ void check_end(ParticleInput& input) {
 
 }  // namespace
 
-Particles read_xyz(ParticleInput& input) {
+Particles read_xyz(ParticleInput& input, std::uint64_t frame) {
   if (!input.next_line()) input.fail("the file is empty: is it complete?");
+  skip_frames(input, frame);
   const std::uint64_t count = count_field(trimmed(input.line()), input.place());
   if (!input.next_line()) input.fail("the file ends before its comment line: is it complete?");
   const XyzLayout layout = layout_of_comment(input.line(), input.place());

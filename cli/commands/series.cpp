@@ -1,0 +1,327 @@
+#include "cli/commands/series.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "cli/commands/end_command.h"
+#include "cli/commands/rendering.h"
+#include "cli/output/progress.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "common/input/camera_path.h"
+#include "common/input/particles/particles.h"
+#include "common/process/stop_signal.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+/// One of a series' `frame_list`.
+struct ListedFrame {
+  std::uint32_t frame = 0;
+  JobId job = 0;
+  std::string state;
+  std::string reason;
+
+  [[nodiscard]] bool done() const { return state == name_of(JobState::done); }
+  [[nodiscard]] bool ended() const {
+    return done() || state == name_of(JobState::failed) || state == name_of(JobState::cancelled);
+  }
+  [[nodiscard]] std::string why() const { return state + (reason.empty() ? "" : ": " + reason); }
+};
+
+std::vector<ListedFrame> listed_frames(const json& map) {
+  if (!map.contains("frame_list")) {
+    throw InputError("job " + map.value("id", json()).dump() +
+                     " is no series of frames: name its picture without #");
+  }
+  std::vector<ListedFrame> frames;
+  try {
+    for (const json& entry : map.at("frame_list")) {
+      frames.push_back({entry.at("frame"), entry.at("job"),
+                        printable(entry.at("state").get<std::string>()),
+                        printable(entry.at("reason").get<std::string>(), 500)});
+    }
+  } catch (const json::exception& error) {
+    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+  }
+  return frames;
+}
+
+OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
+  OutputPaths numbered = outputs;
+  numbered.image = with_frame_number(outputs.image.string(), frame);
+  numbered.report = with_frame_number(outputs.report.string(), frame);
+  return numbered;
+}
+
+/// Fetches and writes one frame. Throws InputError or RunError. Returns the exit status.
+int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs) {
+  const OutputPaths numbered = outputs_of(outputs, frame.frame);
+  Picture picture = fetch_picture(client, frame.job, numbered);
+  add_channels(picture, extra_channels(outputs.aovs, {}, {}, 1));
+  return deliver(std::move(picture), numbered, {});
+}
+
+/// Frames that have no picture, and why.
+using Failures = std::map<std::uint32_t, std::string>;
+
+int told(const Failures& failures) {
+  for (const auto& [frame, why] : failures) {
+    std::cerr << "parray: frame " << frame << ": " << why << "\n";
+  }
+  return failures.empty() ? 0 : 1;
+}
+
+std::string content_of(const std::string& file) {
+  std::ifstream input(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(input), {}};
+}
+
+/// Names a request, so that the same one finds what it has submitted before. Of numbered scenes the
+/// names count; of other files what is in them.
+std::string token_of(const SeriesRequest& request) {
+  const FrameRange& frames = request.frames;
+  const std::string text = std::to_string(getuid()) + "\n" +
+                           std::filesystem::absolute(request.scene).lexically_normal().string() +
+                           "\n" + std::to_string(frames.first) + "-" + std::to_string(frames.last) +
+                           ":" + std::to_string(frames.step) + "\n" + request.render.as_given() +
+                           (has_frame_number(request.scene) ? "" : content_of(request.scene)) +
+                           "\n" +
+                           (request.camera_path.empty() ? "" : content_of(request.camera_path));
+  constexpr std::size_t digits = 48;
+  return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
+}
+
+/// Submits the frames of a request, and looks after those that have been submitted.
+class SeriesRun {
+ public:
+  SeriesRun(Client& client, const SeriesRequest& request)
+      : client_(client),
+        request_(request),
+        token_(token_of(request)),
+        progress_(progress_style(request.quiet || !request.wait), std::cerr, terminal_columns()) {
+    if (!request.camera_path.empty()) path_.emplace(request.camera_path);
+  }
+
+  int run() {
+    find();
+    for (std::uint32_t place = 0; place < request_.frames.count(); ++place) {
+      const std::uint32_t frame = request_.frames.number(place);
+      if (!known_.contains(frame)) submit(frame);
+      look_now_and_then();
+      check_wanted();
+    }
+    while (request_.wait && !pending_.empty()) {
+      look();
+      client_.rest(next_look(clock_.now() - begin_));
+    }
+    progress_.make_way();
+    if (request_.wait && series_ != 0) run_end();
+    return std::max(told(failures_), status_);
+  }
+
+  [[nodiscard]] JobId series() const { return series_; }
+
+ private:
+  /// What an earlier run has submitted.
+  void find() {
+    for (const json& map : client_.jobs()) {
+      if (map.value("frames", 0) > 0 && map.value("series", "") == token_) name(map.at("id"));
+    }
+    for (std::uint32_t from = 0; series_ != 0;) {
+      const auto frames = listed_frames(client_.show_series(series_, from));
+      if (frames.empty()) break;
+      for (const ListedFrame& frame : frames) {
+        known_.insert(frame.frame);
+        pending_.insert(frame.frame);
+      }
+      from = frames.back().frame + 1;
+    }
+    if (!known_.empty()) {
+      std::cerr << "parray: series " << series_ << " goes on: " << known_.size() << " of "
+                << request_.frames.count() << " frames were submitted before\n";
+    }
+  }
+
+  void name(JobId series) {
+    series_ = series;
+    std::cout << series << std::endl;
+  }
+
+  FrameChange change_of(std::uint32_t frame) const {
+    FrameChange change;
+    if (path_) {
+      change.camera = path_->at(frame);
+    } else if (!has_frame_number(request_.scene)) {
+      change.particles = frame;
+    }
+    return change;
+  }
+
+  void submit(std::uint32_t frame) {
+    try {
+      Submission submission = load_submission(with_frame_number(request_.scene, frame),
+                                              request_.render, request_.priority, change_of(frame));
+      submission.max_failures = request_.max_failures;
+      submission.series = token_;
+      submission.frame = frame;
+      submission.frames = request_.frames.count();
+      const JobId job = submit_when_there_is_room(submission);
+      if (series_ == 0) name(client_.show(job).at("series"));
+      pending_.insert(frame);
+    } catch (const InputError& error) {
+      failures_[frame] = error.what();
+    }
+  }
+
+  JobId submit_when_there_is_room(const Submission& submission) {
+    for (bool first = true;; first = false) {
+      std::string why;
+      try {
+        return client_.submit(submission);
+      } catch (const NoRoom& error) {
+        why = error.what();
+      } catch (const RunError& error) {  // its disk is full, or its memory
+        why = error.what();
+      }
+      if (first) {
+        progress_.make_way();
+        std::cerr << "parray: frame " << submission.frame << " waits: " << why << "\n";
+      }
+      look();
+      check_wanted();
+      client_.rest(milliseconds(500));
+    }
+  }
+
+  void look_now_and_then() {
+    if (clock_.now() >= next_look_) look();
+  }
+
+  /// Shows how far the series is, and fetches what is done.
+  void look() {
+    next_look_ = clock_.now() + milliseconds(500);
+    if (series_ == 0) return;
+    const json map = client_.show_series(series_, pending_.empty() ? 0 : *pending_.begin());
+    const JobStatus status = job_status(map);
+    progress_.show(clock_.now(), status);
+    for (const ListedFrame& frame : listed_frames(map)) {
+      if (frame.ended() && pending_.erase(frame.frame) > 0) take(frame);
+    }
+    cancelled_ = status.state == name_of(JobState::cancelled);
+  }
+
+  void run_end() const {
+    const bool done = failures_.empty();
+    run_end_command(request_.on_end, series_,
+                    std::string(name_of(done ? JobState::done : JobState::failed)),
+                    done ? "" : failures_.begin()->second, request_.outputs.image.string());
+  }
+
+  /// While there are frames to submit.
+  void check_wanted() const {
+    if (cancelled_) {
+      throw RunError("series " + std::to_string(series_) +
+                     " was cancelled: parray requeue it, or forget it");
+    }
+  }
+
+  void take(const ListedFrame& frame) {
+    if (!frame.done()) {
+      failures_[frame.frame] = frame.why();
+    } else if (request_.wait && !request_.outputs.none()) {
+      progress_.make_way();
+      try {
+        status_ = std::max(status_, deliver_frame(client_, frame, request_.outputs));
+      } catch (const InputError& error) {
+        failures_[frame.frame] = error.what();
+      } catch (const RunError& error) {
+        failures_[frame.frame] = error.what();
+      }
+    }
+  }
+
+  Client& client_;
+  const SeriesRequest& request_;
+  const std::string token_;
+  std::optional<CameraPath> path_;
+  Progress progress_;
+  SteadyClock clock_;
+  Time begin_ = clock_.now();
+  Time next_look_{};
+  JobId series_ = 0;
+  std::set<std::uint32_t> known_;    ///< submitted by an earlier run
+  std::set<std::uint32_t> pending_;  ///< submitted, and not known to have ended
+  Failures failures_;
+  bool cancelled_ = false;
+  int status_ = 0;
+};
+
+}  // namespace
+
+void check_frame_outputs(const OutputPaths& outputs) {
+  for (const auto& file : {outputs.image, outputs.report}) {
+    if (!file.empty() && !has_frame_number(file.string())) {
+      throw InputError(printable(file.string(), 4096) +
+                       ": every frame needs a file of its own: write #### for its number");
+    }
+  }
+  if (!std::ranges::all_of(outputs.aovs, is_statistic)) {
+    throw InputError("--aov " + text_of(outputs.aovs) +
+                     ": of a series samples and half-width only: render single frames for others");
+  }
+  check_outputs(outputs_of(outputs, 0));
+}
+
+int submit_series(Client& client, const SeriesRequest& request) {
+  if (!request.render.like().empty()) {
+    throw InputError("--like is the recipe of one picture: give the settings of the frames");
+  }
+  if (is_particle_file(request.scene) && !has_frame_number(request.scene) &&
+      request.camera_path.empty()) {
+    throw InputError(printable(request.scene, 4096) +
+                     ": its frames need one camera for all: parray convert it to a scene, and "
+                     "submit that");
+  }
+  const DeferredInterrupts deferred;
+  SeriesRun run(client, request);
+  try {
+    return run.run();
+  } catch (const Interrupted&) {
+    throw Interrupted(
+        "interrupted; the same command goes on" +
+        (run.series() == 0 ? std::string() : ", or parray cancel " + std::to_string(run.series())));
+  }
+}
+
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs) {
+  check_frame_outputs(outputs);
+  Failures failures;
+  int status = 0;
+  for (std::uint32_t from = 0;;) {
+    const std::vector<ListedFrame> frames = listed_frames(client.show_series(series, from));
+    if (frames.empty()) return std::max(told(failures), status);
+    for (const ListedFrame& frame : frames) {
+      if (frame.done()) {
+        status = std::max(status, deliver_frame(client, frame, outputs));
+      } else {
+        failures[frame.frame] = frame.why();
+      }
+    }
+    from = frames.back().frame + 1;
+  }
+}
+
+}  // namespace parray

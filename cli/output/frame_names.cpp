@@ -1,0 +1,65 @@
+#include "cli/output/frame_names.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+/// Takes a number from the front of `text`; false: there is none.
+bool take_number(std::string_view& text, std::uint32_t& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return error == std::errc() && number <= limits::max_frame;
+}
+
+bool take(std::string_view& text, char sign) {
+  const bool there = text.starts_with(sign);
+  text.remove_prefix(there ? 1 : 0);
+  return there;
+}
+
+}  // namespace
+
+FrameRange frame_range_from(std::string_view text) {
+  std::string_view rest = text;
+  FrameRange range;
+  bool good = take_number(rest, range.first);
+  range.last = range.first;
+  if (good && take(rest, '-')) good = take_number(rest, range.last);
+  if (good && take(rest, ':')) good = take_number(rest, range.step);
+  if (!good || !rest.empty() || range.last < range.first || range.step == 0) {
+    throw InputError("'" + printable(text) +
+                     "' are no frames: write FIRST-LAST or FIRST-LAST:STEP, numbers from 0 to " +
+                     std::to_string(limits::max_frame));
+  }
+  if (range.count() > limits::max_frames) {
+    throw InputError(std::to_string(range.count()) + " frames are more than " +
+                     std::to_string(limits::max_frames) + ": submit them in several series");
+  }
+  return range;
+}
+
+bool has_frame_number(const std::string& name) { return name.find('#') != std::string::npos; }
+
+std::string with_frame_number(const std::string& name, std::uint32_t frame) {
+  const std::string digits = std::to_string(frame);
+  std::string numbered;
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t end = std::min(name.find_first_not_of('#', i), name.size());
+    if (end == i) {
+      numbered += name[i++];
+      continue;
+    }
+    numbered.append(end - i > digits.size() ? end - i - digits.size() : 0, '0');
+    numbered += digits;
+    i = end;
+  }
+  return numbered;
+}
+
+}  // namespace parray

@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+"""A series of frames on a farm: each frame's bits are those of `parray render`, whatever is killed
+meanwhile, and a frame that cannot be rendered does not keep the others."""
+
+import json
+import pathlib
+import signal
+import tempfile
+import unittest
+
+from farm import SCENES, Farm, run, wait_for
+
+SIZE = ["--width", "64", "--height", "40", "--spp", "8"]
+
+
+def scene(x=0.0, camera=None, **more):
+    return {"version": 1,
+            "camera": camera or {"look_from": [x, 1, 8], "look_at": [0, 0, 0], "vfov": 40},
+            "materials": {"red": {"type": "diffuse", "albedo": [0.8, 0.2, 0.2]}},
+            "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "red"}], **more}
+
+
+def write(path, document):
+    path.write_text(document if isinstance(document, str) else json.dumps(document))
+    return path
+
+
+class FrameCase(unittest.TestCase):
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.directory = pathlib.Path(directory.name)
+
+    def rendered(self, name, document):
+        """What `parray render` makes of one frame."""
+        path = write(self.directory / f"{name}.json", document)
+        report = self.directory / f"{name}-report.json"
+        result = run("render", path, *SIZE, "-o", self.directory / f"{name}.exr", "--report", report)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(report.read_text())["image_sha256"]
+
+    def outputs(self):
+        return ["-o", self.directory / "out-####.exr", "--report", self.directory / "out-####.json"]
+
+    def written(self, frame):
+        report = json.loads((self.directory / f"out-{frame:04}.json").read_text())
+        self.assertTrue((self.directory / f"out-{frame:04}.exr").exists())
+        return report["image_sha256"]
+
+    def submit(self, farm, *arguments, expected=0):
+        result = farm.client("submit", *arguments, *SIZE, "--wait", *self.outputs())
+        self.assertEqual(result.returncode, expected, result.stderr)
+        return result
+
+
+class Kinds(FrameCase):
+    def test_numbered_scenes_a_camera_path_and_a_trajectory_give_the_bits_of_each_frame_alone(self):
+        with Farm() as farm:
+            farm.start_worker("a")
+            farm.start_worker("b")
+            self.numbered_scenes(farm)
+            self.camera_path(farm)
+            self.trajectory(farm)
+            jobs = json.loads(farm.client("jobs", "--json").stdout)
+            self.assertEqual([(job["frames"], job["frames_done"]) for job in jobs], [(3, 3)] * 3)
+            self.assertIn("done 3/3 frames", farm.client("jobs").stdout)
+
+    def numbered_scenes(self, farm):
+        for frame in (1, 3, 5):
+            write(self.directory / f"scene-{frame:03}.json", scene(frame))
+        result = self.submit(farm, self.directory / "scene-###.json", "--frames", "1-5:2")
+        for frame in (1, 3, 5):
+            self.assertEqual(self.written(frame), self.rendered("alone", scene(frame)))
+        series = int(result.stdout.split()[0])
+        refused = farm.client("fetch", series, "-o", self.directory / "one.png")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("is a series of frames: write ####", refused.stderr)
+        single = farm.client("fetch", series + 1, "-o", self.directory / "one-#.png")
+        self.assertIn("is no series of frames", single.stderr)
+        fetched = farm.client("fetch", series, "-o", self.directory / "again-##.png")
+        self.assertEqual(fetched.returncode, 0, fetched.stderr)
+        self.assertEqual(sorted(p.name for p in self.directory.glob("again-*")),
+                         ["again-01.png", "again-03.png", "again-05.png"])
+
+    def camera_path(self, farm):
+        keys = [{"frame": 0, "look_from": [-4, 1, 8], "look_at": [0, 0, 0], "vfov": 40},
+                {"frame": 2, "look_from": [4, 3, 8], "look_at": [0, 1, 0], "vfov": 30}]
+        path = write(self.directory / "path.json", {"cameras": keys})
+        still = write(self.directory / "still.json", scene())
+        self.submit(farm, still, "--camera-path", path, "--frames", "0-2")
+        middle = {"look_from": [0, 2, 8], "look_at": [0, 0.5, 0], "vfov": 35}
+        for frame, camera in enumerate([keys[0], middle, keys[1]]):
+            camera = {key: value for key, value in camera.items() if key != "frame"}
+            self.assertEqual(self.written(frame), self.rendered("alone", scene(camera=camera)))
+
+    def trajectory(self, farm):
+        write(self.directory / "dance.xyz", "".join(
+            f"2\nstep\nC {x} 0 0\nO 0 {x} 0\n" for x in (0.5, 1, 1.5)))
+        moving = write(self.directory / "moving.json", scene(particles=[{"file": "dance.xyz"}]))
+        self.submit(farm, moving, "--frames", "0-2")
+        for frame in range(3):
+            alone = scene(particles=[{"file": "dance.xyz", "frame": frame}])
+            self.assertEqual(self.written(frame), self.rendered("alone", alone))
+
+
+class Troubles(FrameCase):
+    def test_a_client_killed_in_the_middle_goes_on_when_run_again(self):
+        for frame in range(6):
+            write(self.directory / f"scene-{frame}.json", scene(frame))
+        arguments = ["submit", self.directory / "scene-#.json", "--frames", "0-5", *SIZE, "--wait",
+                     *self.outputs()]
+        (self.directory / "scene-3.json").rename(self.directory / "hidden")
+        with Farm() as farm:
+            farm.start_worker("a")
+            client = farm.start_client(*arguments)
+            wait_for(lambda: (self.directory / "out-0000.json").exists(), "the first frame")
+            client.send_signal(signal.SIGKILL)
+            client.wait()
+            (self.directory / "hidden").rename(self.directory / "scene-3.json")
+            result = farm.client(*arguments)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stderr, "series 1 goes on: [1-6] of 6 frames")
+            jobs = json.loads(farm.client("jobs", "--json").stdout)
+            self.assertEqual([(job["id"], job["state"]) for job in jobs], [(1, "done")])
+            self.assertEqual(len(farm.job(1)["frame_list"]), 6)
+        for frame in range(6):
+            self.assertEqual(self.written(frame), self.rendered("alone", scene(frame)))
+
+    def test_a_frame_that_cannot_be_read_has_a_line_and_the_others_are_rendered(self):
+        for frame in (0, 2):
+            write(self.directory / f"scene-{frame}.json", scene(frame))
+        with Farm() as farm:
+            farm.start_worker("a")
+            result = self.submit(farm, self.directory / "scene-#.json", "--frames", "0-2",
+                                 expected=1)
+            self.assertRegex(result.stderr, "parray: frame 1: .*scene-1.json: no such file")
+            self.written(0)
+            self.written(2)
+            shown = farm.job(int(result.stdout.split()[0]))
+            self.assertEqual((shown["state"], shown["frames_done"]), ("queued", 2))
+            self.assertIn("1 of 3 frames that have not been submitted", shown["waits_for"])
+
+    def test_where_there_is_no_room_the_client_waits_and_goes_on(self):
+        for frame in range(2):
+            write(self.directory / f"scene-{frame}.json", scene(frame))
+        with Farm("--max-user-jobs", "1") as farm:
+            blocking = farm.submit(SCENES / "one-weekend-20.json", "--spp", "1000000")
+            client = farm.start_client("submit", self.directory / "scene-#.json", "--frames", "0-1",
+                                       *SIZE, "--wait", *self.outputs())
+            wait_for(lambda: "frame 0 waits" in client.log.read_text(), "the client to wait")
+            farm.start_worker("a")
+            farm.client("cancel", blocking)
+            self.assertEqual(client.wait(timeout=60), 0, client.log.read_text())
+            self.written(1)
+
+    def test_what_is_no_series_is_refused_before_any_work(self):
+        still = write(self.directory / "still.json", scene())
+        write(self.directory / "a.xyz", "1\n\nC 0 0 0\n")
+        for arguments, says in [
+                ([still, "--frames", "5-1"], "are no frames"),
+                ([still, "--frames", "0-1", "--wait", "-o", "a.exr"], "write #### for its number"),
+                ([still, "--camera-path", "p.json"], "--camera-path"),
+                ([self.directory / "a.xyz", "--frames", "0-1"], "need one camera for all")]:
+            result = run("submit", *arguments)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn(says, result.stderr)
+        with Farm() as farm:
+            result = farm.client("submit", still, "--frames", "0-1")
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("nothing in it changes from frame to frame", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
