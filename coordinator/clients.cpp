@@ -193,7 +193,8 @@ std::vector<Job*> Coordinator::frames_of(JobId series) {
   return frames;
 }
 
-/// A frame that comes later is treated like those that are there.
+/// A frame that comes later is treated like those that are there. Throws InputError where they were
+/// cancelled.
 void Coordinator::join_series(JobRecord& record) {
   const auto known = series_.find({record.user, record.series});
   if (record.series.empty() || known == series_.end()) {
@@ -203,6 +204,11 @@ void Coordinator::join_series(JobRecord& record) {
   const std::vector<Job*> frames = frames_of(record.series_id);
   const auto open = std::ranges::find_if(frames, [](const Job* job) { return !job->ended(); });
   if (open == frames.end()) {
+    if (std::ranges::any_of(
+            frames, [](const Job* job) { return job->record.state == JobState::cancelled; })) {
+      throw InputError(fmt::format("series {} was cancelled: parray requeue it, or forget it",
+                                   record.series_id));
+    }
     return;
   }
   record.priority = (*open)->record.priority;

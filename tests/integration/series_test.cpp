@@ -144,6 +144,7 @@ TEST_CASE("what is asked of a series goes to all its frames, those that come lat
   service.steer(first, msg::JobAction::cancel);
   CHECK(service.state(series) != "cancelled");
   CHECK(service.steer(series, msg::JobAction::cancel).at("state") == "cancelled");
+  CHECK(contains(service.refusal(frame_of(service, 3, 4)), "was cancelled"));
   service.steer(series, msg::JobAction::forget);
   CHECK(listed(service).empty());
 }
