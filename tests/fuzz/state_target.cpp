@@ -6,7 +6,6 @@
 #include "coordinator/job_picture.h"
 #include "coordinator/store/row_log.h"
 #include "tests/fuzz/target.h"
-#include "tests/support/sample_messages.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/window_rig.h"
@@ -142,7 +141,9 @@ JobRecord sample_record() {
   job.token = "token";
   job.name = "glass";
   job.user = "ann";
-  job.settings = std::get<msg::Submit>(test::sample_messages()[14]).settings;
+  job.settings = test::made_settings(20, 30, 40);
+  job.settings.precision = Precision::f64;
+  job.settings.accelerator = AcceleratorKind::bvh;
   job.settings.adaptive = true;
   job.settings.passes = {1000, 2000};
   job.scene = std::string(64, 'a');
