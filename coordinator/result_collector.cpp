@@ -1,5 +1,7 @@
 #include "coordinator/result_collector.h"
 
+#include <xxhash.h>
+
 #include <algorithm>
 
 namespace parray {
@@ -36,7 +38,31 @@ std::uint32_t ResultCollector::place_of(TracerKey tracer) {
   return static_cast<std::uint32_t>(tracers_.size() - 1);
 }
 
+static bool is_of(const ExcludedSamples& some, const Cell& cell) {
+  return some.y == cell.y && some.x >= cell.x_begin && some.x < cell.x_end &&
+         some.first >= cell.samples.begin && some.first < cell.samples.end;
+}
+
+std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced) const {
+  const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
+  std::vector<std::uint64_t> digests = cell_digests(traced.records, size);
+  for (std::size_t i = 0; i < digests.size(); ++i) {
+    if (header_of(std::span(traced.records).subspan(i * size, size)).nonfinite == 0) {
+      continue;
+    }
+    const Cell cell = plan_->cell(traced.range.begin + i);
+    for (const ExcludedSamples& some : traced.excluded) {
+      if (is_of(some, cell)) {
+        const std::uint64_t digest = XXH3_64bits_withSeed(&some, sizeof some, digests[i]);
+        digests[i] = digest == 0 ? 1 : digest;  // 0 stands for cells that are not in
+      }
+    }
+  }
+  return digests;
+}
+
 ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced) {
+  const std::vector<std::uint64_t> digests = digests_of(traced);
   const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
   const std::uint32_t place = place_of(tracer);
   const CellBatch batch = plan_->batch(traced.range);
@@ -44,7 +70,7 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
   for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
     const std::uint64_t index = traced.range.begin + i;
     const auto record = std::span(traced.records).subspan(i * size, size);
-    const std::uint64_t digest = cell_digest(record);
+    const std::uint64_t digest = digests[i];
     Done& done = cells_[index];
     if (done.digest == 0) {
       merge(batch, index, digest, record, place, taken);
@@ -84,8 +110,7 @@ void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, std::ui
 /// Those of one cell: others may be in already.
 void ResultCollector::exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded) {
   for (const ExcludedSamples& some : excluded) {
-    if (some.y == cell.y && some.x >= cell.x_begin && some.x < cell.x_end &&
-        some.first >= cell.samples.begin && some.first < cell.samples.end) {
+    if (is_of(some, cell)) {
       framebuffer_.exclude(some);
     }
   }

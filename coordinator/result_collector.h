@@ -33,6 +33,9 @@ class ResultCollector {
   /// `traced` has gone through fault_of() or unpack_cells(): its numbers are possible ones. Cells
   /// that are in are only compared.
   Taken take(TracerKey tracer, const TracedCells& traced);
+  /// Of each cell of what has been traced: equal unless counts, sums, or which samples were left
+  /// out of the sums, differ.
+  [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const;
   /// Compares alone, and notes whose cells two have traced alike. `digests` are the range's.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests);
 

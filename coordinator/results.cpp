@@ -123,8 +123,7 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
       }
       keep_journal(*picture, store, id, merged->entries(picture->journal(), pass, packed.checksum));
     } else {
-      merged->digests =
-          cell_digests(cells->records, record_bytes(plan->grid()->shape().cell_pixels));
+      merged->digests = collector.digests_of(*cells);
       merged->taken = collector.compare(range, merged->digests);
     }
     merged->whole = picture->framebuffer().whole();

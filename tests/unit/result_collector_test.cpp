@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "tests/support/dice.h"
@@ -216,6 +217,23 @@ TEST_CASE("what is missing is named in runs, and no longer than asked for") {
   rig.take_missing(bob);
   CHECK(rig.collector.missing().empty());
   CHECK(rig.complete());
+}
+
+TEST_CASE("whoever leaves another pixel's sample out of the sums is found") {
+  Rig rig;
+  const auto leaving_out = [&](std::uint32_t x) {
+    TracedCells cells = made_cells(rig.plan->batch({0, 2}));
+    CellHeader header = header_of(cells.records);
+    header.nonfinite = 1;
+    std::memcpy(cells.records.data(), &header, sizeof header);
+    const Cell cell = rig.plan->cell(0);
+    cells.excluded = {{cell.y, cell.x_begin + x, cell.samples.begin, 1}};
+    return cells;
+  };
+  rig.collector.take(ann, leaving_out(0));
+  CHECK(rig.collector.take(bob, leaving_out(0)).mismatches == 0);
+  CHECK(rig.collector.take(liar, leaving_out(1)).mismatches == 1);
+  CHECK(rig.collector.compare({0, 2}, rig.collector.digests_of(leaving_out(1))).mismatches == 1);
 }
 
 }  // namespace parray
