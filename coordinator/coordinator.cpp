@@ -202,13 +202,23 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
   send(peer, msg::Welcome{ms(options_.heartbeat), ms(options_.silence)});
 }
 
-void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
+/// The worker, of which there is word now; null once a stranger has been asked who it is: it
+/// repeats what it has said once it is known.
+WorkerRecord* Coordinator::heard_from(Time now, const PeerId& peer) {
   WorkerRecord* worker = workers_.at(peer);
   if (worker == nullptr) {
     send(peer, msg::Who{});
+  } else {
+    worker->last_heard = now;
+  }
+  return worker;
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
     return;
   }
-  worker->last_heard = now;
   note_progress(now, *worker, m);
   const Time deadline = worker->traced_at + options_.lease_timeout;
   for (const auto& [job_id, epoch] : m.epochs) {

@@ -110,6 +110,7 @@ class Coordinator final : public Actor {
   [[nodiscard]] std::string refusal_of(const msg::Hello& hello) const;
 
   // Workers and leases (granting.cpp, losses.cpp).
+  WorkerRecord* heard_from(Time now, const PeerId& peer);
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
   void judge_losses(const WorkerRecord& worker);

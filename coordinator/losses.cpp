@@ -88,12 +88,10 @@ void Coordinator::expire_leases(Time now) {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Failed& m) {
-  WorkerRecord* worker = workers_.at(peer);
+  WorkerRecord* worker = heard_from(now, peer);
   if (worker == nullptr) {
-    send(peer, msg::Who{});
     return;
   }
-  worker->last_heard = now;
   send(peer, msg::Revoke{m.job, m.epoch});  // it need not say so again
   Job* job = job_of(m.job);
   if (job == nullptr || !job->work || !job->work->leases) {

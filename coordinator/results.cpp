@@ -53,12 +53,10 @@ struct Coordinator::Merged {
 };
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
-  WorkerRecord* worker = workers_.at(peer);
+  WorkerRecord* worker = heard_from(now, peer);
   if (worker == nullptr) {
-    send(peer, msg::Who{});  // it repeats the result once it is known
     return;
   }
-  worker->last_heard = now;
   Job* job = job_of(m.job);
   LeaseTable::Arrived arrived;
   if (job != nullptr && job->work && job->work->leases && worker->quarantined.empty()) {

@@ -17,12 +17,10 @@ const SceneParcel* Coordinator::scene_at_work(const std::string& scene) const {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
-  WorkerRecord* worker = workers_.at(peer);
+  WorkerRecord* worker = heard_from(now, peer);
   if (worker == nullptr) {
-    send(peer, msg::Who{});
     return;
   }
-  worker->last_heard = now;
   const SceneParcel* scene = scene_at_work(m.scene);
   if (scene == nullptr) {
     return;
@@ -40,12 +38,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
-  WorkerRecord* worker = workers_.at(peer);
+  WorkerRecord* worker = heard_from(now, peer);
   if (worker == nullptr) {
-    send(peer, msg::Who{});
     return;
   }
-  worker->last_heard = now;
   const SceneParcel* scene = scene_at_work(m.scene);
   const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
   auto chunk = bytes == nullptr ? std::nullopt : scenes_.chunk(m.scene, bytes->data, m.chunk);

@@ -14,13 +14,16 @@
 #include "common/base/bytes.h"
 #include "common/scene/limits.h"
 #include "proto/control_frame.h"
+#include "tests/support/protocol_table.h"
 #include "tests/support/sample_messages.h"
 
 namespace parray {
 namespace {
 
 using nlohmann::json;
+using test::protocol;
 using test::sample_messages;
+using test::TypeRow;
 
 json map_of(const Frames& frames) { return json::from_msgpack(frames[0].view()); }
 
@@ -65,124 +68,6 @@ Frames frames_of(const std::string& type) {
 
 std::string problem_with(const std::string& type, const std::string& key, const json& value) {
   return problem_of(with(frames_of(type), [&](json& map) { map[key] = value; }));
-}
-
-/// PROTOCOL.md in examples: the type and keys of every message, with the values that
-/// sample_messages() gives them, and whether bulk data follow.
-struct TypeRow {
-  std::string type;
-  json keys;
-  bool bulk = false;
-};
-
-const std::vector<TypeRow>& protocol() {
-  static const std::string digest(64, 'a');
-  static const json settings = {{"width", 20},
-                                {"height", 30},
-                                {"samples_per_pixel", 40},
-                                {"max_depth", 50},
-                                {"precision", "f64"},
-                                {"seed", 0xFEDCBA9876543210},
-                                {"sampler", "sobol"},
-                                {"accelerator", "bvh"},
-                                {"isa", "auto"},
-                                {"schedule", "factoring"},
-                                {"row_order", "sequential"}};
-  static const json cells = {
-      {"range", {5, 6}},
-      {"size", {20, 30}},
-      {"row_order", "sequential"},
-      {"cut", {4, 20, 8, 2}},
-      {"stages", json::array({json::array({2, 10}), json::array({11, 40})})}};
-  static const json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
-  static const json none = json::object();
-  static const std::vector<TypeRow> table = {
-      {"hello",
-       {{"name", "node 1"},
-        {"instance", "12345"},
-        {"threads", 16},
-        {"capacity", 3},
-        {"trace_version", 9},
-        {"fingerprint", "abc"},
-        {"host", "node"},
-        {"share_port", 7401},
-        {"share_key", "key"}}},
-      {"welcome", {{"heartbeat_ms", 250}, {"silence_ms", 4000}}},
-      {"refuse", {{"reason", "another build"}}},
-      {"heartbeat",
-       {{"traced", UINT64_MAX},
-        {"preparing", true},
-        {"epochs", json::array({json::array({1, 2}), json::array({3, UINT64_MAX})})}}},
-      {"pulse", none},
-      {"who", none},
-      {"grant",
-       {{"job", 5},
-        {"pass", 1},
-        {"epoch", 6},
-        {"cells", cells},
-        {"scene", digest},
-        {"settings", settings}},
-       true},
-      {"need_scene", {{"scene", digest}, {"failed", 2}}},
-      {"scene_source",
-       {{"scene", digest},
-        {"bytes", 1000},
-        {"chunk_bytes", 1U << 18},
-        {"address", "tcp://10.0.0.1:7401"},
-        {"key", "key"}}},
-      {"need_chunk", {{"scene", digest}, {"chunk", 3}}},
-      {"chunk", {{"scene", digest}, {"chunk", 3}, {"packed", true}}, true},
-      {"chunk_later", {{"scene", digest}, {"chunk", 3}}},
-      {"no_scene", {{"scene", digest}}},
-      {"result",
-       {{"job", 5},
-        {"epoch", 6},
-        {"seconds", 1.25},
-        {"build_seconds", 0.1},
-        {"accelerator_bytes", 1000},
-        {"isa", "avx2"}},
-       true},
-      {"failed", {{"job", 5}, {"epoch", 6}, {"reason", "not enough memory"}}},
-      {"verdict", {{"job", 5}, {"epoch", 6}, {"verdict", "mismatch"}}},
-      {"revoke", {{"job", 5}, {"epoch", 6}}},
-      {"bye", {{"reason", "stopped"}}},
-      {"submit",
-       {{"request", 8},
-        {"token", "token-1"},
-        {"name", "glass"},
-        {"priority", 99},
-        {"settings", settings},
-        {"precision_reason", "asked for"},
-        {"duplicates_removed", 3},
-        {"load_seconds", 0.25},
-        {"user", "ann"},
-        {"max_failures", 4},
-        {"series", "dance"},
-        {"frame", 7},
-        {"frames", 9}},
-       true},
-      {"submitted", {{"request", 8}, {"job", 5}}},
-      {"list_jobs", {{"request", 8}}},
-      {"jobs", {{"request", 8}, {"jobs", json::array({job, job})}}},
-      {"show_job", {{"request", 8}, {"job", 5}, {"from_frame", 3}}},
-      {"job", {{"request", 8}, {"job", job}}},
-      {"steer_job", {{"request", 8}, {"job", 5}, {"action", "prioritise"}, {"priority", 70}}},
-      {"fetch", {{"request", 8}, {"job", 5}, {"partial", false}, {"statistics", true}}},
-      {"image",
-       {{"request", 8},
-        {"report", {{"image_sha256", digest}}},
-        {"width", 2},
-        {"height", 3},
-        {"statistics", false}},
-       true},
-      {"fetch_journal", {{"request", 8}, {"job", 5}}},
-      {"journal", {{"request", 8}, {"job", job}, {"report", {{"image_sha256", digest}}}}, true},
-      {"list_workers", {{"request", 8}}},
-      {"steer_workers", {{"request", 8}, {"action", "readmit"}, {"host", true}, {"name", "node"}}},
-      {"workers",
-       {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}, {"total", 1500}}},
-      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}}};
-  return table;
 }
 
 }  // namespace
