@@ -264,8 +264,14 @@ void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Jo
     fail_request(peer, m.request, 1,
                  "the picture of job " + std::to_string(m.job) + " is no longer kept");
   };
-  const auto answer = std::make_shared<msg::ImageData>(msg::ImageData{
-      m.request, json::parse(job.record.report), s.width, s.height, m.statistics, {}});
+  const auto answer =
+      std::make_shared<msg::ImageData>(msg::ImageData{m.request,
+                                                      json::parse(job.record.report),
+                                                      s.width,
+                                                      s.height,
+                                                      m.statistics || m.replicates,
+                                                      m.replicates && s.replicates,
+                                                      {}});
   if (store_ == nullptr) {
     if (job.picture_bytes == 0) {
       gone();
@@ -281,7 +287,7 @@ void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Jo
       return {gone, {}};
     }
     picture->resize(std::min<std::size_t>(
-        picture->size(), picture_size(answer->width, answer->height, answer->statistics)));
+        picture->size(), picture_size(answer->width, answer->height, detail_of(*answer))));
     answer->picture = PictureParcel(Bulk::of(std::move(*picture)));
     return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
   });
@@ -299,7 +305,7 @@ void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Jo
     parts->image = resolve_image(picture->framebuffer(), picture->scene().largest_radiance);
     const json report = {{"partial", true}, {"samples", picture->framebuffer().counts().samples}};
     const auto answer = std::make_shared<msg::ImageData>(
-        msg::ImageData{request, report, parts->image.width, parts->image.height, false,
+        msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
                        PictureParcel(std::move(parts))});
     return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
   });
@@ -318,7 +324,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const bool done = job->record.state == JobState::done;
   const RenderSettings& s = job->record.settings;
   backroom_.give([this, answer, peer, done, store = store_, id = m.job, kept = job->journal,
-                  size = picture_size(s.width, s.height, true),
+                  size = picture_size(s.width, s.height, kept_detail(s)),
                   picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
     std::string bytes = kept;
     if (picture) {

@@ -138,8 +138,11 @@ std::uint64_t JobPicture::memory(const RenderSettings& settings) {
   // Framebuffer 76; at the end image 12, counts and half-widths 16, the noise model about 60.
   constexpr std::uint64_t even = 170;
   constexpr std::uint64_t in_passes = 60;  // samples of each pixel, allocation
+  constexpr std::uint64_t replicates = 40;
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  return pixels * (even + (settings.in_passes() ? in_passes : 0)) + (std::uint64_t{1} << 20);
+  return pixels * (even + (settings.in_passes() ? in_passes : 0) +
+                   (settings.replicates ? replicates : 0)) +
+         (std::uint64_t{1} << 20);
 }
 
 void keep_journal(JobPicture& picture, Store* store, JobId id,

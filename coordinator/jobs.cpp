@@ -318,7 +318,8 @@ void Coordinator::finish_job(Job& job) {
       record.note(clock(), "done");
       finished->events = record.events;
       const auto& parts = made.picture;
-      finished->bytes = picture_size(parts.image.width, parts.image.height, true);
+      finished->bytes =
+          picture_size(parts.image.width, parts.image.height, kept_detail(picture->settings()));
       if (store != nullptr) {
         auto pieces = picture_pieces(parts.image, parts.statistics);
         pieces.push_back(picture->journal().bytes());  // behind what everybody reads

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/adaptive/error_estimate.h"
+#include "common/adaptive/replicates.h"
 #include "common/image/image.h"
 #include "proto/messages.h"
 
@@ -107,14 +108,19 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"version", PARRAY_VERSION}};
 }
 
+PictureDetail kept_detail(const WorkSettings& settings) {
+  return settings.replicates ? PictureDetail::replicates : PictureDetail::statistics;
+}
+
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts) {
   Image image = resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
   ErrorEstimate estimate = estimate_error(picture.view());
   const json report = make_report(picture, record, facts, image_sha256(image), estimate);
   const auto samples = picture.framebuffer().samples();
-  return {{std::move(image), {{samples.begin(), samples.end()}, std::move(estimate.half_width)}},
-          report.dump()};
+  PictureStatistics statistics{{samples.begin(), samples.end()}, std::move(estimate.half_width)};
+  if (picture.settings().replicates) statistics.replicates = replicates_of(picture.view());
+  return {{std::move(image), std::move(statistics)}, report.dump()};
 }
 
 }  // namespace parray

@@ -28,6 +28,9 @@ struct FinishedPicture {
   /// (seconds spent writing).
   std::string report;
 };
+/// What is kept of the picture of a job with these settings.
+PictureDetail kept_detail(const WorkSettings& settings);
+
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts);
 

@@ -174,6 +174,7 @@ void fields(F& f, msg::Fetch& m) {
   f.number("job", m.job);
   f.flag("partial", m.partial);
   f.flag("statistics", m.statistics);
+  f.flag("replicates", m.replicates);
 }
 template <typename F>
 void fields(F& f, msg::ImageData& m) {
@@ -182,6 +183,7 @@ void fields(F& f, msg::ImageData& m) {
   f.number("width", m.width, 1U, limits::max_image_side);
   f.number("height", m.height, 1U, limits::max_image_side);
   f.flag("statistics", m.statistics);
+  f.flag("replicates", m.replicates);
 }
 template <typename F>
 void fields(F& f, msg::FetchJournal& m) {
@@ -244,7 +246,7 @@ Bulk bulk_of(const msg::Chunk& m) { return m.content; }
 Bulk bulk_of(const msg::Result& m) { return m.cells.packed(*m.grid); }
 Bulk bulk_of(const msg::Submit& m) { return m.scene.bytes(); }
 Bulk bulk_of(const msg::JournalData& m) { return m.journal; }
-Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(m.statistics); }
+Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(detail_of(m)); }
 
 void set_bulk(msg::Grant& m, const Bulk& bulk) {
   static_assert(sizeof(SampleRange) == 8, "ranges are copied from the wire as they lie");
@@ -276,7 +278,7 @@ void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsParcel(std::move(bulk)
 void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = SceneParcel(std::move(bulk)); }
 void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
 void set_bulk(msg::ImageData& m, Bulk bulk) {
-  if (bulk.data.size() != picture_size(m.width, m.height, m.statistics)) {
+  if (bulk.data.size() != picture_size(m.width, m.height, detail_of(m))) {
     throw ProtocolError("image data do not fit the image");
   }
   m.picture = PictureParcel(std::move(bulk));
@@ -333,6 +335,12 @@ Message decode_type(ControlReader& reader, const Frames& frames,
 }
 
 }  // namespace
+
+PictureDetail msg::detail_of(const ImageData& message) {
+  return message.replicates   ? PictureDetail::replicates
+         : message.statistics ? PictureDetail::statistics
+                              : PictureDetail::image;
+}
 
 Frames encode(const Message& message) {
   return std::visit(

@@ -169,6 +169,7 @@ struct Fetch {
   std::uint64_t job = 0;
   bool partial = false;     ///< what there is of a job that is not done, too
   bool statistics = false;  ///< sample counts and half-widths, too
+  bool replicates = false;  ///< these and the halves of the samples
 };
 struct ImageData {
   std::uint64_t request = 0;
@@ -176,8 +177,11 @@ struct ImageData {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   bool statistics = false;
+  bool replicates = false;
   PictureParcel picture;
 };
+/// What of the picture is in it.
+PictureDetail detail_of(const ImageData& message);
 struct FetchJournal {
   std::uint64_t request = 0;
   std::uint64_t job = 0;

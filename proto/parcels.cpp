@@ -2,6 +2,8 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
+
 #include "common/base/bytes.h"
 #include "common/scene/scene_bytes.h"
 
@@ -92,11 +94,14 @@ void PictureParcel::verify() const {
   }
 }
 
-Bulk PictureParcel::bytes(bool statistics) const {
+Bulk PictureParcel::bytes(PictureDetail detail) const {
   if (const auto* picture = std::get_if<0>(&content_)) {
     const PictureParts& parts = **picture;
-    return Bulk::of(
-        picture_to_bytes(parts.image, statistics ? parts.statistics : PictureStatistics{}));
+    std::string bytes = picture_to_bytes(
+        parts.image, detail == PictureDetail::image ? PictureStatistics{} : parts.statistics);
+    bytes.resize(std::min<std::size_t>(
+        bytes.size(), picture_size(parts.image.width, parts.image.height, detail)));
+    return Bulk::of(std::move(bytes));
   }
   (void)std::get<Bulk>(content_).verified();
   return std::get<Bulk>(content_);

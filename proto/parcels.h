@@ -82,8 +82,8 @@ class PictureParcel {
                                                             std::uint32_t height) const;
   /// Throws ChecksumError when bytes have come that were changed on their way.
   void verify() const;
-  /// picture_to_bytes(), with statistics if they are wanted and there. Throws ChecksumError.
-  [[nodiscard]] Bulk bytes(bool statistics) const;
+  /// picture_to_bytes() of what is wanted and there. Throws ChecksumError.
+  [[nodiscard]] Bulk bytes(PictureDetail detail) const;
 
  private:
   std::variant<std::shared_ptr<const PictureParts>, Bulk> content_;

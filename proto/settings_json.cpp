@@ -70,6 +70,9 @@ json settings_to_json(const RenderSettings& s) {
   if (s.progressive) {
     map["progressive"] = true;
   }
+  if (s.replicates) {
+    map["replicates"] = true;
+  }
   return map;
 }
 
@@ -89,6 +92,7 @@ RenderSettings settings_from_json(const json& map) {
     value.target_half_width = map.value("target_half_width", 0.0);
     value.time_limit = map.value("time_limit", 0.0);
     value.progressive = map.value("progressive", false);
+    value.replicates = map.value("replicates", false);
   } catch (const json::exception&) {
     throw ProtocolError("settings: a limit is of the wrong type");
   }

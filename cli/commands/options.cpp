@@ -274,6 +274,14 @@ void OutputOptions::add_aov_to(Command& command) {
       .needs(image_option_);
 }
 
+void OutputOptions::add_denoise_to(Command& command) {
+  command
+      .flag("--denoise", denoise_,
+            "Take away noise by what the pixels around show, and say what error is left; an EXR "
+            "file keeps the picture as its samples make it in channels raw.R, raw.G, raw.B")
+      .needs(image_option_);
+}
+
 void add_quiet(Command& command, bool& quiet) {
   command.flag("-q,--quiet", quiet, "Show no progress");
 }

@@ -39,6 +39,7 @@ int render(const RenderCommand& command) {
   check_isa(submission.settings.isa);
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
+  submission.settings.replicates = command.output.paths().denoise;
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
   ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
@@ -70,6 +71,7 @@ void add_render(CommandLine& line, Action& chosen) {
   add_scene(command, options->scene);
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
+  options->output.add_denoise_to(command);
   options->render.add_to(command);
   options->render.add_like_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's

@@ -29,6 +29,9 @@ struct SubmitCommand {
 
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
+  if (command.output.paths().denoise) {
+    throw InputError("--denoise is for one picture: leave it out of a series");
+  }
   if (!command.following.preview.empty()) {
     throw InputError("--preview shows one picture: leave it out of a series");
   }
@@ -47,6 +50,7 @@ int submit(const SubmitCommand& command) {
   submission.max_failures = command.max_failures;
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
+  submission.settings.replicates = command.output.paths().denoise;
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                              submission.scene, usable_cpus());
   FarmClient client(command.farm);
@@ -96,6 +100,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
   options->output.add_to(command, false);
   options->output.add_aov_to(command);
+  options->output.add_denoise_to(command);
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
   add_whole_number(

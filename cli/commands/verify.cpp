@@ -13,7 +13,7 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/output/extra_channels.h"
+#include "cli/output/denoising.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "cli/verify/retrace.h"
@@ -53,6 +53,7 @@ struct Subject {
   std::string name;  ///< for people
   ImageFile file;
   Recipe recipe;
+  std::string damage{};  ///< of what the picture was denoised to; empty: none
 
   [[nodiscard]] std::uint64_t pixels() const {
     return std::uint64_t{file.image.width} * file.image.height;
@@ -78,6 +79,25 @@ struct Verdict {
 
 // ---- The file by itself ----------------------------------------------------------------------
 
+/// Of a denoised picture, the one that its samples make is looked at.
+void take_raw(Subject& subject) {
+  if (!subject.file.high_dynamic_range) {
+    throw InputError(subject.name +
+                     ": denoised, and a PNG has no room for the picture that its samples make: "
+                     "verify the EXR picture");
+  }
+  if (image_sha256(subject.file.image) != subject.recipe.denoised_sha256) {
+    subject.damage = "denoised:image_sha256 is not that of its pixels";
+  }
+  auto raw = raw_image(subject.file);
+  if (!raw) {
+    throw InputError(subject.name +
+                     ": denoised, and its channels raw.R, raw.G, raw.B are gone: "
+                     "verify the picture as it was written");
+  }
+  subject.file.image = *std::move(raw);
+}
+
 Subject read_subject(const std::string& picture) {
   Subject subject{printable(picture, 4096), read_image(picture), {}};
   subject.recipe = recipe_in(subject.file.metadata, subject.name);
@@ -86,6 +106,7 @@ Subject read_subject(const std::string& picture) {
                      ": its recipe has no pixels_sha256: it was converted from an EXR "
                      "picture, which can be verified");
   }
+  if (!subject.recipe.denoised_sha256.empty()) take_raw(subject);
   return subject;
 }
 
@@ -120,6 +141,7 @@ std::string misfit_of(const Subject& subject) {
 
 /// Empty, or what is wrong.
 std::string damage_of(const Subject& subject) {
+  if (!subject.damage.empty()) return subject.damage;
   const Image& image = subject.file.image;
   if (subject.file.high_dynamic_range) {
     if (image_sha256(image) == subject.recipe.image_sha256) return "";
@@ -240,12 +262,15 @@ std::string right_text(const Subject& subject, const Verdict& verdict) {
     return hash + "; not checked: whether they are what its scene gives (scene_sha256 " +
            printable(subject.recipe.scene_sha256.substr(0, 16)) + "...): name the scene, too";
   }
+  const std::string denoised = subject.recipe.denoised_sha256.empty()
+                                   ? ""
+                                   : "; looked at: the picture before it was denoised";
   std::string text = "right: " + hash + "; " + traced_text(subject, verdict) + " to the same bits";
   if (verdict.traced < subject.pixels()) {
     text += ", which finds " + formatted("%.2g", 100 * share_found(verdict.traced)) +
             " % of wrong pixels with a probability of 95 %";
   }
-  return text;
+  return text + denoised;
 }
 
 std::string wrong_text(const Subject& subject, const Verdict& verdict) {

@@ -140,15 +140,16 @@ static Picture picture_of(msg::ImageData answer) {
 Image Client::fetch_partial(JobId job) {
   const JobStatus status = job_status(show(job));
   return picture_of(ask<msg::ImageData>(msg::Fetch{0, job, true, false},
-                                        picture_size(status.width, status.height, false)))
+                                        picture_size(status.width, status.height, PictureDetail::image)))
       .image;
 }
 
-Picture Client::fetch(JobId job, bool statistics) {
+Picture Client::fetch(JobId job, PictureDetail detail) {
   const JobStatus status = job_status(show(job));
   Picture picture =
-      picture_of(ask<msg::ImageData>(msg::Fetch{0, job, false, statistics},
-                                     picture_size(status.width, status.height, statistics)));
+      picture_of(ask<msg::ImageData>(msg::Fetch{0, job, false, detail != PictureDetail::image,
+                                                detail == PictureDetail::replicates},
+                                     picture_size(status.width, status.height, detail)));
   const auto stated = picture.report.find("image_sha256");
   if (stated == picture.report.end() || *stated != image_sha256(picture.image)) {
     throw RunError("the picture of job " + std::to_string(job) +

@@ -111,7 +111,7 @@ class Client {
   /// Of a worker by name, or all of a host. Answered with the maps of those that are there.
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// The picture of a job that is done; its SHA-256 is checked.
-  Picture fetch(JobId job, bool statistics = false);
+  Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
   /// What there is of the picture of a job that may not be done.
   Image fetch_partial(JobId job);
 

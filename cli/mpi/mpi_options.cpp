@@ -30,6 +30,7 @@ void MpiOptions::add_to(Command& command) {
   add_scene(command, scene);
   output.add_to(command, true);
   output.add_aov_to(command);
+  output.add_denoise_to(command);
   render.add_to(command);
   render.add_like_to(command);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,

@@ -174,6 +174,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   const Preview preview(options.following.preview);  // before any work
   Submission submission = load_submission(options.scene, options.render, 50);
   check_isa(submission.settings.isa);
+  submission.settings.replicates = options.output.paths().denoise;
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
     submission.settings.row_order = RowOrder::sequential;
@@ -310,8 +311,9 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
            Time started) {
   kept.keep_picture(rendered.picture);
   const Aovs& aovs = options.output.paths().aovs;
+  const bool needs_scene = !aovs.empty() || job.settings.replicates;
   add_channels(rendered.picture,
-               extra_channels(aovs, job.settings, aovs.empty() ? nullptr : kept.scene_again(),
+               extra_channels(aovs, job.settings, needs_scene ? kept.scene_again() : nullptr,
                               rendered.threads));
   const int status =
       deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started});

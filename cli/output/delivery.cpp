@@ -79,7 +79,11 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   const Time begin = clock.now();
   if (!outputs.image.empty()) {
     const bool exr = can_hold_channels(outputs.image);
-    if (exr) add_sample_counts(picture);
+    if (exr) {
+      add_sample_counts(picture);
+    } else {
+      picture.channels.clear();  // of a denoised picture: the raw one
+    }
     write_image(outputs.image, picture.image, recipe_metadata(picture, exr), picture.channels,
                 check_interrupted);
   }

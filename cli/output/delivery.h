@@ -11,7 +11,8 @@ namespace parray {
 struct OutputPaths {
   std::filesystem::path image;
   std::filesystem::path report;
-  Aovs aovs{};  ///< wanted as extra channels of the image
+  Aovs aovs{};           ///< wanted as extra channels of the image
+  bool denoise = false;  ///< the image is to be a denoised one
 
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };

@@ -1,8 +1,10 @@
 #include "cli/output/extra_channels.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "cli/output/denoising.h"
 #include "cli/output/recipe.h"
 #include "common/process/stop_signal.h"
 #include "common/trace/integrator/extra_channels.h"
@@ -13,24 +15,29 @@ namespace parray {
 
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads) {
-  if (std::all_of(aovs.begin(), aovs.end(), is_statistic)) scene = nullptr;
-  return {.aovs = aovs, .settings = settings, .scene = std::move(scene), .threads = threads};
+  const bool denoise = settings.replicates;
+  if (!denoise && std::all_of(aovs.begin(), aovs.end(), is_statistic)) scene = nullptr;
+  return {.aovs = aovs,
+          .settings = settings,
+          .scene = std::move(scene),
+          .threads = threads,
+          .denoise = denoise};
 }
 
-bool wants_statistics(const Aovs& aovs) {
-  return std::any_of(aovs.begin(), aovs.end(), is_statistic);
+PictureDetail wanted_detail(const Aovs& aovs, bool denoise) {
+  if (denoise) return PictureDetail::replicates;
+  return std::any_of(aovs.begin(), aovs.end(), is_statistic) ? PictureDetail::statistics
+                                                             : PictureDetail::image;
 }
 
 namespace {
 
-Channels trace_channels_of(const ExtraChannels& extra, const std::string& scene_id) {
+std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id) {
   auto accelerator = extra.accelerators->find(scene_id, extra.settings);
   if (!accelerator) {
     accelerator = extra.accelerators->build(scene_id, *extra.scene, extra.settings, extra.threads);
   }
-  const auto tracer = make_path_tracer(std::move(accelerator), extra.scene->camera, extra.settings);
-  return trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs, extra.threads,
-                        check_interrupted);
+  return make_path_tracer(std::move(accelerator), extra.scene->camera, extra.settings);
 }
 
 void add_statistics(Picture& picture, const Aovs& aovs) {
@@ -59,11 +66,16 @@ void add_sample_counts(Picture& picture) {
 }
 
 void add_channels(Picture& picture, const ExtraChannels& extra) {
+  std::unique_ptr<PathTracer> tracer;
+  if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
+  if (extra.denoise) denoise_picture(picture, *tracer, extra);
   if (extra.aovs.empty()) return;
   const SteadyClock clock;
   const Time begin = clock.now();
-  if (extra.scene) {
-    picture.channels = trace_channels_of(extra, picture.report.at("scene_sha256"));
+  if (tracer && !std::all_of(extra.aovs.begin(), extra.aovs.end(), is_statistic)) {
+    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs,
+                                     extra.threads, check_interrupted);
+    std::move(traced.begin(), traced.end(), std::back_inserter(picture.channels));
   }
   add_statistics(picture, extra.aovs);
   nlohmann::json& names = picture.report["aovs"] = nlohmann::json::array();

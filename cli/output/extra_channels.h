@@ -15,23 +15,25 @@ struct ExtraChannels {
   RenderSettings settings;             ///< resolved
   std::shared_ptr<const Scene> scene;  ///< null: nothing is traced
   int threads = 1;
+  bool denoise = false;  ///< see cli/output/denoising.h; needs the scene, too
   /// Of whoever renders the picture in this process, if so: what it has built is used.
   std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
 };
 
-/// Those of a job of `settings` and `scene`, to be traced by `threads` threads here.
+/// Those of a job of `settings` and `scene`, to be traced by `threads` threads here; with settings
+/// that keep the replicates, the picture is denoised.
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
 
-/// Whether the picture has to come with its statistics.
-bool wants_statistics(const Aovs& aovs);
+/// How much of the picture has to come for these channels.
+PictureDetail wanted_detail(const Aovs& aovs, bool denoise);
 
 /// Adds channel `samples`, without which nobody could trace the picture again, where pixels have
 /// different numbers of samples, unless it is there.
 void add_sample_counts(Picture& picture);
 
 /// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
-/// their names, and `seconds.aovs`. Throws Interrupted (see common/process/stop_signal.h).
+/// their names, and `seconds.aovs`. Denoises it first, if asked. Throws Interrupted (see common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray

@@ -155,6 +155,10 @@ ImageMetadata recipe_metadata(const Picture& picture, bool exr) {
   for (const auto& [name, value] : error.items()) {
     add_value(metadata, "error:" + name, value);
   }
+  const json denoised = report.value("denoised", json::object());
+  for (const auto& [name, value] : denoised.items()) {
+    add_value(metadata, "denoised:" + name, value);
+  }
   if (!exr) {
     const auto bytes = srgb_bytes(picture.image.rgb);
     metadata.emplace_back(key("pixels_sha256"), sha256_hex(std::as_bytes(std::span(bytes))));
@@ -168,6 +172,7 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   Recipe recipe;
   recipe.image_sha256 = reader.text("image_sha256");
   recipe.pixels_sha256 = text_in(metadata, key("pixels_sha256")).value_or("");
+  recipe.denoised_sha256 = text_in(metadata, key("denoised:image_sha256")).value_or("");
   recipe.scene_sha256 = reader.text("scene_sha256");
   recipe.trace_version = reader.whole<std::uint64_t>("trace_version");
   recipe.version = reader.text("version");

@@ -1,5 +1,6 @@
 #include "common/image/picture_bytes.h"
 
+#include <array>
 #include <cstring>
 
 #include "common/base/bytes.h"
@@ -23,25 +24,36 @@ void take(std::string_view& bytes, std::size_t count, std::vector<T>& values) {
 
 std::vector<std::string_view> picture_pieces(const Image& image,
                                              const PictureStatistics& statistics) {
-  return {bytes_of(image.rgb), bytes_of(statistics.samples), bytes_of(statistics.half_width)};
+  const Replicates& halves = statistics.replicates;
+  return {bytes_of(image.rgb),      bytes_of(statistics.samples), bytes_of(statistics.half_width),
+          bytes_of(halves.mean[0]), bytes_of(halves.mean[1]),     bytes_of(halves.noise)};
 }
 
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics) {
+  const auto pieces = picture_pieces(image, statistics);
+  std::size_t size = 0;
+  for (const std::string_view piece : pieces) size += piece.size();
   std::string bytes;
-  bytes.reserve(picture_size(image.width, image.height, !statistics.samples.empty()));
-  for (const std::string_view piece : picture_pieces(image, statistics)) {
-    bytes.append(piece);
-  }
+  bytes.reserve(size);
+  for (const std::string_view piece : pieces) bytes.append(piece);
   return bytes;
 }
 
-std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, bool statistics) {
-  return width * height * (statistics ? 7 : 3) * sizeof(float);
+std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, PictureDetail detail) {
+  constexpr std::array<std::uint64_t, 3> values = {3, 7, 14};
+  return width * height * values.at(static_cast<std::size_t>(detail)) * sizeof(float);
 }
 
 PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes) {
-  const bool statistics = bytes.size() == picture_size(width, height, true);
-  if (!statistics && bytes.size() != picture_size(width, height, false)) {
+  const auto has = [&, size = bytes.size()](PictureDetail detail) {
+    return size >= picture_size(width, height, detail);
+  };
+  const bool statistics = has(PictureDetail::statistics);
+  const bool replicates = has(PictureDetail::replicates);
+  if (bytes.size() != picture_size(width, height,
+                                   replicates   ? PictureDetail::replicates
+                                   : statistics ? PictureDetail::statistics
+                                                : PictureDetail::image)) {
     throw DecodeError("picture does not fit its size");
   }
   const std::size_t pixels = std::size_t{width} * height;
@@ -50,6 +62,10 @@ PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::
   if (statistics) {
     take(bytes, pixels, parts.statistics.samples);
     take(bytes, 3 * pixels, parts.statistics.half_width);
+  }
+  if (replicates) {
+    for (std::vector<float>& mean : parts.statistics.replicates.mean) take(bytes, 3 * pixels, mean);
+    take(bytes, pixels, parts.statistics.replicates.noise);
   }
   return parts;
 }

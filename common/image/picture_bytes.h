@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "common/image/replicates.h"
 
 namespace parray {
 
@@ -12,10 +13,15 @@ namespace parray {
 struct PictureStatistics {
   std::vector<std::uint32_t> samples;  ///< that its mean is of
   std::vector<float> half_width;       ///< of its 95 % interval: 3 values a pixel
+  Replicates replicates{};             ///< if the job was to keep them
 };
 
-/// A picture as it is kept and sent: float32 RGB, top row first, then, if they are wanted, the
-/// statistics: 4 bytes a pixel and 12 bytes a pixel. Little-endian, no padding.
+/// How much of a picture is kept or sent; each has all of the one before.
+enum class PictureDetail : std::uint8_t { image, statistics, replicates };
+
+/// A picture as it is kept and sent: float32 RGB, top row first; then, as far as its statistics go,
+/// samples and half-widths, 4 and 12 bytes a pixel; then the replicates, even and odd half and
+/// noise, 12, 12 and 4 bytes a pixel. Little-endian, no padding.
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics);
 
 /// The same bytes in pieces, as they lie in memory: nothing is copied.
@@ -23,7 +29,7 @@ std::vector<std::string_view> picture_pieces(const Image& image,
                                              const PictureStatistics& statistics);
 
 /// Bytes of such a picture.
-std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, bool statistics);
+std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, PictureDetail detail);
 
 struct PictureParts {
   Image image;

@@ -70,6 +70,7 @@ struct WorkSettings {
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
   bool progressive = false;  ///< first one sample of every pixel, so that there is a picture early
+  bool replicates = false;   ///< the halves of its samples are kept with the picture
 
   friend bool operator==(const WorkSettings&, const WorkSettings&) = default;
 };

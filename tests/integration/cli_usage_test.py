@@ -39,9 +39,9 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--report", "--threads", "--quiet",
+    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--report", "--threads", "--quiet",
                                 "--preview", "--on-end"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--report",
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--report",
                                               "--priority", "--max-failures", "--quiet",
                                               "--frames", "--camera-path",
                                               "--preview", "--on-end"],

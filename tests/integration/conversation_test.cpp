@@ -149,7 +149,7 @@ TEST_CASE("what there is of a picture can be had before it is done") {
   const auto image = client.hear<msg::ImageData>();
   CHECK(image.report.at("partial") == true);
   CHECK(image.report.at("samples") == grant.cells.sample_count());
-  const Bulk pixels = image.picture.bytes(false);
+  const Bulk pixels = image.picture.bytes(PictureDetail::image);
   CHECK(pixels.data.view().find_first_not_of('\0') != std::string::npos);
 }
 

@@ -74,7 +74,7 @@ inline std::vector<Message> sample_messages() {
       msg::Job{8, job},
       msg::SteerJob{8, 5, msg::JobAction::prioritise, 70},
       msg::Fetch{8, 5, false, true},
-      msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false, PictureParcel(Bulk::of(pixels))},
+      msg::ImageData{8, {{"image_sha256", digest}}, 2, 3, false, false, PictureParcel(Bulk::of(pixels))},
       msg::FetchJournal{8, 5},
       msg::JournalData{8, job, {{"image_sha256", digest}}, Bulk::of("merged")},
       msg::ListWorkers{8},

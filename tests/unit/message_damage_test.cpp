@@ -124,7 +124,7 @@ bool bulk_noticed(const Message& message) {
     } else if (const auto* result = std::get_if<msg::Result>(&message)) {
       (void)result->cells.packed(*test::sample_batch().grid);
     } else if (const auto* image = std::get_if<msg::ImageData>(&message)) {
-      (void)image->picture.bytes(false);
+      (void)image->picture.bytes(PictureDetail::image);
     } else if (const auto* journal = std::get_if<msg::JournalData>(&message)) {
       (void)journal->journal.verified();
     }

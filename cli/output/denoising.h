@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+
+#include "cli/output/extra_channels.h"
+#include "common/image/image_file.h"
+
+namespace parray {
+
+/// Prefix of the channels in which an EXR file keeps the picture as its samples make it, beside
+/// the denoised one.
+inline constexpr const char* raw_channel = "raw.";
+
+/// The picture as its samples make it, from the channels of an EXR file that holds a denoised one;
+/// none if they are not there.
+std::optional<Image> raw_image(const ImageFile& file);
+
+/// Denoises a picture that has come with its replicates (common/denoise/denoise.h): its image is
+/// the denoised one then, and the raw one is in channels raw.R, raw.G, raw.B. Its report gets
+/// `denoised`: `rmse`, `low`, `high` and `image_sha256` of the denoised picture, and
+/// `seconds.denoise`; `image_sha256` and `error` stay those of the raw picture. A picture in which
+/// a pixel has less than 2 samples stays as it is, and stderr says so. Throws Interrupted.
+void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra);
+
+}  // namespace parray

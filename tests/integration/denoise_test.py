@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""--denoise at a shell: what it makes of a picture, what it keeps, and that its error is true."""
+
+import json
+import math
+import unittest
+
+from cli_usage_test import CliTest
+from exr import read_exr
+from farm import Farm, run
+from mpi import MpiRun, why_not
+
+RGB = ("R", "G", "B")
+
+
+class Denoise(CliTest):
+    def picture(self, *options, name="a.exr"):
+        report, _ = self.rendered(*options, name=name)
+        return report, read_exr(self.path(name))[0]
+
+    @staticmethod
+    def distance(values, truth):
+        squares = sum((a - b) ** 2 for c in RGB for a, b in zip(values[c], truth[c]))
+        return math.sqrt(squares / 3 / len(truth["R"]))
+
+    def test_it_lowers_the_error_states_what_is_left_and_keeps_the_raw_picture(self):
+        plain, raw = self.picture("--spp", "16")
+        report, values = self.picture("--spp", "16", "--denoise")
+        self.assertEqual(report["image_sha256"], plain["image_sha256"])
+        self.assertEqual(report["error"], plain["error"])
+        self.assertEqual([values[f"raw.{c}"] for c in RGB], [raw[c] for c in RGB])
+        self.assertGreater(report["seconds"]["denoise"], 0)
+        _, truth = self.picture("--spp", "4000", "--seed", "99", name="truth.exr")
+        real = self.distance(values, truth)
+        self.assertLess(real, 0.8 * self.distance(raw, truth))
+        stated = report["denoised"]
+        # Both hold 95 % of the time; the factor is for the rest.
+        self.assertGreater(real, 0.8 * stated["low"])
+        self.assertLess(real, 1.2 * stated["high"])
+
+    def test_its_bits_do_not_depend_on_how_the_work_is_done(self):
+        expected = self.picture("--spp", "6", "--denoise")[0]["denoised"]
+        for options in (["--threads", "1"], ["--threads", "3"], ["--isa", "scalar"],
+                        ["--isa", "avx2"], ["--accelerator", "octree"]):
+            with self.subTest(options=options):
+                report, _ = self.picture("--spp", "6", "--denoise", *options)
+                self.assertEqual(report["denoised"], expected)
+
+    def test_a_farm_and_parray_mpi_make_the_same_picture(self):
+        expected = self.picture("--denoise")[0]["denoised"]
+        with Farm() as farm:
+            farm.start_worker("one")
+            result = farm.client("submit", self.scene, "--wait", "-q", "-o", self.path("b.exr"),
+                                 "--report", self.path("b.json"), "--denoise")
+            self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(self.path("b.json").read_text())["denoised"], expected)
+        if why_not():
+            self.skipTest(why_not())
+        with MpiRun(2, self.scene, "--threads", "1", "--denoise") as job:
+            self.assertEqual(job.finish()["denoised"], expected)
+
+    def test_verify_looks_at_the_raw_picture_and_at_what_was_made_of_it(self):
+        self.picture("--denoise")
+        result = run("verify", self.path("a.exr"), self.scene)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("before it was denoised", result.stdout)
+        result = run("render", self.scene, "-q", "-o", self.path("a.png"), "--denoise")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.refused("verify", self.path("a.png"), self.scene, mentions="verify the EXR picture")
+
+    def test_a_picture_of_one_sample_a_pixel_stays_and_says_so(self):
+        plain, _ = self.picture("--spp", "1")
+        result = run("render", self.scene, "-q", "-o", self.path("b.exr"), "--spp", "1",
+                     "--denoise", "--report", self.path("b.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("less than 2 samples", result.stderr)
+        report = json.loads(self.path("b.json").read_text())
+        self.assertNotIn("denoised", report)
+        self.assertEqual(report["image_sha256"], plain["image_sha256"])
+
+    def test_it_is_refused_without_a_picture_and_for_a_series(self):
+        self.refused("submit", self.scene, "--wait", "--denoise", mentions="--output")
+        self.refused("submit", self.scene, "--wait", "--denoise", "--frames", "1-2", "-o",
+                     self.path("a-##.exr"), mentions="--denoise")
+
+
+if __name__ == "__main__":
+    unittest.main()
