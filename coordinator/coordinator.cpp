@@ -5,7 +5,13 @@
 
 #include <algorithm>
 
+#include "common/base/divide_up.h"
+
 namespace parray {
+
+// The protocol's.
+static constexpr Time longest_heartbeat = seconds(60);
+static constexpr Time longest_silence = seconds(600);
 
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
                          std::shared_ptr<spdlog::logger> log)
@@ -110,7 +116,7 @@ Time Coordinator::tick(Time now, bool drained) {
   note_storage(now);
   keep_house(now);
   if (drained) {
-    for (const PeerId& peer : workers_.silent(now, options_.silence)) {
+    for (const PeerId& peer : workers_.silent(now)) {
       lose_worker(now, peer, "silent for too long", true);
     }
     expire_leases(now);
@@ -196,10 +202,25 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
         now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));
   }
   known->last_heard = now;
+  welcome(*known);
+}
+
+/// How many times as long as those of a small farm heartbeats and silences are now.
+unsigned Coordinator::pace() const {
+  const Time longest = std::min(options_.lease_timeout / 3, longest_heartbeat);
+  const auto most = static_cast<std::size_t>(std::max<Time::rep>(1, longest / options_.heartbeat));
+  const std::size_t wanted = divide_up(workers_.size(), options_.heartbeat_workers);
+  return static_cast<unsigned>(std::clamp(wanted, std::size_t{1}, most));
+}
+
+void Coordinator::welcome(WorkerRecord& worker) {
   const auto ms = [](Time t) {
     return static_cast<std::uint32_t>(std::chrono::duration_cast<milliseconds>(t).count());
   };
-  send(peer, msg::Welcome{ms(options_.heartbeat), ms(options_.silence)});
+  worker.pace = pace();
+  const Time silence = std::min(worker.pace * options_.silence, longest_silence);
+  worker.silence = std::max(worker.silence, silence);
+  send(worker.peer, msg::Welcome{ms(worker.pace * options_.heartbeat), ms(silence)});
 }
 
 /// The worker, of which there is word now; null once a stranger has been asked who it is: it
@@ -230,7 +251,11 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
     }
   }
   worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
-  send(peer, msg::Pulse{});
+  if (worker->pace == pace()) {
+    send(peer, msg::Pulse{});
+  } else {
+    welcome(*worker);
+  }
 }
 
 /// A worker is at work while the samples that it has traced grow, and while it prepares, within

@@ -29,6 +29,9 @@ struct CoordinatorOptions {
   Time heartbeat = seconds(1);
   /// Without a word for this long a worker is lost. At least a few heartbeats.
   Time silence = seconds(5);
+  /// Of up to so many workers. Of up to n times as many both are n times as long, as long as a
+  /// lease is still heard of three times before its deadline.
+  std::size_t heartbeat_workers = 1000;
   /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
   /// millisecond-sized piece of work takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
@@ -111,6 +114,8 @@ class Coordinator final : public Actor {
 
   // Workers and leases (granting.cpp, losses.cpp).
   WorkerRecord* heard_from(Time now, const PeerId& peer);
+  [[nodiscard]] unsigned pace() const;
+  void welcome(WorkerRecord& worker);
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
   void judge_losses(const WorkerRecord& worker);

@@ -26,14 +26,18 @@ bool Coordinator::grant_leases(Time now) {
     queue_open_jobs();
   }
   int granted = 0;
-  for (std::size_t in_vain = 0; in_vain < workers_.size();) {
+  auto next = workers_.after(granted_last_);
+  for (std::size_t in_vain = 0; in_vain < workers_.size() && !open_jobs_.empty();) {
     if (granted == most_granted_at_once) {
       return false;
     }
-    WorkerRecord& worker = workers_.after(granted_last_);
-    granted_last_ = worker.peer;
+    next = next == workers_.end() ? workers_.begin() : next;
+    WorkerRecord& worker = (next++)->second;
     const bool got = worker.has_room() && grant_one(now, worker);
-    granted += got ? 1 : 0;
+    if (got) {
+      granted_last_ = worker.peer;
+      ++granted;
+    }
     in_vain = got ? 0 : in_vain + 1;
   }
   grants_due_ = false;

@@ -20,9 +20,11 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
   workers_.remove(peer);
   scenes_.forget_worker(worker.id);
   grants_due_ = true;
-  const bool started_again = std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
+  const auto has_its_name = [&](const auto& other) {
     return other.second.hello.name == worker.hello.name;
-  });
+  };
+  const bool started_again =
+      worker.tracing.has_value() && std::any_of(workers_.begin(), workers_.end(), has_its_name);
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(open_jobs_)) {
     Job& job = jobs_.at(id);

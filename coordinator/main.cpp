@@ -124,8 +124,8 @@ void declare_options(CommandLine& line, Arguments& a) {
               "Largest message taken; a scene or picture beyond it is refused")
       .show_default();
   line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
-              "Seconds between a worker's signs of life; five times that without one and it is "
-              "lost")
+              "Seconds between a worker's signs of life, n times that beyond n thousand workers; "
+              "five times as long without one and it is lost")
       .show_default();
   line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
               "Seconds without progress after which a lease goes to another worker")

@@ -45,11 +45,6 @@ WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
   return found == workers_.end() ? nullptr : &found->second;
 }
 
-WorkerRecord& WorkerRegistry::after(const PeerId& peer) {
-  const auto next = workers_.upper_bound(peer);
-  return next == workers_.end() ? workers_.begin()->second : next->second;
-}
-
 WorkerRecord* WorkerRegistry::by_id(WorkerId id) {
   const auto found = peers_.find(id);
   return found == peers_.end() ? nullptr : at(found->second);
@@ -127,14 +122,14 @@ void WorkerRegistry::bar(WorkerRecord& worker, const std::string& why, bool drai
   }
 }
 
-std::vector<PeerId> WorkerRegistry::silent(Time now, Time silence) {
+std::vector<PeerId> WorkerRegistry::silent(Time now) {
   std::vector<PeerId> silent;
   if (now < next_look_) {
     return silent;
   }
   next_look_ = now + milliseconds(100);
   for (const auto& [peer, worker] : workers_) {
-    if (worker.last_heard + silence <= now) {
+    if (worker.last_heard + worker.silence <= now) {
       silent.push_back(peer);
     }
   }

@@ -27,6 +27,10 @@ struct WorkerRecord {
   std::string address;  ///< of its machine, as this side sees it; empty: unknown
   TracerKey key = 0;
   Time last_heard{};
+  unsigned pace = 1;  ///< of its heartbeat, as it was told last
+  /// After which it is lost: the longest that it was told, as it may not have heard of a shorter
+  /// one.
+  Time silence{};
   std::uint64_t traced = 0;
   Time traced_at{};  ///< when `traced` last grew
   Time preparing_since = never;
@@ -63,8 +67,8 @@ class WorkerRegistry {
  public:
   WorkerRecord* at(const PeerId& peer);
   WorkerRecord* by_id(WorkerId id);
-  /// The next one behind `peer`, which may have left, all round. There is one.
-  WorkerRecord& after(const PeerId& peer);
+  /// The next one behind `peer`, which may have left; end() behind the last.
+  [[nodiscard]] auto after(const PeerId& peer) { return workers_.upper_bound(peer); }
   WorkerRecord* by_key(TracerKey key);
   /// `hello.name` and `.instance` are not known yet.
   WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello);
@@ -79,8 +83,8 @@ class WorkerRegistry {
   void bar(WorkerRecord& worker, const std::string& why, bool drained);
   [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
 
-  /// Those from whom nothing has been heard since `since`. Looked for at most ten times a second.
-  std::vector<PeerId> silent(Time now, Time silence);
+  /// Those that have said nothing for their silence. Looked for at most ten times a second.
+  std::vector<PeerId> silent(Time now);
 
   [[nodiscard]] auto begin() { return workers_.begin(); }
   [[nodiscard]] auto end() { return workers_.end(); }

@@ -1,6 +1,7 @@
 #include "proto/control_frame.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/base/printable.h"
@@ -12,32 +13,64 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t max_control_bytes = std::size_t{1} << 20;
-constexpr int max_nesting = 8;
+constexpr std::size_t max_nesting = 8;
 constexpr std::size_t max_held_leases = 64;
 
-/// Accepts a document that is no deeper than max_nesting. The library's binary reader recurses once
-/// a level, so hostile bytes would overflow the stack without it.
-class NestingGuard : public nlohmann::json_sax<json> {
+/// Makes a document as it is parsed, if it is no deeper than max_nesting: the library's own maker
+/// would make any, and its binary reader recurses once a level, so that hostile bytes would
+/// overflow the stack.
+class ShallowDocument : public nlohmann::json_sax<json> {
  public:
-  bool null() override { return true; }
-  bool boolean(bool /*value*/) override { return true; }
-  bool number_integer(number_integer_t /*value*/) override { return true; }
-  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
-  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
-  bool string(string_t& /*value*/) override { return true; }
+  json take() { return std::move(root_); }
+
+  bool null() override { return put(nullptr); }
+  bool boolean(bool value) override { return put(value); }
+  bool number_integer(number_integer_t value) override { return put(value); }
+  bool number_unsigned(number_unsigned_t value) override { return put(value); }
+  bool number_float(number_float_t value, const string_t& /*text*/) override { return put(value); }
+  bool string(string_t& value) override { return put(std::move(value)); }
   bool binary(binary_t& /*value*/) override { return false; }
-  bool start_object(std::size_t /*size*/) override { return ++depth_ <= max_nesting; }
-  bool key(string_t& /*value*/) override { return true; }
-  bool end_object() override { return --depth_ >= 0; }
-  bool start_array(std::size_t /*size*/) override { return ++depth_ <= max_nesting; }
-  bool end_array() override { return --depth_ >= 0; }
+  bool start_object(std::size_t /*size*/) override { return open(json::object()); }
+  bool key(string_t& value) override {
+    place_ = &(*open_[depth_ - 1])[std::move(value)];
+    return true;
+  }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t /*size*/) override { return open(json::array()); }
+  bool end_array() override { return close(); }
   bool parse_error(std::size_t /*position*/, const std::string& /*token*/,
                    const nlohmann::detail::exception& /*error*/) override {
     return false;
   }
 
  private:
-  int depth_ = 0;
+  /// Where the next value belongs: the last key's, or behind the others of a list.
+  json& place() {
+    const bool in_list = depth_ > 0 && open_[depth_ - 1]->is_array();
+    return in_list ? open_[depth_ - 1]->emplace_back(nullptr) : *place_;
+  }
+  bool put(json value) {
+    place() = std::move(value);
+    return true;
+  }
+  bool open(json empty) {
+    if (depth_ == max_nesting) {
+      return false;
+    }
+    json& opened = place();
+    opened = std::move(empty);
+    open_[depth_++] = &opened;
+    return true;
+  }
+  bool close() {
+    --depth_;
+    return true;
+  }
+
+  json root_;
+  json* place_ = &root_;
+  std::array<json*, max_nesting> open_{};  ///< the containers around the next value
+  std::size_t depth_ = 0;
 };
 
 [[noreturn]] void malformed(const std::string& key, const char* problem) {
@@ -58,8 +91,10 @@ std::uint64_t unsigned_in(const json& value, const std::string& key, std::uint64
 
 }  // namespace
 
-ControlWriter::ControlWriter(std::string_view type)
-    : map_{{"v", protocol_version}, {"type", type}} {}
+ControlWriter::ControlWriter(std::string_view type) {
+  map_["v"] = protocol_version;
+  map_["type"] = type;
+}
 
 void ControlWriter::text(const char* key, std::string& value, std::size_t longest,
                          std::size_t /*shortest*/) {
@@ -71,20 +106,21 @@ void ControlWriter::batch(const char* key, CellBatch& value) {
   const GridShape& s = value.grid->shape();
   auto stages = json::array();
   for (const SampleRange& stage : s.stages) {
-    stages.push_back({stage.begin, stage.end});
+    stages.push_back(std::array{stage.begin, stage.end});
   }
-  map_[key] = {{"range", {value.range.begin, value.range.end}},
-               {"size", {s.width, s.height}},
-               {"row_order", name_of(s.row_order)},
-               {"cut", {s.band_rows, s.cell_pixels, s.layer_samples, s.piece_cells}},
-               {"stages", std::move(stages)}};
+  json& map = map_[key];
+  map["range"] = std::array{value.range.begin, value.range.end};
+  map["size"] = std::array{s.width, s.height};
+  map["row_order"] = name_of(s.row_order);
+  map["cut"] = std::array{s.band_rows, s.cell_pixels, s.layer_samples, s.piece_cells};
+  map["stages"] = std::move(stages);
 }
 
 void ControlWriter::epochs(const char* key,
                            std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) {
   auto list = json::array();
   for (const auto& [job, epoch] : value) {
-    list.push_back({job, epoch});
+    list.push_back(std::array{job, epoch});
   }
   map_[key] = std::move(list);
 }
@@ -103,11 +139,11 @@ ControlReader::ControlReader(std::string_view frame) {
   if (frame.size() > max_control_bytes) {
     throw ProtocolError("control frame is larger than 1 MiB");
   }
-  NestingGuard guard;
-  if (!json::sax_parse(frame, &guard, json::input_format_t::msgpack)) {
+  ShallowDocument document;
+  if (!json::sax_parse(frame, &document, json::input_format_t::msgpack)) {
     throw ProtocolError("control frame is not MessagePack, or is nested too deep");
   }
-  map_ = json::from_msgpack(frame, true, false);
+  map_ = document.take();
   if (!map_.is_object()) {
     throw ProtocolError("control frame is not a map");
   }

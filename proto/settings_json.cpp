@@ -49,17 +49,18 @@ std::vector<std::uint64_t> naturals_in(const json& map, const char* key) {
 }
 
 json settings_to_json(const RenderSettings& s) {
-  json map = {{"width", s.width},
-              {"height", s.height},
-              {"samples_per_pixel", s.samples_per_pixel},
-              {"max_depth", s.max_depth},
-              {"seed", s.seed},
-              {"sampler", name_of(s.sampler)},
-              {"precision", name_of(s.precision)},
-              {"accelerator", name_of(s.accelerator)},
-              {"isa", name_of(s.isa)},
-              {"schedule", name_of(s.schedule)},
-              {"row_order", name_of(s.row_order)}};
+  json map;
+  map["width"] = s.width;
+  map["height"] = s.height;
+  map["samples_per_pixel"] = s.samples_per_pixel;
+  map["max_depth"] = s.max_depth;
+  map["seed"] = s.seed;
+  map["sampler"] = name_of(s.sampler);
+  map["precision"] = name_of(s.precision);
+  map["accelerator"] = name_of(s.accelerator);
+  map["isa"] = name_of(s.isa);
+  map["schedule"] = name_of(s.schedule);
+  map["row_order"] = name_of(s.row_order);
   if (s.in_passes()) {
     map["adaptive"] = s.adaptive;
     map["target_error"] = s.target_error;

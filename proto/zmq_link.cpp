@@ -65,10 +65,14 @@ class Authenticator {
   zmq::socket_t socket_;
 };
 
+/// So that who asks something does not wait for thousands of others to shake hands.
+constexpr int threads_of_a_server = 4;
+
 class ZmqLink final : public Link {
  public:
   ZmqLink(zmq::socket_type type, std::size_t max_message_bytes, Time linger)
-      : socket_(context_, type, max_message_bytes, linger) {}
+      : context_(type == zmq::socket_type::router ? threads_of_a_server : 1),
+        socket_(context_, type, max_message_bytes, linger) {}
 
   ZmqSocket& socket() { return socket_; }
 
@@ -108,7 +112,7 @@ class ZmqLink final : public Link {
   void wake() noexcept override { wake_up_.raise(); }
 
  private:
-  zmq::context_t context_{1};
+  zmq::context_t context_;
   std::optional<Authenticator> authenticator_;
   ZmqSocket socket_;
   WakeUp wake_up_;

@@ -202,6 +202,9 @@ WakeUp::WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
 WakeUp::~WakeUp() { close(fd_); }
 
 void WakeUp::raise() const noexcept {
+  if (raised_.exchange(true)) {
+    return;
+  }
   const std::uint64_t one = 1;
   [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);  // full means: raised
 }
@@ -219,6 +222,7 @@ void WakeUp::poll(std::vector<zmq::pollitem_t> items, Time timeout) const {
   if ((items.back().revents & ZMQ_POLLIN) != 0) {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto got = read(fd_, &count, sizeof count);
+    raised_ = false;  // before whoever waited looks at what there is
   }
 }
 

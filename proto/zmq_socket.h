@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -68,6 +69,7 @@ class WakeUp {
 
  private:
   int fd_;
+  mutable std::atomic<bool> raised_ = false;  ///< since it was polled: once is enough
 };
 
 }  // namespace parray

@@ -110,8 +110,6 @@ void ReplicatedStore::copy_everything(std::uint64_t session) {
   begin.kind = AskKind::copy;
   begin.position = position_;
   ask(begin);
-  batch_.clear();
-  fresh_.take();
   session_ = session;
   try {
     Changes changes;
@@ -124,6 +122,8 @@ void ReplicatedStore::copy_everything(std::uint64_t session) {
       copy_job(job, changes);
     }
     send_batch(changes.take(), true);
+    batch_.clear();  // not before: until now another standby may come back and want it
+    fresh_.take();
   } catch (...) {
     session_ = 0;  // it is begun anew
     throw;

@@ -136,6 +136,7 @@ struct FloodWorker {
   explicit FloodWorker(Peer link) : peer(std::move(link)) {}
   Peer peer;
   std::set<std::pair<std::uint64_t, std::uint64_t>> held;  ///< job, epoch
+  Time heartbeat = seconds(1);                             ///< as it was told
 };
 
 /// Asks for the list of jobs every 10 ms, in a thread of its own, until none is left to be done.
@@ -219,6 +220,9 @@ class Flood {
       workers_.emplace_back(Peer(context_, a.coordinator, key));
       workers_.back().peer.send(hello);
     }
+    for (std::size_t i = 0; i < workers_.size(); ++i) {  // spread evenly
+      beats_.emplace(clock_.now() + i * seconds(1) / workers_.size(), i);
+    }
   }
 
   /// Until no job is left that is not done.
@@ -258,19 +262,21 @@ class Flood {
       } else if (const auto* verdict = std::get_if<msg::ResultVerdict>(&*message)) {
         worker.held.erase({verdict->job, verdict->epoch});
         accepted_ += verdict->verdict == msg::Verdict::accepted ? 1 : 0;
+      } else if (const auto* welcome = std::get_if<msg::Welcome>(&*message)) {
+        worker.heartbeat = milliseconds(welcome->heartbeat_ms);
       } else if (const auto* refusal = std::get_if<msg::Refuse>(&*message)) {
         throw RunError("refused: " + refusal->reason);
       }
     }
   }
 
-  /// Each once a second, spread evenly.
   void beat() {
     const Time now = clock_.now();
-    const auto due =
-        static_cast<std::uint64_t>(to_seconds(now - began_) * static_cast<double>(workers_.size()));
-    for (; beats_ < due; ++beats_) {
-      FloodWorker& worker = workers_[beats_ % workers_.size()];
+    while (beats_.begin()->first <= now) {
+      const auto [due, index] = *beats_.begin();
+      beats_.erase(beats_.begin());
+      FloodWorker& worker = workers_[index];
+      beats_.emplace(due + worker.heartbeat, index);
       msg::Heartbeat heartbeat;
       heartbeat.epochs.assign(worker.held.begin(), worker.held.end());
       worker.peer.send(heartbeat);
@@ -279,13 +285,12 @@ class Flood {
 
   const Arguments& arguments_;
   const SteadyClock clock_;
-  const Time began_ = clock_.now();
   zmq::context_t context_;
   Client client_;
   std::vector<FloodWorker> workers_;
   Forger forger_;
   std::uint64_t accepted_ = 0;
-  std::uint64_t beats_ = 0;
+  std::multimap<Time, std::size_t> beats_;  ///< when each worker's next is due
 };
 
 }  // namespace

@@ -54,6 +54,7 @@ RenderSettings settings_for(const Scene& scene, std::uint64_t seed) {
 CoordinatorOptions whatever_dies() {
   CoordinatorOptions options;
   options.max_failures = 1000;
+  options.heartbeat_workers = 1;  // whoever comes or goes changes everybody's heartbeat
   return options;
 }
 

@@ -227,6 +227,55 @@ TEST_CASE("a coordinator that stood still for 30 s loses no worker whose words l
   CHECK(service.ask<msg::Workers>(msg::ListWorkers{1}).total == 0);  // now they are silent
 }
 
+TEST_CASE("the more workers there are, the more seldom each speaks, and the later it is lost") {
+  CoordinatorOptions options = service_options();
+  options.heartbeat_workers = 2;
+  options.lease_timeout = 10 * options.heartbeat;
+  Service service(options);
+  const auto ms = [](Time t) {
+    return static_cast<std::uint32_t>(std::chrono::duration_cast<milliseconds>(t).count());
+  };
+  const auto told = [&](const std::string& name) {
+    service.turn(Time(0));
+    const auto welcomes = service.heard<msg::Welcome>(name);
+    return welcomes.empty() ? 0 : welcomes.back().heartbeat_ms / ms(options.heartbeat);
+  };
+  const auto join = [&](const std::string& name) {
+    service.say(name, msg::Hello{protocol_version, name, name, 1, 1, trace_version, "same"});
+    return told(name);
+  };
+  const auto beat = [&](const std::string& name) {
+    service.say(name, msg::Heartbeat{});
+    return told(name);
+  };
+  const auto there = [&] { return service.ask<msg::Workers>(msg::ListWorkers{1}).total; };
+  CHECK(join("a") == 1);
+  CHECK(join("b") == 1);
+  CHECK(beat("a") == 0);  // nothing new
+  CHECK(join("c") == 2);
+  CHECK(beat("a") == 2);
+  CHECK(beat("a") == 0);
+  for (const char* name : {"d", "e", "f", "g", "h", "i"}) {
+    join(name);
+  }
+  CHECK(beat("a") == 3);  // no more: its leases are to be heard of three times
+  const Time silence = options.silence;
+  service.turn(silence);  // b was told no more than the shortest
+  CHECK(there() == 8);
+  service.turn(silence);  // c and d
+  CHECK(there() == 6);
+  CHECK(beat("e") == 0);
+  service.turn(silence - milliseconds(1));
+  CHECK(there() == 6);
+  service.turn(milliseconds(200));
+  CHECK(there() == 1);
+  CHECK(beat("e") == 1);  // it may not have heard that
+  service.turn(3 * silence - milliseconds(1));
+  CHECK(there() == 1);
+  service.turn(milliseconds(200));
+  CHECK(there() == 0);
+}
+
 TEST_CASE("a lease is not taken back while the word that it goes on lies at the door") {
   Service service;
   Hand ann(service, "ann");

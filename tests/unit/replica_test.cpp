@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -23,18 +24,25 @@ namespace {
 class Standby final : public ReplicaLine {
  public:
   explicit Standby(Store& store, double badness = 0, std::uint64_t seed = 1)
-      : store_(store), badness_(badness), random_(seed) {
+      : store_(&store), badness_(badness), random_(seed) {
     restart();
   }
 
-  void restart() { replica_ = std::make_unique<Replica>(store_); }
+  void restart() { replica_ = std::make_unique<Replica>(*store_); }
+  /// Another one, at the same address.
+  void become(Store& store) {
+    store_ = &store;
+    restart();
+  }
   [[nodiscard]] Replica& replica() { return *replica_; }
   void heal() { badness_ = 0; }
   bool cut_off = false;  ///< nothing arrives
   int asks = 0;
+  int last_ask = std::numeric_limits<int>::max();  ///< it is cut off after that
 
   std::optional<Answer> ask(Ask ask) override {
     ++asks;
+    cut_off = cut_off || asks > last_ask;
     ask.number = ++number_;
     ping_ = {ask.session, 0, AskKind::ping, ask.position};
     constexpr int most_repeats = 4;
@@ -76,7 +84,7 @@ class Standby final : public ReplicaLine {
     return decode_answer(answer);
   }
 
-  Store& store_;
+  Store* store_;
   double badness_;
   std::mt19937_64 random_;
   std::unique_ptr<Replica> replica_;
@@ -250,6 +258,38 @@ TEST_CASE("nothing is committed while the standby does not answer, and all of it
   primary.commit();
   CHECK(first.committed_rows(1).size() == 2);
   CHECK(second.committed_rows(1) == first.committed_rows(1));
+}
+
+TEST_CASE("what waits for a standby is not lost while another one, in its place, gets a copy") {
+  for (int answered = 0; answered < 4; ++answered) {  // hello, copy, piece, commit
+    for (const bool under_way : {false, true}) {      // it may have been sent, or not yet
+      CAPTURE(answered);
+      CAPTURE(under_way);
+      CrashStore first(0, 1);
+      CrashStore second(0, 2);
+      CrashStore third(0, 3);
+      Standby standby(second);
+      ReplicatedStore primary(first, standby, numbers(1));
+      primary.put_job(stored_job(1));
+      primary.commit();
+      standby.cut_off = under_way;
+      primary.append_rows(1, "row");
+      CHECK(commits(primary) == !under_way);
+      if (!under_way) {
+        primary.append_rows(1, "another");
+      }
+      standby.become(third);
+      standby.cut_off = false;
+      standby.last_ask = standby.asks + answered;
+      CHECK_FALSE(commits(primary));
+      standby.become(second);
+      standby.cut_off = false;
+      standby.last_ask = std::numeric_limits<int>::max();
+      CHECK(commits(primary));
+      CHECK(second.committed_rows(1) == first.committed_rows(1));
+      CHECK(first.committed_rows(1).size() == (under_way ? 1 : 2));
+    }
+  }
 }
 
 TEST_CASE("a standby that goes on from where it was gets no full copy, one that is new does") {
