@@ -362,8 +362,11 @@ TEST_CASE("a grant gives no samples to pixels beyond the row's end") {
 }
 
 TEST_CASE("an image's data must fit its size") {
-  msg::ImageData image{1, json::object(), 2,
-                       3, false,          PictureParcel(Bulk::of(std::string(72, '\0')))};
+  msg::ImageData image{.request = 1,
+                       .report = json::object(),
+                       .width = 2,
+                       .height = 3,
+                       .picture = PictureParcel(Bulk::of(std::string(72, '\0')))};
   CHECK_FALSE(refused(encode(image)));
   image.width = 3;
   CHECK(refused(encode(image)));
