@@ -201,7 +201,9 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   job.record.passes = prepared.passes;
   job.phase = JobPhase::tracing;
   if (job.record.settings.in_passes() && work.started != never) {
+    work.deciding = work.pass_ended == never ? 0 : to_seconds(now_ - work.pass_ended);
     work.pass_began = now_;
+    work.pass_ended = never;
   }
   // No more than a few thousand leases a second, however many workers there are.
   LeaseLength length = options_.lease_length;
@@ -266,6 +268,7 @@ void Coordinator::end_pass_if_done(Job& job) {
 /// The sums of one pass decide the next.
 void Coordinator::next_pass(Job& job) {
   job.phase = JobPhase::preparing;
+  job.work->pass_ended = now_;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
   backroom_.give([this, prepared, store = store_, record = job.record, id = job.record.id,
@@ -281,7 +284,7 @@ void Coordinator::next_pass(Job& job) {
       p.samples = picture->framebuffer().counts().samples;
       p.cells = picture->collector().done_cells();
       p.expected_samples = picture->passes().expected_samples();
-      p.whole = true;
+      p.whole = picture->framebuffer().whole();
       if (store != nullptr && !p.complete) {
         store->put_job(record);
       }

@@ -19,7 +19,7 @@
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 3;
+inline constexpr std::uint32_t protocol_version = 4;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
@@ -130,6 +130,7 @@ struct Submit {
   std::string precision_reason;
   double load_seconds = 0;
   SceneParcel scene;
+  double reserved_seconds = 0;  ///< of a time limit, for what is not the coordinator's
   std::uint64_t duplicates_removed = 0;
   std::string user;                ///< counts only where there are no keys to tell
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's

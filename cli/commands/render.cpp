@@ -7,7 +7,9 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
+#include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -31,10 +33,31 @@ Client::Options client_options(const EmbeddedFarm& farm) {
           }};
 }
 
+/// Before `main`, and when the process ends.
+constexpr double outside_seconds = 0.02;
+
+/// Of a time limit, what is needed beside tracing: until now, and for writing, which is in haste if
+/// it would take more than a tenth of all. Says so where nothing is left.
+double reserved_seconds(const OutputPaths& outputs, const RenderSettings& settings,
+                        double elapsed) {
+  const bool counted = settings.adaptive && can_hold_channels(outputs.image);
+  const PictureSize size{settings.width, settings.height, counted ? 1U : 0U};
+  double writing = write_seconds(outputs.image, size, false);
+  if (writing > settings.time_limit / 10) writing = write_seconds(outputs.image, size, true);
+  const double reserved = elapsed + outside_seconds + writing;
+  if (reserved > settings.time_limit) {
+    std::cerr << "parray: --time-limit " << number_cell(settings.time_limit)
+              << ": loading and writing alone take about " << duration_text(reserved)
+              << ": as little as possible is traced\n";
+  }
+  return reserved;
+}
+
 int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
   check_outputs(command.output.paths(), command.scene);
+  const std::jthread loading = load_image_library();
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
   const Preview preview(command.following.preview);  // before any work
@@ -45,13 +68,17 @@ int render(const RenderCommand& command) {
                                        submission.scene, static_cast<int>(threads));
   EmbeddedFarm farm(threads);
   extra.accelerators = farm.accelerators();
+  if (submission.settings.time_limit > 0) {
+    submission.reserved_seconds = reserved_seconds(command.output.paths(), submission.settings,
+                                                   to_seconds(clock.now() - started));
+  }
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const Time submitted = clock.now();
     const JobId job = client.submit(std::move(submission));
     return wait_and_deliver(client, job, command.output.paths(), command.following, extra,
-                            CommandTimes{started, to_seconds(clock.now() - submitted)});
+                            CommandTimes{started, to_seconds(clock.now() - submitted), true});
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.

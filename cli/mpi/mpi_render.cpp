@@ -206,7 +206,7 @@ class Locator {
     }
     const Cell cell = batch.grid->cell(batch.range.begin);
     return locate_nonfinite(*tracer_, {cell.y, cell.x_begin, cell.x_end},
-                            batch.ranges_of(batch.range.begin));
+                            batch.column_ranges_of(batch.range.begin));
   }
 
  private:
