@@ -1,7 +1,6 @@
 #include "coordinator/report.h"
 
 #include <algorithm>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/adaptive/error_estimate.h"
@@ -127,9 +126,6 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
   const auto samples = picture.framebuffer().samples();
   const Fill fill = picture.framebuffer().whole() ? Fill{} : fill_untraced(image, samples);
   ErrorEstimate estimate = estimate_error(picture.view());
-  if (estimate.half_width.empty()) {  // nothing is known of them
-    estimate.half_width.assign(image.rgb.size(), std::numeric_limits<float>::infinity());
-  }
   const json report = make_report(picture, record, facts, image_sha256(image), estimate, fill);
   return {{std::move(image), {{samples.begin(), samples.end()}, std::move(estimate.half_width)}},
           report.dump()};

@@ -33,8 +33,9 @@ Client::Options client_options(const EmbeddedFarm& farm) {
           }};
 }
 
-/// Before `main`, and when the process ends.
+/// Before `main`, and when the process ends, whose memory has to be given back.
 constexpr double outside_seconds = 0.02;
+constexpr double outside_seconds_a_pixel = 8e-9;
 
 /// Of a time limit, what is needed beside tracing: until now, and for writing, which is in haste if
 /// it would take more than a tenth of all. Says so where nothing is left.
@@ -44,7 +45,9 @@ double reserved_seconds(const OutputPaths& outputs, const RenderSettings& settin
   const PictureSize size{settings.width, settings.height, counted ? 1U : 0U};
   double writing = write_seconds(outputs.image, size, false);
   if (writing > settings.time_limit / 10) writing = write_seconds(outputs.image, size, true);
-  const double reserved = elapsed + outside_seconds + writing;
+  const double reserved =
+      elapsed + outside_seconds +
+      outside_seconds_a_pixel * static_cast<double>(size.width * size.height) + writing;
   if (reserved > settings.time_limit) {
     std::cerr << "parray: --time-limit " << number_cell(settings.time_limit)
               << ": loading and writing alone take about " << duration_text(reserved)
@@ -57,7 +60,6 @@ int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
   check_outputs(command.output.paths(), command.scene);
-  const std::jthread loading = load_image_library();
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
   const Preview preview(command.following.preview);  // before any work
@@ -66,7 +68,8 @@ int render(const RenderCommand& command) {
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
   ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                        submission.scene, static_cast<int>(threads));
-  EmbeddedFarm farm(threads);
+  std::jthread loading;  // only now: while a library is loaded, no thread can be made
+  EmbeddedFarm farm(threads, [&loading] { loading = load_image_library(); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
     submission.reserved_seconds = reserved_seconds(command.output.paths(), submission.settings,

@@ -1,6 +1,7 @@
 #include "cli/output/extra_channels.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "cli/output/recipe.h"
@@ -38,7 +39,9 @@ void add_statistics(Picture& picture, const Aovs& aovs) {
     picture.channels.push_back({samples_channel, picture.statistics.samples});
   }
   if (!aovs.contains(Aov::half_width)) return;
-  const std::vector<float>& all = picture.statistics.half_width;
+  // Where the picture has no error to state nothing is known of them.
+  std::vector<float>& all = picture.statistics.half_width;
+  all.resize(picture.image.rgb.size(), std::numeric_limits<float>::infinity());
   for (const std::size_t c : {0U, 1U, 2U}) {
     std::vector<float> values(all.size() / 3);
     for (std::size_t i = 0; i < values.size(); ++i) {

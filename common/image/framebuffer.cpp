@@ -1,14 +1,17 @@
 #include "common/image/framebuffer.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <stdexcept>
+#include <thread>
+#include <vector>
 
 namespace parray {
 
-Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height)
+Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height, bool large_pages)
     : width_(width),
       height_(height),
-      pixels_(std::size_t{width} * height),
+      pixels_(std::size_t{width} * height, large_pages),
       samples_(pixels_.size()),
       untouched_(pixels_.size()) {}
 
@@ -33,6 +36,22 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
     throw std::logic_error("not one range of samples for each pixel");
   }
   add(y, x, sums, RunSamples(ranges));
+}
+
+void Framebuffer::touch(std::size_t threads) {
+  const std::span<std::byte> memory =
+      std::as_writable_bytes(std::span(&pixels_[0], pixels_.size()));
+  const std::size_t share = memory.size() / threads + 1;
+  std::vector<std::jthread> team;
+  for (std::size_t begin = 0; begin < memory.size(); begin += share) {
+    team.emplace_back([part = memory.subspan(begin, std::min(share, memory.size() - begin))] {
+      constexpr std::size_t page = 4096;
+      for (std::size_t at = 0; at < part.size(); at += page) {
+        volatile std::byte& byte = part[at];
+        byte = byte;
+      }
+    });
+  }
 }
 
 void Framebuffer::exclude(const ExcludedSamples& samples) {

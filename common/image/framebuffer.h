@@ -25,8 +25,8 @@ struct FramebufferView {
 /// Plain state; one thread at a time.
 class Framebuffer {
  public:
-  /// 76 bytes a pixel.
-  Framebuffer(std::uint32_t width, std::uint32_t height);
+  /// 76 bytes a pixel. `large_pages`: pays unless few pixels are to have samples.
+  Framebuffer(std::uint32_t width, std::uint32_t height, bool large_pages = true);
 
   /// Adds sums of pixels (x, y), (x + step, y) ..., which hold `samples`. The caller vouches that
   /// these are not in yet. Throws std::logic_error beyond the image.
@@ -36,6 +36,10 @@ class Framebuffer {
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
   void add(const TraceCounts& counts) { counts_ += counts; }
+  /// Has the system provide the memory now, by `threads` threads, and not when a pixel gets its first
+  /// sample, which then seems to take long.
+  void touch(std::size_t threads);
+  static constexpr std::size_t pixel_bytes = sizeof(PixelSums) + sizeof(std::uint32_t);
   /// Samples that were added to the count of a pixel, but are not in its sums.
   void exclude(const ExcludedSamples& samples);
 
