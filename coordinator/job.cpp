@@ -49,8 +49,8 @@ PassTimes Job::times(Time now) const {
     return {};
   }
   const auto since = [now](Time then) { return then == never ? 0 : to_seconds(now - then); };
-  PassTimes times =
-      ending_times(record.settings, work->samples, record.reserved_seconds + since(work->clock_began));
+  PassTimes times = ending_times(record.settings, work->samples,
+                                 record.reserved_seconds + since(work->clock_began));
   times.deciding = std::max(times.deciding, work->deciding);
   // What workers have made ready in the first pass is ready in the next.
   const double build = work->pass == 0 ? work->facts.build_seconds : 0;

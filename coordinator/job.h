@@ -62,8 +62,8 @@ struct JobWork {
   Time started = never;      ///< first grant
   Time clock_began = never;  ///< of the time limit
   Time pass_began = never;
-  Time pass_ended = never;  ///< all of it was in
-  double deciding = 0;  ///< seconds that the latest decision on a pass has taken
+  Time pass_ended = never;    ///< all of it was in
+  double deciding = 0;        ///< seconds that the latest decision on a pass has taken
   std::uint64_t samples = 0;  ///< merged
   std::uint64_t cells = 0;    ///< of this pass, merged
   bool whole = false;         ///< every pixel has a sample
@@ -82,7 +82,7 @@ struct JobWork {
 struct Job {
   JobRecord record;
   JobPhase phase = JobPhase::waiting;
-  SceneParcel scene;  ///< where no store keeps it
+  SceneParcel scene;       ///< where no store keeps it
   Time submitted = never;  ///< in this life
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;

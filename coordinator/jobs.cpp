@@ -143,8 +143,8 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
   constexpr double byte_seconds = 2.5e-9;  // of a virtual machine that has not had it yet
   const double bytes =
       static_cast<double>(Framebuffer::pixel_bytes) * settings.width * settings.height;
-  return !waiting_counts || bytes * byte_seconds / static_cast<double>(touching_threads()) <
-                                settings.time_limit / 6;
+  return !waiting_counts ||
+         bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
 }
 
 /// Gives a job the memory that it needs.

@@ -130,13 +130,13 @@ struct Submit {
   std::string precision_reason;
   double load_seconds = 0;
   SceneParcel scene;
-  double reserved_seconds = 0;  ///< of a time limit, for what is not the coordinator's
   std::uint64_t duplicates_removed = 0;
   std::string user;                ///< counts only where there are no keys to tell
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's
   std::string series;              ///< token of the series that it is a frame of; empty: none
   std::uint32_t frame = 0;         ///< its number in the series
   std::uint32_t frames = 0;        ///< that the series is to have
+  double reserved_seconds = 0;     ///< of a time limit, for what is not the coordinator's
 };
 struct Submitted {
   std::uint64_t request = 0;

@@ -162,7 +162,8 @@ void RenderOptions::add_limits_to(Command& command) {
   limit("--target-half-width", ranges::target_error, target_half_width_,
         "Until the 95 % intervals of 99 % of all pixels reach at most X to either side");
   limit("--time-limit", ranges::time_limit, time_limit_,
-        "The best picture after X seconds of rendering; the report's `passes` repeat it");
+        "The best picture that X seconds allow, from start to end, writing included; the report's "
+        "`passes` repeat it");
   command
       .option(
           "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
@@ -229,8 +230,7 @@ static void check_first_passes(const RenderSettings& settings) {
   for (const std::uint64_t samples : settings.passes) {
     if (traced + samples >= 2 * pixels) return;
     std::uint64_t whole = (traced + samples) % pixels == 0 ? samples : 0;
-    for (const Stage& stage :
-         lattices_of_pass(settings.width, settings.height, traced, samples)) {
+    for (const Stage& stage : lattices_of_pass(settings.width, settings.height, traced, samples)) {
       whole += whole == samples ? 0 : stage.lattice.pixels(settings.width, settings.height);
     }
     if (whole != samples) {

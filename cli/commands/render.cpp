@@ -7,7 +7,6 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
-#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
@@ -33,29 +32,6 @@ Client::Options client_options(const EmbeddedFarm& farm) {
           }};
 }
 
-/// Before `main`, and when the process ends, whose memory has to be given back.
-constexpr double outside_seconds = 0.02;
-constexpr double outside_seconds_a_pixel = 8e-9;
-
-/// Of a time limit, what is needed beside tracing: until now, and for writing, which is in haste if
-/// it would take more than a tenth of all. Says so where nothing is left.
-double reserved_seconds(const OutputPaths& outputs, const RenderSettings& settings,
-                        double elapsed) {
-  const bool counted = settings.adaptive && can_hold_channels(outputs.image);
-  const PictureSize size{settings.width, settings.height, counted ? 1U : 0U};
-  double writing = write_seconds(outputs.image, size, false);
-  if (writing > settings.time_limit / 10) writing = write_seconds(outputs.image, size, true);
-  const double reserved =
-      elapsed + outside_seconds +
-      outside_seconds_a_pixel * static_cast<double>(size.width * size.height) + writing;
-  if (reserved > settings.time_limit) {
-    std::cerr << "parray: --time-limit " << number_cell(settings.time_limit)
-              << ": loading and writing alone take about " << duration_text(reserved)
-              << ": as little as possible is traced\n";
-  }
-  return reserved;
-}
-
 int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
@@ -72,8 +48,8 @@ int render(const RenderCommand& command) {
   EmbeddedFarm farm(threads, [&loading] { loading = load_image_library(); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
-    submission.reserved_seconds = reserved_seconds(command.output.paths(), submission.settings,
-                                                   to_seconds(clock.now() - started));
+    submission.reserved_seconds = reserve_time(command.output.paths(), submission.settings,
+                                               to_seconds(clock.now() - started));
   }
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));

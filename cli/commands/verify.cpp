@@ -192,10 +192,9 @@ void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
   retrace(tracer, scale, sources, threads);
   for (RetracedPixel& pixel : pixels) {
     const BlockCorner corner = block_corner(counts, width, pixel.x, pixel.y);
-    pixel.mean = std::ranges::lower_bound(sources, std::pair(corner.y, corner.x), {},
-                                          [](const RetracedPixel& source) {
-                                            return std::pair(source.y, source.x);
-                                          })
+    pixel.mean = std::ranges::lower_bound(
+                     sources, std::pair(corner.y, corner.x), {},
+                     [](const RetracedPixel& source) { return std::pair(source.y, source.x); })
                      ->mean;
   }
 }

@@ -44,7 +44,7 @@ CoordinatorOptions patient_options(const std::string& fingerprint) {
   options.memory = std::numeric_limits<std::uint64_t>::max() / 2;  // the user has asked for it
   options.limits.pixels = options.limits.user_pixels = std::numeric_limits<std::size_t>::max();
   options.waiting_counts = true;  // there is nobody else to wait for
-  options.max_failures = 1;  // there is nobody else to try
+  options.max_failures = 1;       // there is nobody else to try
   return options;
 }
 

@@ -13,8 +13,8 @@ namespace parray {
 /// `parray render`. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 .. 4096. `on_first_result` is called once, by one of them, when the
-  /// first cells have been traced. Throws RunError when threads cannot be made.
+  /// `threads`: of the worker, 1 .. 4096. `on_first_result` is called once, by one of them, when
+  /// the first cells have been traced. Throws RunError when threads cannot be made.
   explicit EmbeddedFarm(
       std::uint32_t threads, std::function<void()> on_first_result = [] {});
   /// Stops; waits for threads in the middle of a step.

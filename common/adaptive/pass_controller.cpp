@@ -60,7 +60,7 @@ Affordable PassController::affordable(const Framebuffer& framebuffer,
   }
   const std::uint64_t samples = framebuffer.counts().samples;
   if (times.pass <= 0) {
-    return {times.total > 0 ? 0 : samples};
+    return {times.total > 0 ? 0 : 2 * samples};  // of which a pass takes half
   }
   constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
   const double speed = static_cast<double>(samples - samples_before_) / times.pass;

@@ -49,8 +49,7 @@ class PassController {
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
 
  private:
-  [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer,
-                                      const PassTimes& times) const;
+  [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer, const PassTimes& times) const;
   [[nodiscard]] PassSize decide(const Framebuffer& framebuffer, const PassTimes& times) const;
   [[nodiscard]] std::optional<Pass> pass_of(const Framebuffer& framebuffer,
                                             std::uint64_t samples) const;

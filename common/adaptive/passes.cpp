@@ -69,11 +69,11 @@ PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::
     return {nested_lattices(state.width, state.height).front().pixels(state.width, state.height)};
   }
   const std::uint64_t room = affordable.samples / 2;
-  const std::uint64_t stated = affordable.samples > affordable.stating
-                                   ? (affordable.samples - affordable.stating) / 2
-                                   : 0;
+  const std::uint64_t stated =
+      affordable.samples > affordable.stating ? (affordable.samples - affordable.stating) / 2 : 0;
   if (const std::uint64_t pairs = (traced + stated) / (2 * pixels); pairs > 0) {
-    return {std::min(left, std::min(pairs, std::uint64_t{pilot_samples / 2}) * 2 * pixels - traced)};
+    return {
+        std::min(left, std::min(pairs, std::uint64_t{pilot_samples / 2}) * 2 * pixels - traced)};
   }
   std::uint64_t end = traced / pixels * pixels;  // of the samples with one lattice more
   std::uint64_t most = 0;

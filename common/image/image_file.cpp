@@ -98,8 +98,7 @@ std::jthread load_image_library() {
 }
 
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
-                 const Channels& channels, const std::function<void()>& between_strips,
-                 bool fast) {
+                 const Channels& channels, const std::function<void()>& between_strips, bool fast) {
   check_channels(path, image, channels);
   PartialFile file(path);
   const bool exr = format_of(path) == Format::exr;

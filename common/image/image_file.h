@@ -37,13 +37,11 @@ double write_seconds(const std::filesystem::path& path, const PictureSize& size,
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
 ///
 /// EXR: the very floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, losslessly
-/// compressed (zip) unless `fast`, and every one of `channels`, each with a value for every pixel and a name of
-/// its own, as FLOAT or UINT.
-/// PNG: srgb_bytes(), with an sRGB chunk of intent 0 (perceptual); `fast` compresses less.
-/// `channels` has to be empty.
-/// `metadata` as as_kept() has them: attributes of EXR, text of PNG.
-/// `between_strips`, if set, is called every few milliseconds of writing; what it throws ends the
-/// writing. Throws RunError "writing FILE: reason".
+/// compressed (zip) unless `fast`, and every one of `channels`, each with a value for every pixel
+/// and a name of its own, as FLOAT or UINT. PNG: srgb_bytes(), with an sRGB chunk of intent 0
+/// (perceptual); `fast` compresses less. `channels` has to be empty. `metadata` as as_kept() has
+/// them: attributes of EXR, text of PNG. `between_strips`, if set, is called every few milliseconds
+/// of writing; what it throws ends the writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);

@@ -1,6 +1,7 @@
 #include "common/image/picture_bytes.h"
 
 #include <cstring>
+#include <limits>
 
 #include "common/base/bytes.h"
 
@@ -28,9 +29,14 @@ std::vector<std::string_view> picture_pieces(const Image& image,
 
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics) {
   std::string bytes;
-  bytes.reserve(picture_size(image.width, image.height, !statistics.samples.empty()));
+  const std::uint64_t size = picture_size(image.width, image.height, !statistics.samples.empty());
+  bytes.reserve(size);
   for (const std::string_view piece : picture_pieces(image, statistics)) {
     bytes.append(piece);
+  }
+  while (bytes.size() < size) {  // a picture without an error to state
+    constexpr float unknown = std::numeric_limits<float>::infinity();
+    bytes.append(reinterpret_cast<const char*>(&unknown), sizeof unknown);
   }
   return bytes;
 }

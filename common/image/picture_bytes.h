@@ -11,7 +11,9 @@ namespace parray {
 /// What is known of each pixel besides its radiance.
 struct PictureStatistics {
   std::vector<std::uint32_t> samples;  ///< that its mean is of
-  std::vector<float> half_width;       ///< of its 95 % interval: 3 values a pixel
+  /// Of its 95 % interval: 3 values a pixel; empty where the picture has no error to state, which
+  /// picture_to_bytes() makes infinite ones.
+  std::vector<float> half_width;
 };
 
 /// A picture as it is kept and sent: float32 RGB, top row first, then, if they are wanted, the

@@ -16,7 +16,7 @@ struct Cell {
   std::uint32_t y = 0;        ///< row of the image
   std::uint32_t x_begin = 0;  ///< columns [x_begin, x_end)
   std::uint32_t x_end = 0;
-  SampleRange samples;  ///< where each pixel has a range of its own, what is left of it in here
+  SampleRange samples;     ///< where each pixel has a range of its own, what is left of it in here
   std::uint32_t step = 1;  ///< columns from one pixel to the next
 
   [[nodiscard]] std::uint32_t pixels() const { return (x_end - x_begin + step - 1) / step; }
