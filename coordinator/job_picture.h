@@ -38,7 +38,7 @@ class JobPicture {
              bool large_pages = true);
 
   /// See Framebuffer::touch(): for pictures whose passes are sized by the time they take.
-  void touch(std::size_t threads) { framebuffer_.touch(threads); }
+  void touch(std::size_t part, std::size_t parts) { framebuffer_.touch(part, parts); }
 
   /// Begins the first or, when all of a pass is in, the next pass; false when the picture is
   /// complete.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <new>
+#include <thread>
 #include <tuple>
 
 #include "common/base/bytes.h"
@@ -138,6 +139,13 @@ bool take_up(JobPicture& picture, Store* store, JobId id) {
 
 static std::size_t touching_threads() { return std::clamp<std::size_t>(usable_cpus(), 1, 4); }
 
+static void touch(JobPicture& picture) {
+  std::vector<std::jthread> threads;
+  for (std::size_t part = 0; part < touching_threads(); ++part) {
+    threads.emplace_back([&picture, part] { picture.touch(part, touching_threads()); });
+  }
+}
+
 /// Whether there is time for the system to clear the memory of a picture with a time limit.
 static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
   constexpr double byte_seconds = 2.5e-9;  // of a virtual machine that has not had it yet
@@ -167,11 +175,11 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       }
       p.scene = scene;
       const bool limited = record.settings.time_limit > 0;
-      const bool touch = limited && may_touch(record.settings, waiting_counts);
+      const bool touches = limited && may_touch(record.settings, waiting_counts);
       p.picture = std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()),
-                                               record.passes, record.tile, !limited || touch);
-      if (touch) {
-        p.picture->touch(touching_threads());
+                                               record.passes, record.tile, !limited || touches);
+      if (touches) {
+        touch(*p.picture);
       }
       p.complete = !take_up(*p.picture, store, id);
       keep_journal(*p.picture, store, id, begun_entries(*p.picture, at));

@@ -2,6 +2,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
@@ -45,7 +46,7 @@ int render(const RenderCommand& command) {
   ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                        submission.scene, static_cast<int>(threads));
   std::jthread loading;  // only now: while a library is loaded, no thread can be made
-  EmbeddedFarm farm(threads, [&loading] { loading = load_image_library(); });
+  EmbeddedFarm farm(threads, [&loading] { loading = std::jthread(load_image_library); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
     submission.reserved_seconds = reserve_time(command.output.paths(), submission.settings,

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
-#include <thread>
-#include <vector>
 
 namespace parray {
 
@@ -38,19 +36,14 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
   add(y, x, sums, RunSamples(ranges));
 }
 
-void Framebuffer::touch(std::size_t threads) {
+void Framebuffer::touch(std::size_t part, std::size_t parts) {
   const std::span<std::byte> memory =
       std::as_writable_bytes(std::span(&pixels_[0], pixels_.size()));
-  const std::size_t share = memory.size() / threads + 1;
-  std::vector<std::jthread> team;
-  for (std::size_t begin = 0; begin < memory.size(); begin += share) {
-    team.emplace_back([part = memory.subspan(begin, std::min(share, memory.size() - begin))] {
-      constexpr std::size_t page = 4096;
-      for (std::size_t at = 0; at < part.size(); at += page) {
-        volatile std::byte& byte = part[at];
-        byte = byte;
-      }
-    });
+  constexpr std::size_t page = 4096;
+  const std::size_t end = memory.size() * (part + 1) / parts;
+  for (std::size_t at = memory.size() * part / parts; at < end; at += page) {
+    volatile std::byte& byte = memory[at];
+    byte = byte;
   }
 }
 

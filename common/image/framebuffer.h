@@ -36,9 +36,10 @@ class Framebuffer {
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
   void add(const TraceCounts& counts) { counts_ += counts; }
-  /// Has the system provide the memory now, by `threads` threads, and not when a pixel gets its
-  /// first sample, which then seems to take long.
-  void touch(std::size_t threads);
+  /// Has the system provide a part of the memory now, `part` of 0 .. `parts` - 1, and not when a
+  /// pixel gets its first sample, which then seems to take long. A thread for each part, if need
+  /// be.
+  void touch(std::size_t part, std::size_t parts);
   static constexpr std::size_t pixel_bytes = sizeof(PixelSums) + sizeof(std::uint32_t);
   /// Samples that were added to the count of a pixel, but are not in its sums.
   void exclude(const ExcludedSamples& samples);

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 
 #include "common/image/channels.h"
 #include "common/image/image.h"
@@ -29,10 +28,10 @@ struct PictureSize {
 /// How long write_image() takes, about, on a core of some 2 GHz that has nothing else to do.
 double write_seconds(const std::filesystem::path& path, const PictureSize& size, bool fast);
 
-/// Begins to load the library that reads and writes pictures, in a thread of its own: a quarter of
-/// a second that the first picture then need not wait for. Whoever holds what is returned waits, at
-/// its end, until that is done. What goes wrong is told when the library is needed.
-[[nodiscard]] std::jthread load_image_library();
+/// Loads the library that reads and writes pictures, now and not for the first picture: a quarter
+/// of a second, during which no thread can be made. What goes wrong is told when it is needed. Any
+/// thread.
+void load_image_library();
 
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
 ///

@@ -66,7 +66,7 @@ inline std::vector<Message> sample_messages() {
       msg::Revoke{5, 6},
       msg::Bye{"stopped"},
       msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25,
-                  SceneParcel(Bulk::of("scene")), 3, "ann", 4, "dance", 7, 9},
+                  SceneParcel(Bulk::of("scene")), 3, "ann", 4, "dance", 7, 9, 0.5},
       msg::Submitted{8, 5},
       msg::ListJobs{8},
       msg::Jobs{8, nlohmann::json::array({job, job})},

@@ -36,8 +36,10 @@ struct Picture {
       for (std::size_t i = 0; i < ranges.size(); ++i) {
         const bool has = i % settings.width % stage.lattice.step == stage.lattice.x &&
                          i / settings.width % stage.lattice.step == stage.lattice.y;
-        ranges[i] = !has ? SampleRange{}
-                         : (pass->samples.empty() ? stage : common_of(stage, pass->samples[i]));
+        ranges[i] = has ? SampleRange(stage) : SampleRange{};
+        if (has && !pass->samples.empty()) {
+          ranges[i] = common_of(stage, pass->samples[i]);
+        }
       }
       trace_into(framebuffer, *tracer, ranges);
     }
