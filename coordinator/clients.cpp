@@ -35,7 +35,7 @@ struct Coordinator::Accepted {
   std::uint32_t status = 2;
 };
 
-void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
+void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   const std::string user = sender_.role == Role::any ? m.user : sender_.name;
   for (const auto& [id, job] : jobs_) {
     if (job.record.token == m.token && job.record.user == user) {  // a repeated submit
@@ -48,6 +48,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   }
   const auto accepted = std::make_shared<Accepted>();
   accepted->job.next_epoch = options_.first_epoch;
+  accepted->job.submitted = now;
   JobRecord& record = accepted->job.record;
   record.token = m.token;
   record.user = user;
@@ -59,6 +60,7 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Submit& m) {
   record.precision_reason = m.precision_reason;
   record.duplicates_removed = m.duplicates_removed;
   record.load_seconds = m.load_seconds;
+  record.reserved_seconds = m.reserved_seconds;
   record.scene_bytes = m.scene.size();
   record.series = m.series;
   record.frame = m.frame;

@@ -41,6 +41,8 @@ struct CoordinatorOptions {
   Limits limits{};
   /// Bytes for pictures under way and, where no store keeps them, scenes and finished pictures.
   std::uint64_t memory = std::uint64_t{8} << 30;
+  /// A job's time limit counts from when it was submitted, not from its first lease.
+  bool waiting_counts = false;
   /// A job fails when so many different workers have failed at the same cells.
   std::uint32_t max_failures = 3;
   /// Share of the leases, 0 .. 1, that a second worker traces, too.

@@ -97,6 +97,7 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   job.pause_reason.clear();
   if (job.work->started == never) {
     job.work->started = now;
+    job.work->clock_began = options_.waiting_counts && job.submitted != never ? job.submitted : now;
     job.work->pass_began = now;
     note(job, "begun");
   }

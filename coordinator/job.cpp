@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "coordinator/report.h"
+
 namespace parray {
 
 using nlohmann::json;
@@ -22,7 +24,7 @@ double Job::progress(Time now) const {
                                              : static_cast<double>(work->samples) /
                                                    static_cast<double>(work->expected_samples);
   if (s.time_limit > 0 && work->started != never) {
-    share = std::max(share, to_seconds(now - work->started) / s.time_limit);
+    share = std::max(share, to_seconds(now - work->clock_began) / s.time_limit);
   }
   return std::min(share, 1.0);
 }
@@ -46,8 +48,14 @@ PassTimes Job::times(Time now) const {
   if (!work || work->started == never) {
     return {};
   }
-  return {record.load_seconds + to_seconds(now - work->started),
-          work->pass_began == never ? 0 : to_seconds(now - work->pass_began)};
+  const auto since = [now](Time then) { return then == never ? 0 : to_seconds(now - then); };
+  PassTimes times = ending_times(record.settings, work->samples,
+                                 record.reserved_seconds + since(work->clock_began));
+  times.deciding = std::max(times.deciding, work->deciding);
+  // What workers have made ready in the first pass is ready in the next.
+  const double build = work->pass == 0 ? work->facts.build_seconds : 0;
+  times.pass = work->pass_began == never ? 0 : std::max(since(work->pass_began) - build, 1e-4);
+  return times;
 }
 
 std::string_view Job::shown_state() const {

@@ -59,8 +59,11 @@ struct JobWork {
   std::uint64_t generation = 0;  ///< names this work among all that there has been
   std::uint32_t errands = 0;     ///< in the backroom, without which a pass cannot end
 
-  Time started = never;  ///< first grant
+  Time started = never;      ///< first grant
+  Time clock_began = never;  ///< of the time limit
   Time pass_began = never;
+  Time pass_ended = never;    ///< all of it was in
+  double deciding = 0;        ///< seconds that the latest decision on a pass has taken
   std::uint64_t samples = 0;  ///< merged
   std::uint64_t cells = 0;    ///< of this pass, merged
   bool whole = false;         ///< every pixel has a sample
@@ -79,7 +82,8 @@ struct JobWork {
 struct Job {
   JobRecord record;
   JobPhase phase = JobPhase::waiting;
-  SceneParcel scene;  ///< where no store keeps it
+  SceneParcel scene;       ///< where no store keeps it
+  Time submitted = never;  ///< in this life
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;
   std::unique_ptr<JobWork> work;    ///< null while waiting, and once ended
@@ -108,7 +112,7 @@ struct Job {
   /// Share of the work that is done, 0 .. 1. Of a picture that has a target to meet nobody knows
   /// the end: 0 in its first pass, then as the error so far says. It may fall.
   [[nodiscard]] double progress(Time now) const;
-  /// The two times that passes under a time limit are sized by.
+  /// What passes under a time limit are sized by, once all of a pass is in.
   [[nodiscard]] PassTimes times(Time now) const;
 };
 

@@ -23,11 +23,11 @@ SceneFacts::SceneFacts(const Scene& scene)
     : requirements(requirements_of(scene)), largest_radiance(parray::largest_radiance(scene)) {}
 
 JobPicture::JobPicture(const RenderSettings& settings, const SceneFacts& scene,
-                       std::vector<std::uint64_t> begun, std::uint32_t tile)
+                       std::vector<std::uint64_t> begun, std::uint32_t tile, bool large_pages)
     : settings_(settings),
       scene_(scene),
       tile_(tile),
-      framebuffer_(settings.width, settings.height),
+      framebuffer_(settings.width, settings.height, large_pages),
       passes_(
           std::make_unique<PassController>(settings, scene.largest_radiance, std::move(begun))) {}
 

@@ -32,9 +32,13 @@ struct SceneFacts {
 class JobPicture {
  public:
   /// `settings` are resolved. `begun`: samples of the passes of earlier lives. `tile`: see
-  /// WorkPlan.
+  /// WorkPlan. `large_pages`: see Framebuffer.
   JobPicture(const RenderSettings& settings, const SceneFacts& scene,
-             std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0);
+             std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0,
+             bool large_pages = true);
+
+  /// See Framebuffer::touch(): for pictures whose passes are sized by the time they take.
+  void touch(std::size_t part, std::size_t parts) { framebuffer_.touch(part, parts); }
 
   /// Begins the first or, when all of a pass is in, the next pass; false when the picture is
   /// complete.

@@ -2,10 +2,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <limits>
 #include <new>
+#include <thread>
 #include <tuple>
 
 #include "common/base/bytes.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/coordinator.h"
@@ -134,6 +137,24 @@ bool take_up(JobPicture& picture, Store* store, JobId id) {
 
 }  // namespace
 
+static std::size_t touching_threads() { return std::clamp<std::size_t>(usable_cpus(), 1, 4); }
+
+static void touch(JobPicture& picture) {
+  std::vector<std::jthread> threads;
+  for (std::size_t part = 0; part < touching_threads(); ++part) {
+    threads.emplace_back([&picture, part] { picture.touch(part, touching_threads()); });
+  }
+}
+
+/// Whether there is time for the system to clear the memory of a picture with a time limit.
+static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
+  constexpr double byte_seconds = 2.5e-9;  // of a virtual machine that has not had it yet
+  const double bytes =
+      static_cast<double>(Framebuffer::pixel_bytes) * settings.width * settings.height;
+  return !waiting_counts ||
+         bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
+}
+
 /// Gives a job the memory that it needs.
 void Coordinator::prepare(Time /*now*/, Job& job) {
   job.phase = JobPhase::preparing;
@@ -141,8 +162,8 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
   job.work->generation = next_generation_++;
   const auto prepared = std::make_shared<Prepared>();
   backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
-                  at = since_1970(now_), id = job.record.id,
-                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+                  at = since_1970(now_), id = job.record.id, generation = job.work->generation,
+                  waiting_counts = options_.waiting_counts]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     try {
       if (store != nullptr) {
@@ -153,8 +174,13 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
         scene = SceneParcel(Bulk::of(std::move(*bytes)));
       }
       p.scene = scene;
+      const bool limited = record.settings.time_limit > 0;
+      const bool touches = limited && may_touch(record.settings, waiting_counts);
       p.picture = std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()),
-                                               record.passes, record.tile);
+                                               record.passes, record.tile, !limited || touches);
+      if (touches) {
+        touch(*p.picture);
+      }
       p.complete = !take_up(*p.picture, store, id);
       keep_journal(*p.picture, store, id, begun_entries(*p.picture, at));
       record.passes = p.passes = p.picture->passes().begun();
@@ -201,7 +227,9 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   job.record.passes = prepared.passes;
   job.phase = JobPhase::tracing;
   if (job.record.settings.in_passes() && work.started != never) {
+    work.deciding = work.pass_ended == never ? 0 : to_seconds(now_ - work.pass_ended);
     work.pass_began = now_;
+    work.pass_ended = never;
   }
   // No more than a few thousand leases a second, however many workers there are.
   LeaseLength length = options_.lease_length;
@@ -266,6 +294,7 @@ void Coordinator::end_pass_if_done(Job& job) {
 /// The sums of one pass decide the next.
 void Coordinator::next_pass(Job& job) {
   job.phase = JobPhase::preparing;
+  job.work->pass_ended = now_;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
   backroom_.give([this, prepared, store = store_, record = job.record, id = job.record.id,
@@ -281,7 +310,7 @@ void Coordinator::next_pass(Job& job) {
       p.samples = picture->framebuffer().counts().samples;
       p.cells = picture->collector().done_cells();
       p.expected_samples = picture->passes().expected_samples();
-      p.whole = true;
+      p.whole = picture->framebuffer().whole();
       if (store != nullptr && !p.complete) {
         store->put_job(record);
       }
@@ -321,6 +350,9 @@ void Coordinator::finish_job(Job& job) {
       finished->bytes =
           picture_size(parts.image.width, parts.image.height, kept_detail(picture->settings()));
       if (store != nullptr) {
+        // Nothing is known of them where there are none.
+        made.picture.statistics.half_width.resize(parts.image.rgb.size(),
+                                                  std::numeric_limits<float>::infinity());
         auto pieces = picture_pieces(parts.image, parts.statistics);
         pieces.push_back(picture->journal().bytes());  // behind what everybody reads
         store->put_picture(id, pieces);

@@ -1,11 +1,13 @@
 #include "coordinator/report.h"
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
 #include "common/image/image.h"
+#include "common/image/lattice.h"
 #include "proto/messages.h"
 
 namespace parray {
@@ -44,7 +46,8 @@ static json error_of(const JobPicture& job, const ErrorEstimate& estimate) {
 }
 
 static json make_report(const JobPicture& job, const JobRecord& record, const RenderFacts& facts,
-                        const std::string& image_sha256, const ErrorEstimate& estimate) {
+                        const std::string& image_sha256, const ErrorEstimate& estimate,
+                        const Fill& fill) {
   const RenderSettings& s = job.settings();
   const Framebuffer& framebuffer = job.framebuffer();
   const TraceCounts& counts = framebuffer.counts();
@@ -69,6 +72,8 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"samples_per_pixel", samples_per_pixel_of(job)},
           {"least_samples", *least},
           {"most_samples", *most},
+          {"filled_pixels", fill.pixels},
+          {"fill_block", fill.block},
           {"error", error_of(job, estimate)},
           {"adaptive", s.adaptive},
           {"target_error", s.target_error},
@@ -112,12 +117,23 @@ PictureDetail kept_detail(const WorkSettings& settings) {
   return settings.replicates ? PictureDetail::replicates : PictureDetail::statistics;
 }
 
+PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed) {
+  constexpr double resolving = 60e-9;  // of one pixel: its mean, its part of the hash, its memory
+  constexpr double stating = 250e-9;
+  constexpr double deciding = 100e-9;  // on the samples of an adaptive pass
+  const auto pixels = static_cast<double>(std::uint64_t{settings.width} * settings.height);
+  const bool adaptive = settings.adaptive && static_cast<double>(samples) >= 2 * pixels;
+  return {elapsed + resolving * pixels, 0, adaptive ? deciding * pixels : 0, stating * pixels};
+}
+
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts) {
   Image image = resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
-  ErrorEstimate estimate = estimate_error(picture.view());
-  const json report = make_report(picture, record, facts, image_sha256(image), estimate);
   const auto samples = picture.framebuffer().samples();
+  const Fill fill = picture.framebuffer().whole() ? Fill{} : fill_untraced(image, samples);
+  ErrorEstimate estimate = estimate_error(picture.view());
+  const json report = make_report(picture, record, facts, image_sha256(image), estimate, fill);
+  estimate.half_width.resize(image.rgb.size(), std::numeric_limits<float>::infinity());
   PictureStatistics statistics{{samples.begin(), samples.end()}, std::move(estimate.half_width)};
   if (picture.settings().replicates) statistics.replicates = replicates_of(picture.view());
   return {{std::move(image), std::move(statistics)}, report.dump()};

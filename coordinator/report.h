@@ -21,6 +21,11 @@ struct RenderFacts {
   std::size_t workers = 0;
 };
 
+/// What is left to do for a picture of these settings when all samples are in, as PassTimes has it:
+/// `elapsed` seconds have gone, and it has `samples`. From the number of pixels, at what one costs
+/// on a core of about 2 GHz, with a margin.
+PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed);
+
 /// A picture that is complete.
 struct FinishedPicture {
   PictureParts picture;

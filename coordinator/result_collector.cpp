@@ -94,7 +94,7 @@ void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, std::ui
   sums_.resize(cell.pixels());
   copy_sums(record, sums_);
   const RunSamples ranges = batch.run_samples(index);
-  framebuffer_.add(cell.y, cell.x_begin, sums_, ranges);
+  framebuffer_.add(cell.y, cell.x_begin, sums_, ranges, cell.step);
   std::uint64_t samples = 0;
   for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
     samples += ranges[i].count();
@@ -166,7 +166,7 @@ void ResultCollector::clear_pixels(std::uint64_t index, std::vector<std::uint64_
     }
   }
   const Cell cell = plan_->cell(index);
-  framebuffer_.clear(cell.y, cell.x_begin, cell.x_end, counts);
+  framebuffer_.clear(cell.y, cell.x_begin, cell.x_end, counts, cell.step);
 }
 
 std::vector<CellRange> ResultCollector::retract(TracerKey tracer) {

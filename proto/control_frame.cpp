@@ -105,8 +105,10 @@ void ControlWriter::text(const char* key, std::string& value, std::size_t longes
 void ControlWriter::batch(const char* key, CellBatch& value) {
   const GridShape& s = value.grid->shape();
   auto stages = json::array();
-  for (const SampleRange& stage : s.stages) {
-    stages.push_back(std::array{stage.begin, stage.end});
+  for (const Stage& stage : s.stages) {
+    const Lattice& l = stage.lattice;
+    l.step == 1 ? stages.push_back({stage.begin, stage.end})
+                : stages.push_back({stage.begin, stage.end, l.x, l.y, l.step});
   }
   json& map = map_[key];
   map["range"] = std::array{value.range.begin, value.range.end};
@@ -245,11 +247,14 @@ void ControlReader::batch(const char* key, CellBatch& value) const {
   s.layer_samples = number(cut[2]);
   s.piece_cells = number(cut[3]);
   s.stages.clear();
-  for (const json& stage : list("stages", 1, 8)) {
-    if (!stage.is_array() || stage.size() != 2) {
+  for (const json& stage : list("stages", 1, 64)) {
+    if (!stage.is_array() || (stage.size() != 2 && stage.size() != 5)) {
       malformed(key, "does not describe cells");
     }
-    s.stages.push_back({number(stage[0]), number(stage[1])});
+    s.stages.emplace_back(number(stage[0]), number(stage[1]));
+    if (stage.size() == 5) {
+      s.stages.back().lattice = {number(stage[2]), number(stage[3]), number(stage[4])};
+    }
   }
   try {
     s.row_order = row_order_from(map.value("row_order", std::string()));

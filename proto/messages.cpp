@@ -130,6 +130,7 @@ void fields(F& f, msg::Submit& m) {
   f.text("precision_reason", m.precision_reason, max_line);
   f.number("duplicates_removed", m.duplicates_removed);
   f.duration("load_seconds", m.load_seconds);
+  f.duration("reserved_seconds", m.reserved_seconds);
   f.text("user", m.user, 64);
   f.number("max_failures", m.max_failures, 0U, 1000U);
   f.text("series", m.series, 64);
@@ -292,8 +293,9 @@ void check(const msg::Grant& m) {
   // In passes, samples_per_pixel bounds the mean alone.
   const std::uint32_t most =
       m.settings.in_passes() ? limits::max_samples_per_pixel : m.settings.samples_per_pixel;
-  if (shape.width != m.settings.width || shape.height != m.settings.height ||
-      shape.stages.back().end > most) {
+  const bool beyond = std::any_of(shape.stages.begin(), shape.stages.end(),
+                                  [most](const Stage& stage) { return stage.end > most; });
+  if (shape.width != m.settings.width || shape.height != m.settings.height || beyond) {
     throw ProtocolError("'cells' are not the picture's");
   }
 }

@@ -19,7 +19,7 @@
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 3;
+inline constexpr std::uint32_t protocol_version = 4;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 3;
@@ -136,6 +136,7 @@ struct Submit {
   std::string series;              ///< token of the series that it is a frame of; empty: none
   std::uint32_t frame = 0;         ///< its number in the series
   std::uint32_t frames = 0;        ///< that the series is to have
+  double reserved_seconds = 0;     ///< of a time limit, for what is not the coordinator's
 };
 struct Submitted {
   std::uint64_t request = 0;

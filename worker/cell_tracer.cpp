@@ -29,16 +29,20 @@ class CellTracer {
   /// Any thread; `since` is when the thread began with it, and then when it ended. Returns how many
   /// samples the cell has.
   std::uint64_t trace(std::uint64_t index, Time& since) {
-    const std::vector<SampleRange> ranges = batch_.ranges_of(index);
+    const std::vector<SampleRange> ranges = batch_.column_ranges_of(index);
     if (std::all_of(ranges.begin(), ranges.end(),
                     [](const SampleRange& range) { return range.count() == 0; })) {
       return 0;  // its record is zeros
     }
     const Cell cell = batch_.grid->cell(index);
     const PixelRun run{cell.y, cell.x_begin, cell.x_end};
-    std::vector<PixelSums> sums(cell.pixels());
+    std::vector<PixelSums> sums(ranges.size());
     TraceCounts counts;
     tracer_.trace_run(run, RunSamples(ranges), sums, counts);
+    for (std::size_t i = 1; cell.step > 1 && i < cell.pixels(); ++i) {
+      sums[i] = sums[i * cell.step];
+    }
+    sums.resize(cell.pixels());
     if (counts.nonfinite > 0) {
       const auto found = locate_nonfinite(tracer_, run, ranges);
       const std::scoped_lock lock(mutex_);

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
@@ -161,7 +162,8 @@ void RenderOptions::add_limits_to(Command& command) {
   limit("--target-half-width", ranges::target_error, target_half_width_,
         "Until the 95 % intervals of 99 % of all pixels reach at most X to either side");
   limit("--time-limit", ranges::time_limit, time_limit_,
-        "The best picture after X seconds of rendering; the report's `passes` repeat it");
+        "The best picture that X seconds allow, from start to end, writing included; the report's "
+        "`passes` repeat it");
   command
       .option(
           "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
@@ -221,6 +223,27 @@ void RenderOptions::lay_limits_over(RenderSettings& settings) const {
   }
 }
 
+/// Passes of less than two samples a pixel, as they are made up by hand, are no picture's.
+static void check_first_passes(const RenderSettings& settings) {
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  std::uint64_t traced = 0;
+  for (const std::uint64_t samples : settings.passes) {
+    if (traced + samples >= 2 * pixels) return;
+    std::uint64_t whole = (traced + samples) % pixels == 0 ? samples : 0;
+    for (const Stage& stage : lattices_of_pass(settings.width, settings.height, traced, samples)) {
+      whole += whole == samples ? 0 : stage.lattice.pixels(settings.width, settings.height);
+    }
+    if (whole != samples) {
+      throw InputError("--passes: no picture of " + std::to_string(settings.width) + " x " +
+                       std::to_string(settings.height) + " pixels has a pass of " +
+                       std::to_string(samples) + " samples after " + std::to_string(traced) +
+                       ": give samples of all pixels together, as a report's passes has them (" +
+                       std::to_string(pixels) + ": one of each pixel)");
+    }
+    traced += samples;
+  }
+}
+
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
   settings.width = width_.value_or(settings.width);
@@ -247,6 +270,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
         std::string(passes_.empty() ? "--width, --height: " : "--width, --height, --passes: ") +
         error.what());
   }
+  check_first_passes(settings);
   return settings;
 }
 

@@ -2,12 +2,14 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
 #include "common/base/cpu_count.h"
+#include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -44,15 +46,20 @@ int render(const RenderCommand& command) {
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
   ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                        submission.scene, static_cast<int>(threads));
-  EmbeddedFarm farm(threads);
+  std::jthread loading;  // only now: while a library is loaded, no thread can be made
+  EmbeddedFarm farm(threads, [&loading] { loading = std::jthread(load_image_library); });
   extra.accelerators = farm.accelerators();
+  if (submission.settings.time_limit > 0) {
+    submission.reserved_seconds = reserve_time(command.output.paths(), submission.settings,
+                                               to_seconds(clock.now() - started));
+  }
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const Time submitted = clock.now();
     const JobId job = client.submit(std::move(submission));
     return wait_and_deliver(client, job, command.output.paths(), command.following, extra,
-                            CommandTimes{started, to_seconds(clock.now() - submitted)});
+                            CommandTimes{started, to_seconds(clock.now() - submitted), true});
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {
       // A thread is deep in a step that cannot be cut short. It holds nothing but memory.

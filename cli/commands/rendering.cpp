@@ -9,6 +9,7 @@
 #include "cli/commands/printing.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
@@ -63,6 +64,24 @@ void check_isa(Isa isa) {
                      ": this processor does not have it: use " + std::string(name_of(best_isa())) +
                      ", its best, or auto");
   }
+}
+
+double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, double elapsed) {
+  // Before `main`, and when the process ends, whose memory has to be given back.
+  constexpr double outside = 0.02;
+  constexpr double outside_a_pixel = 8e-9;
+  const PictureSize size{settings.width, settings.height, settings.adaptive ? 1U : 0U};
+  const double writing = write_seconds(outputs.image, size, false);
+  const bool haste = writing > settings.time_limit / 10;
+  const double reserved = elapsed + outside +
+                          outside_a_pixel * static_cast<double>(size.width * size.height) +
+                          (haste ? write_seconds(outputs.image, size, true) : writing);
+  if (reserved > settings.time_limit) {
+    std::cerr << "parray: --time-limit " + number_cell(settings.time_limit) +
+                     ": loading and writing alone take about " + duration_text(reserved) +
+                     ": as little as possible is traced\n";
+  }
+  return reserved;
 }
 
 /// Shows a job until it has ended.

@@ -28,6 +28,11 @@ void check_isa(Isa isa);
 /// Throws RunError when it fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const Following& following);
 
+/// Of a time limit, what is needed beside the coordinator's part: `elapsed` seconds until now, and
+/// writing, in haste if it would take more than a tenth of all. Says so on stderr where that leaves
+/// nothing.
+double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, double elapsed);
+
 /// The picture of a job that is done, with the statistics that `outputs` are to hold.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 

@@ -4,10 +4,13 @@
 #include <iostream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
 #include <random>
+#include <ranges>
+#include <utility>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/loading.h"
@@ -22,6 +25,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/image/image_file.h"
+#include "common/image/lattice.h"
 #include "common/image/srgb.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/limits.h"
@@ -187,6 +191,36 @@ std::vector<RetracedPixel> choose_pixels(const VerifyCommand& command, const Sub
   return pixels;
 }
 
+/// The same pixels, or, of those that were filled, what fills them: distinct, sorted.
+std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
+                                      const std::vector<std::uint32_t>& counts,
+                                      std::uint32_t width) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, RetracedPixel> sources;
+  for (const RetracedPixel& pixel : pixels) {
+    const BlockCorner corner = block_corner(counts, width, pixel.x, pixel.y);
+    const std::uint32_t samples = counts[std::size_t{corner.y} * width + corner.x];
+    sources.try_emplace({corner.y, corner.x}, RetracedPixel{corner.x, corner.y, samples});
+  }
+  std::vector<RetracedPixel> sorted;
+  std::ranges::copy(std::views::values(sources), std::back_inserter(sorted));
+  return sorted;
+}
+
+/// Traces the pixels, or what fills them.
+void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
+                     const std::vector<std::uint32_t>& counts, std::uint32_t width,
+                     std::vector<RetracedPixel>& pixels, int threads) {
+  std::vector<RetracedPixel> sources = sources_of(pixels, counts, width);
+  retrace(tracer, scale, sources, threads);
+  for (RetracedPixel& pixel : pixels) {
+    const BlockCorner corner = block_corner(counts, width, pixel.x, pixel.y);
+    pixel.mean = std::ranges::lower_bound(
+                     sources, std::pair(corner.y, corner.x), {},
+                     [](const RetracedPixel& source) { return std::pair(source.y, source.x); })
+                     ->mean;
+  }
+}
+
 bool same(const Subject& subject, const RetracedPixel& pixel) {
   const std::array<float, 3> stored = subject.stored(pixel);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -210,7 +244,14 @@ void trace_again(const VerifyCommand& command, const Subject& subject, Verdict& 
   const auto threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const auto settings = resolve_settings(requirements_of(file.scene), file.settings).settings;
   const auto tracer = make_path_tracer(file.scene, settings, {.threads = threads});
-  retrace(*tracer, RadianceScale(largest_radiance(file.scene)), pixels, threads);
+  const RadianceScale scale(largest_radiance(file.scene));
+  const auto has_none = [](const RetracedPixel& pixel) { return pixel.samples == 0; };
+  if (std::ranges::any_of(pixels, has_none)) {
+    retrace_sources(*tracer, scale, sample_counts(subject), subject.file.image.width, pixels,
+                    threads);
+  } else {
+    retrace(*tracer, scale, pixels, threads);
+  }
   verdict.traced = pixels.size();
   std::copy_if(pixels.begin(), pixels.end(), std::back_inserter(verdict.wrong),
                [&](const RetracedPixel& pixel) { return !same(subject, pixel); });

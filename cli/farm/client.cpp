@@ -103,6 +103,7 @@ JobId Client::submit(Submission submission) {
   request.precision_reason = std::move(submission.precision_reason);
   request.duplicates_removed = submission.duplicates_removed;
   request.load_seconds = submission.load_seconds;
+  request.reserved_seconds = submission.reserved_seconds;
   request.max_failures = submission.max_failures;
   request.user = login_name();
   request.scene = SceneParcel(std::move(submission.scene));
@@ -139,8 +140,9 @@ static Picture picture_of(msg::ImageData answer) {
 
 Image Client::fetch_partial(JobId job) {
   const JobStatus status = job_status(show(job));
-  return picture_of(ask<msg::ImageData>(msg::Fetch{0, job, true, false},
-                                        picture_size(status.width, status.height, PictureDetail::image)))
+  return picture_of(
+             ask<msg::ImageData>(msg::Fetch{0, job, true, false},
+                                 picture_size(status.width, status.height, PictureDetail::image)))
       .image;
 }
 

@@ -23,6 +23,8 @@ struct Submission {
   RenderSettings settings;  ///< resolved: nothing automatic
   std::string precision_reason;
   double load_seconds = 0;
+  /// Of a time limit, what is not the coordinator's: for loading and writing, where these count.
+  double reserved_seconds = 0;
   std::shared_ptr<const Scene> scene;
   std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
   std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it

@@ -43,7 +43,8 @@ CoordinatorOptions patient_options(const std::string& fingerprint) {
   options.fingerprint = fingerprint;
   options.memory = std::numeric_limits<std::uint64_t>::max() / 2;  // the user has asked for it
   options.limits.pixels = options.limits.user_pixels = std::numeric_limits<std::size_t>::max();
-  options.max_failures = 1;  // there is nobody else to try
+  options.waiting_counts = true;  // there is nobody else to wait for
+  options.max_failures = 1;       // there is nobody else to try
   return options;
 }
 
@@ -77,7 +78,10 @@ class WatchedThread {
 
 class EmbeddedFarm::Impl {
  public:
-  explicit Impl(std::uint32_t threads) : fingerprint_(trace_fingerprint()), threads_(threads) {
+  Impl(std::uint32_t threads, std::function<void()> on_first_result)
+      : fingerprint_(trace_fingerprint()),
+        threads_(threads),
+        on_first_result_(std::move(on_first_result)) {
     start(coordinator_thread_, &Impl::run_coordinator);
     try {
       start(worker_thread_, &Impl::run_worker);
@@ -133,8 +137,11 @@ class EmbeddedFarm::Impl {
   }
 
   void run_worker() {
-    ThreadTeam team(
-        static_cast<int>(threads_), [this] { worker_link_->wake(); }, accelerators_);
+    const auto traced = [this] {
+      worker_link_->wake();
+      std::call_once(first_result_, on_first_result_);
+    };
+    ThreadTeam team(static_cast<int>(threads_), traced, accelerators_);
     WorkerOptions options;
     options.name = "embedded";
     options.instance = "1";
@@ -151,6 +158,8 @@ class EmbeddedFarm::Impl {
 
   const std::string fingerprint_;
   const std::uint32_t threads_;
+  const std::function<void()> on_first_result_;
+  std::once_flag first_result_;
   const std::shared_ptr<AcceleratorCache> accelerators_ = std::make_shared<AcceleratorCache>();
   InprocHub hub_;
   std::unique_ptr<Link> worker_link_ = hub_.connect();
@@ -162,7 +171,8 @@ class EmbeddedFarm::Impl {
   std::unique_ptr<WatchedThread> worker_thread_;
 };
 
-EmbeddedFarm::EmbeddedFarm(std::uint32_t threads) : impl_(std::make_unique<Impl>(threads)) {}
+EmbeddedFarm::EmbeddedFarm(std::uint32_t threads, std::function<void()> on_first_result)
+    : impl_(std::make_unique<Impl>(threads, std::move(on_first_result))) {}
 EmbeddedFarm::~EmbeddedFarm() = default;
 std::unique_ptr<Link> EmbeddedFarm::connect() { return impl_->connect(); }
 std::shared_ptr<AcceleratorCache> EmbeddedFarm::accelerators() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "proto/link.h"
@@ -12,8 +13,10 @@ namespace parray {
 /// `parray render`. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 .. 4096. Throws RunError when threads cannot be made.
-  explicit EmbeddedFarm(std::uint32_t threads);
+  /// `threads`: of the worker, 1 .. 4096. `on_first_result` is called once, by one of them, when
+  /// the first cells have been traced. Throws RunError when threads cannot be made.
+  explicit EmbeddedFarm(
+      std::uint32_t threads, std::function<void()> on_first_result = [] {});
   /// Stops; waits for threads in the middle of a step.
   ~EmbeddedFarm();
   EmbeddedFarm(const EmbeddedFarm&) = delete;

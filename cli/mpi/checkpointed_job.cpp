@@ -32,6 +32,7 @@ JobRecord record_of(const Submission& submission, const std::string& scene_bytes
   record.precision_reason = submission.precision_reason;
   record.duplicates_removed = submission.duplicates_removed;
   record.load_seconds = submission.load_seconds;
+  record.reserved_seconds = submission.reserved_seconds;
   record.scene = scene_identity(scene_bytes);
   record.scene_bytes = scene_bytes.size();
   record.token = "mpi " + record.scene.substr(0, 32);

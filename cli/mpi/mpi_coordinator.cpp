@@ -108,7 +108,11 @@ bool MpiCoordinator::end_pass() {
 }
 
 PassTimes MpiCoordinator::times(Time now) const {
-  return {job_.record().load_seconds + to_seconds(now - started_), to_seconds(now - pass_began_)};
+  const JobRecord& record = job_.record();
+  PassTimes times = ending_times(record.settings, job_.picture().framebuffer().counts().samples,
+                                 record.reserved_seconds + to_seconds(now - started_));
+  times.pass = to_seconds(now - pass_began_);
+  return times;
 }
 
 void MpiCoordinator::stop_if_interrupted() {

@@ -83,7 +83,7 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
   RankPass received;
   received.number = take_list<std::uint32_t>(rest).front();
   Pass cut;
-  cut.stages = take_list<SampleRange>(rest);
+  cut.stages = take_list<Stage>(rest);
   cut.samples = take_list<SampleRange>(rest);
   received.plan = std::make_shared<const WorkPlan>(job.settings, std::move(cut), job.tile);
   received.missing = CellList(take_list<CellRange>(rest));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <thread>
 
@@ -169,7 +170,7 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
   return 0;
 }
 
-MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept) {
+MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept, Time started) {
   check_outputs(options.output.paths(), options.scene);
   const Preview preview(options.following.preview);  // before any work
   Submission submission = load_submission(options.scene, options.render, 50);
@@ -178,6 +179,10 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
     submission.settings.row_order = RowOrder::sequential;
+  }
+  if (submission.settings.time_limit > 0) {
+    submission.reserved_seconds = reserve_time(options.output.paths(), submission.settings,
+                                               to_seconds(SteadyClock().now() - started));
   }
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
@@ -207,7 +212,7 @@ class Locator {
     }
     const Cell cell = batch.grid->cell(batch.range.begin);
     return locate_nonfinite(*tracer_, {cell.y, cell.x_begin, cell.x_end},
-                            batch.ranges_of(batch.range.begin));
+                            batch.column_ranges_of(batch.range.begin));
   }
 
  private:
@@ -281,6 +286,9 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   FinishedPicture finished = finish_picture(kept.picture(), kept.record(), facts);
   rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
                       nlohmann::json::parse(finished.report)};
+  // Nothing is known of them where there are none.
+  rendered.picture.statistics.half_width.resize(rendered.picture.image.rgb.size(),
+                                                std::numeric_limits<float>::infinity());
   rendered.picture.report["mpi"] =
       mpi_report(coordinator, ranks, job.mode, rendered.transport->name(), facts.render_seconds,
                  options.row_seconds);
@@ -316,7 +324,7 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
                extra_channels(aovs, job.settings, needs_scene ? kept.scene_again() : nullptr,
                               rendered.threads));
   const int status =
-      deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started});
+      deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started, 0, true});
   kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +
@@ -331,7 +339,7 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   std::unique_ptr<CheckpointedJob> kept;
   MpiJob job;
   try {
-    job = load_job(options, kept);
+    job = load_job(options, kept, started);
   } catch (...) {
     broadcast_job(world, nullptr);
     throw;

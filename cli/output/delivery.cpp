@@ -17,11 +17,25 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// How many samples the pixels have, and what a picture lacks that time was too short for.
+std::string samples_text(const json& report) {
+  const auto filled = report.value("filled_pixels", std::uint64_t{0});
+  std::string text =
+      counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") + " each";
+  if (filled > 0) {
+    const double pixels = report.at("width").get<double>() * report.at("height").get<double>();
+    const std::string side = std::to_string(report.at("fill_block").get<std::uint64_t>());
+    text = formatted("%.3g", 100 * (1 - static_cast<double>(filled) / pixels)) +
+           " % of them traced, the others filled in blocks of up to " + side + " x " + side;
+  }
+  const json error = report.value("error", json::object());
+  return text + (error.value("rmse", json()).is_null() ? ", no error known" : "");
+}
+
 void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
-            << report.at("height") << " pixels, "
-            << counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") << " each, "
+            << report.at("height") << " pixels, " << samples_text(report) << ", "
             << duration_text(seconds) << ", "
             << with_unit(report.at("samples_per_second").get<double>(), "samples/s")
             << ", image_sha256 " << report.at("image_sha256").get<std::string>().substr(0, 16)
@@ -73,6 +87,15 @@ static double complete_seconds(json& parts, double write, Time end,
   return total;
 }
 
+/// Whether a time limit that is nearly over leaves no time for a small file.
+static bool in_haste(const OutputPaths& outputs, const Picture& picture,
+                     const std::optional<CommandTimes>& times, Time now) {
+  const double limit = picture.report.value("time_limit", 0.0);
+  if (!times || !times->limited || limit == 0) return false;
+  const PictureSize size{picture.image.width, picture.image.height, picture.channels.size()};
+  return to_seconds(now - times->started) + write_seconds(outputs.image, size, false) > limit;
+}
+
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
@@ -85,7 +108,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
       picture.channels.clear();  // of a denoised picture: the raw one
     }
     write_image(outputs.image, picture.image, recipe_metadata(picture, exr), picture.channels,
-                check_interrupted);
+                check_interrupted, in_haste(outputs, picture, times, begin));
   }
   const Time end = clock.now();
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);

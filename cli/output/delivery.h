@@ -28,6 +28,7 @@ void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scen
 struct CommandTimes {
   Time started;
   double submit_seconds = 0;  ///< until its scene was taken in
+  bool limited = false;       ///< a time limit counts since `started`, writing included
 };
 
 /// Writes a finished picture, with its recipe and channels, and its report, and says on stdout what

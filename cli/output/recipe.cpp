@@ -22,12 +22,12 @@ using nlohmann::json;
 std::string key(std::string_view name) { return "parray:" + std::string(name); }
 
 /// Fields of the report that an image file has, too.
-constexpr std::array<std::string_view, 21> kept_in_image = {
+constexpr std::array<std::string_view, 23> kept_in_image = {
     "version",      "trace_version",     "scene_sha256",  "image_sha256", "width",
     "height",       "max_depth",         "seed",          "sampler",      "precision",
     "accelerator",  "samples",           "least_samples", "most_samples", "adaptive",
     "target_error", "target_half_width", "time_limit",    "stopped_by",   "nonfinite_samples",
-    "flag"};
+    "flag",         "filled_pixels",     "fill_block"};
 
 void add_value(ImageMetadata& metadata, const std::string& name, const json& value) {
   if (value.is_string() && !value.get_ref<const std::string&>().empty()) {
@@ -136,8 +136,7 @@ std::string start_of(const std::string& sha256) { return printable(sha256.substr
 }  // namespace
 
 bool samples_differ(const json& report) {
-  return report.value("adaptive", false) &&
-         report.value("least_samples", 0U) != report.value("most_samples", 1U);
+  return report.value("least_samples", 0U) != report.value("most_samples", 0U);
 }
 
 ImageMetadata recipe_metadata(const Picture& picture, bool exr) {

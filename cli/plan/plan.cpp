@@ -105,11 +105,12 @@ class Chooser {
     Choice choice;
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
-    choice.time_limit = std::max(goal_.seconds - probe_.finish.wall, ranges::time_limit.least);
+    choice.time_limit = std::max(goal_.seconds, ranges::time_limit.least);
     const PassCosts costs{pixels_ * sampler.uniform_sample.wall,
                           pixels_ * sampler.adaptive_sample.wall,
                           probe_.pass.wall + probe_.collect.wall};
-    const Forecast forecast = forecast_time(costs, choice.time_limit - fixed_.wall, most_samples);
+    const Forecast forecast =
+        forecast_time(costs, choice.time_limit - fixed_.wall - probe_.finish.wall, most_samples);
     const double samples = forecast.samples;
     const bool known = samples > pilot_samples;
     const ErrorModel& law = known ? sampler.adaptive : sampler.uniform;

@@ -53,22 +53,33 @@ Pass PassController::whole_picture() const {
 
 /// What the time left allows, at the speed of the pass before. Of how fast an earlier life was
 /// nothing is known: no more than it has done.
-std::uint64_t PassController::affordable(const Framebuffer& framebuffer,
-                                         const PassTimes& times) const {
+Affordable PassController::affordable(const Framebuffer& framebuffer,
+                                      const PassTimes& times) const {
   if (settings_.time_limit == 0 || passes_ == 0) {
-    return std::numeric_limits<std::uint64_t>::max();
+    return {};
   }
   const std::uint64_t samples = framebuffer.counts().samples;
   if (times.pass <= 0) {
-    return times.total > 0 ? 0 : samples;
-  }
-  const double left = settings_.time_limit - times.total;
-  if (left <= 0) {
-    return 0;
+    return {times.total > 0 ? 0 : 2 * samples};  // of which a pass takes half
   }
   constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
   const double speed = static_cast<double>(samples - samples_before_) / times.pass;
-  return static_cast<std::uint64_t>(std::min(speed * left, most));
+  const auto samples_in = [speed, most](double seconds) {
+    return static_cast<std::uint64_t>(std::clamp(speed * seconds, 0.0, most));
+  };
+  return {samples_in(settings_.time_limit - times.total - times.deciding),
+          samples_in(times.stating)};
+}
+
+std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer,
+                                            std::uint64_t samples) const {
+  std::vector<Stage> stages = lattices_of_pass(framebuffer.width(), framebuffer.height(),
+                                               framebuffer.counts().samples, samples);
+  if (!stages.empty()) {
+    return Pass{std::move(stages), {}};
+  }
+  const FramebufferView view = framebuffer.view(largest_radiance_);
+  return pass_to(framebuffer, counts_after_pass(view, settings_, samples));
 }
 
 PassSize PassController::decide(const Framebuffer& framebuffer, const PassTimes& times) const {
@@ -93,8 +104,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   if (size.samples == 0) {
     return {};
   }
-  const FramebufferView view = framebuffer.view(largest_radiance_);
-  auto pass = pass_to(framebuffer, counts_after_pass(view, settings_, size.samples));
+  auto pass = pass_of(framebuffer, size.samples);
   if (pass) {
     samples_before_ = framebuffer.counts().samples;
     ++passes_;

@@ -14,8 +14,10 @@ namespace parray {
 
 /// How long a picture has taken so far, in seconds: what passes under a time limit are sized by.
 struct PassTimes {
-  double total = 0;  ///< loading included
-  double pass = 0;   ///< the latest pass alone; 0: not known
+  double total = 0;     ///< with all that must come before and after tracing
+  double pass = 0;      ///< tracing the latest pass alone; 0: not known
+  double deciding = 0;  ///< deciding on the next pass, as far as can be told
+  double stating = 0;   ///< stating the picture's error at the end
 };
 
 /// The passes of one picture, whoever traces them: decides what each is to add, from the sums of
@@ -47,9 +49,10 @@ class PassController {
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
 
  private:
-  [[nodiscard]] std::uint64_t affordable(const Framebuffer& framebuffer,
-                                         const PassTimes& times) const;
+  [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer, const PassTimes& times) const;
   [[nodiscard]] PassSize decide(const Framebuffer& framebuffer, const PassTimes& times) const;
+  [[nodiscard]] std::optional<Pass> pass_of(const Framebuffer& framebuffer,
+                                            std::uint64_t samples) const;
   [[nodiscard]] Pass whole_picture() const;
 
   RenderSettings settings_;

@@ -60,6 +60,33 @@ PassSize towards_targets(const FramebufferView& state, const StopSettings& setti
   return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most};
 }
 
+/// Of a picture that has fewer than two samples of each pixel, and a time limit: as much as half of
+/// the time left allows. Whole pairs where it is enough for them, else lattices.
+PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::uint64_t left,
+                       const Affordable& affordable) {
+  const std::uint64_t pixels = pixels_of(state);
+  if (traced == 0) {
+    return {nested_lattices(state.width, state.height).front().pixels(state.width, state.height)};
+  }
+  const std::uint64_t room = affordable.samples / 2;
+  const std::uint64_t stated =
+      affordable.samples > affordable.stating ? (affordable.samples - affordable.stating) / 2 : 0;
+  if (const std::uint64_t pairs = (traced + stated) / (2 * pixels); pairs > 0) {
+    return {
+        std::min(left, std::min(pairs, std::uint64_t{pilot_samples / 2}) * 2 * pixels - traced)};
+  }
+  std::uint64_t end = traced / pixels * pixels;  // of the samples with one lattice more
+  std::uint64_t most = 0;
+  for (const Lattice& lattice : nested_lattices(state.width, state.height)) {
+    end += lattice.pixels(state.width, state.height);
+    // With the second sample of its last pixel the picture has an error to state.
+    if (end > traced && end - traced <= (end < 2 * pixels ? room : stated)) {
+      most = end - traced;
+    }
+  }
+  return {std::min(left, most), most > 0 ? StopReason::samples : StopReason::time};
+}
+
 /// Uniform passes give every pixel the same, in pairs but for the last sample of an odd number.
 PassSize whole_pairs(PassSize size, const StopSettings& settings, std::uint64_t left,
                      std::uint64_t pixels, std::uint64_t affordable) {
@@ -90,13 +117,10 @@ std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
 }
 
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable) {
-  if (wanted <= affordable / 2) {
-    return wanted;
-  }
-  if (affordable < traced / 32) {
+  if (wanted > affordable / 2 && affordable < traced / 32) {
     return 0;
   }
-  return std::min(wanted, affordable < traced / 4 ? affordable / 8 * 7 : affordable / 2);
+  return std::min(wanted, affordable / 2);
 }
 
 std::string_view name_of(StopReason reason) {
@@ -116,7 +140,7 @@ std::string_view name_of(StopReason reason) {
 }
 
 PassSize next_pass_size(const FramebufferView& state, const StopSettings& settings,
-                        std::uint32_t pass, std::uint64_t affordable) {
+                        std::uint32_t pass, const Affordable& affordable) {
   if (!settings.passes.empty()) {
     return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes,
             std::accumulate(settings.passes.begin(), settings.passes.end(), std::uint64_t{0})};
@@ -133,10 +157,13 @@ PassSize next_pass_size(const FramebufferView& state, const StopSettings& settin
     return {left, StopReason::samples, total};
   }
   const bool targets = settings.target_error > 0 || settings.target_half_width > 0;
+  if (settings.time_limit > 0 && traced < 2 * pixels) {
+    PassSize size = towards_pairs(state, traced, left, affordable);
+    size.expected = targets ? 0 : total;
+    return size;
+  }
   if (traced == 0) {
-    const std::uint64_t pairs =
-        std::clamp<std::uint64_t>(affordable / 4 / pixels, 1, pilot_samples / 2);
-    return {std::min(left, pairs * 2 * pixels), StopReason::samples, targets ? 0 : total};
+    return {std::min(left, pilot_samples * pixels), StopReason::samples, targets ? 0 : total};
   }
   PassSize wanted{left};
   if (targets) {
@@ -147,11 +174,32 @@ PassSize next_pass_size(const FramebufferView& state, const StopSettings& settin
   }
   wanted.expected = traced + wanted.samples;
   wanted.samples = part_of(wanted.samples, traced);
+  const std::uint64_t can =
+      affordable.samples > affordable.stating ? affordable.samples - affordable.stating : 0;
   if (settings.time_limit > 0) {
-    wanted.samples = within_time(wanted.samples, traced, affordable);
+    wanted.samples = within_time(wanted.samples, traced, can);
     wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
-  return whole_pairs(wanted, settings, left, pixels, affordable);
+  return whole_pairs(wanted, settings, left, pixels, can);
+}
+
+std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
+                                    std::uint64_t samples) {
+  const std::uint64_t pixels = std::uint64_t{width} * height;
+  const std::uint64_t layer = traced / pixels;
+  const bool whole = traced % pixels == 0 && samples >= pixels;
+  if (layer >= 2 || whole || samples > pixels - traced % pixels) {
+    return {};
+  }
+  const auto sample = static_cast<std::uint32_t>(layer);
+  std::vector<Stage> stages;
+  std::uint64_t end = layer * pixels;
+  for (const Lattice& lattice : nested_lattices(width, height)) {
+    if (end >= traced + samples) break;
+    if (end >= traced) stages.emplace_back(sample, sample + 1, lattice);
+    end += lattice.pixels(width, height);
+  }
+  return stages;
 }
 
 std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,

@@ -7,6 +7,7 @@
 
 #include "common/image/framebuffer.h"
 #include "common/scene/settings.h"
+#include "common/schedule/cell_grid.h"
 
 namespace parray {
 
@@ -31,24 +32,43 @@ double lacking_for_error(double total, double traced);
 /// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
 /// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
-/// most half of it until there is little, or it is enough for all. 0: time is up.
+/// most half of it, so that a pass that takes twice as long as the one before still ends in time.
+/// 0: time is up.
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
 
+/// Samples that the time left allows, at the speed of the passes before.
+struct Affordable {
+  std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();
+  /// Of those, how many there are no longer once every pixel has two: the time that it takes to
+  /// state the picture's error.
+  std::uint64_t stating = 0;
+};
+
 /// The size of pass number `pass` (0: the first), from the limits of `settings` and what the passes
-/// before it have found. `affordable`: samples that the time left allows (only asked for with a
-/// time limit). A function of its arguments alone, in arithmetic that is the same everywhere.
+/// before it have found. `affordable` is only asked for with a time limit. A function of its
+/// arguments alone, in arithmetic that is the same everywhere.
 ///
-/// The first pass has 32 samples a pixel, fewer if samples_per_pixel or time say so, but 2 at
-/// least; later ones double or quadruple the picture until the last goes all the way. A target
-/// error is met by the upper end of the RMSE's interval, a target half-width by 99 % of the pixels
-/// and channels; the first of both targets that is met ends the picture. A pass takes at most half
-/// of the time left while that is much, and at most 7/8 of the rest.
+/// The first pass has 32 samples a pixel, fewer if samples_per_pixel say so; later ones double or
+/// quadruple the picture until the last goes all the way. A target error is met by the upper end of
+/// the RMSE's interval, a target half-width by 99 % of the pixels and channels; the first of both
+/// targets that is met ends the picture.
+///
+/// With a time limit the first pass has one sample each of some thousand pixels, which are there
+/// however short the time is. Later ones add nested_lattices() until each pixel has one sample,
+/// then two, or go to several at once where time allows. No pass takes more than half of the time
+/// left, at the speed of the one before; there is none when it would be too small to matter.
 ///
 /// A pass adds exactly that many samples (see counts_after_pass()), so that settings.passes from a
 /// report repeats the picture, if `adaptive` and which target is set are the same.
 PassSize next_pass_size(const FramebufferView& state, const StopSettings& settings,
-                        std::uint32_t pass,
-                        std::uint64_t affordable = std::numeric_limits<std::uint64_t>::max());
+                        std::uint32_t pass, const Affordable& affordable = {});
+
+/// The pass of `samples` where it leaves some pixels with one sample, or two, fewer than others:
+/// lattices that have not been traced yet. Empty: it does not; counts_after_pass() says which.
+/// `traced`: samples before it, all pixels together. More samples than asked for where a lattice
+/// has more.
+std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
+                                    std::uint64_t samples);
 
 /// Samples that each pixel has after a pass of `samples` more, all pixels together; none has fewer
 /// than before. Equal counts for all pixels unless settings.adaptive: then, after the first pass,

@@ -6,7 +6,7 @@
 
 namespace parray {
 
-void* allocate_zeroed(std::size_t bytes) {
+void* allocate_zeroed(std::size_t bytes, bool large_pages) {
   constexpr std::size_t large_page = std::size_t{2} << 20;
   if (bytes == 0) {
     return nullptr;
@@ -15,7 +15,7 @@ void* allocate_zeroed(std::size_t bytes) {
   if (memory == MAP_FAILED) {
     throw std::bad_alloc();
   }
-  if (bytes >= 2 * large_page) {
+  if (large_pages && bytes >= 2 * large_page) {
     madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: nothing is lost where it is not granted
   }
   return memory;

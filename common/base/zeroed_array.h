@@ -9,8 +9,8 @@
 namespace parray {
 
 /// Memory of zeros, straight from the system, which clears no page before it is touched; in large
-/// pages where it is so large that they pay. Throws std::bad_alloc.
-void* allocate_zeroed(std::size_t bytes);
+/// pages where it is so large that they pay, if `large_pages`. Throws std::bad_alloc.
+void* allocate_zeroed(std::size_t bytes, bool large_pages = true);
 void free_zeroed(void* memory, std::size_t bytes) noexcept;
 
 /// A fixed number of plain elements, all bits zero to begin with: for arrays by the pixel, which
@@ -20,8 +20,9 @@ class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  explicit ZeroedArray(std::size_t size)
-      : memory_(static_cast<T*>(allocate_zeroed(size * sizeof(T))), Free{size * sizeof(T)}),
+  explicit ZeroedArray(std::size_t size, bool large_pages = true)
+      : memory_(static_cast<T*>(allocate_zeroed(size * sizeof(T), large_pages)),
+                Free{size * sizeof(T)}),
         size_(size) {}
 
   [[nodiscard]] std::size_t size() const { return size_; }

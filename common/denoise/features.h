@@ -13,8 +13,9 @@
 namespace parray {
 
 /// What the camera rays of a pixel meet, in the mean: albedo (R, G, B), normal (x, y, z, on the
-/// side that the ray comes from), and one over the depth. All are 0 for the sky; the last is scaled
-/// so that it varies by about 1 over the picture.
+/// side that the ray comes from), and one over the depth, scaled so that it varies by about 1 over
+/// the picture. Of the sky the normal is the way back along the ray, in which its radiance is
+/// linear, and all else is 0.
 inline constexpr std::size_t feature_count = 7;
 using FeaturePlanes = std::vector<Plane>;  ///< feature_count of them
 

@@ -1,28 +1,29 @@
 #include "common/image/framebuffer.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <stdexcept>
 
 namespace parray {
 
-Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height)
+Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height, bool large_pages)
     : width_(width),
       height_(height),
-      pixels_(std::size_t{width} * height),
+      pixels_(std::size_t{width} * height, large_pages),
       samples_(pixels_.size()),
       untouched_(pixels_.size()) {}
 
 void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
-                      const RunSamples& samples) {
-  if (y >= height_ || x > width_ || sums.size() > width_ - x) {
+                      const RunSamples& samples, std::uint32_t step) {
+  if (y >= height_ || x > width_ || sums.size() > (width_ - x + step - 1) / step) {
     throw std::logic_error("sums beyond the image");
   }
-  const std::size_t first = std::size_t{y} * width_ + x;
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    pixels_[first + i] += sums[i];
-    const std::uint32_t before = samples_[first + i];
+  std::size_t pixel = std::size_t{y} * width_ + x;
+  for (std::size_t i = 0; i < sums.size(); ++i, pixel += step) {
+    pixels_[pixel] += sums[i];
+    const std::uint32_t before = samples_[pixel];
     const std::uint32_t more = samples[i].count();
-    samples_[first + i] = before + more;
+    samples_[pixel] = before + more;
     untouched_ -= before == 0 && more > 0 ? 1 : 0;
   }
 }
@@ -33,6 +34,17 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
     throw std::logic_error("not one range of samples for each pixel");
   }
   add(y, x, sums, RunSamples(ranges));
+}
+
+void Framebuffer::touch(std::size_t part, std::size_t parts) {
+  const std::span<std::byte> memory =
+      std::as_writable_bytes(std::span(&pixels_[0], pixels_.size()));
+  constexpr std::size_t page = 4096;
+  const std::size_t end = memory.size() * (part + 1) / parts;
+  for (std::size_t at = memory.size() * part / parts; at < end; at += page) {
+    volatile std::byte& byte = memory[at];
+    byte = byte;
+  }
 }
 
 void Framebuffer::exclude(const ExcludedSamples& samples) {
@@ -46,8 +58,8 @@ void Framebuffer::exclude(const ExcludedSamples& samples) {
 }
 
 void Framebuffer::clear(std::uint32_t y, std::uint32_t x_begin, std::uint32_t x_end,
-                        const TraceCounts& counts) {
-  for (std::uint32_t x = x_begin; x < x_end; ++x) {
+                        const TraceCounts& counts, std::uint32_t step) {
+  for (std::uint32_t x = x_begin; x < x_end; x += step) {
     const std::size_t pixel = std::size_t{y} * width_ + x;
     untouched_ += samples_[pixel] > 0 ? 1 : 0;
     samples_[pixel] = 0;

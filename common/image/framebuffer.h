@@ -25,24 +25,29 @@ struct FramebufferView {
 /// Plain state; one thread at a time.
 class Framebuffer {
  public:
-  /// 76 bytes a pixel.
-  Framebuffer(std::uint32_t width, std::uint32_t height);
+  /// 76 bytes a pixel. `large_pages`: pays unless few pixels are to have samples.
+  Framebuffer(std::uint32_t width, std::uint32_t height, bool large_pages = true);
 
-  /// Adds sums of pixels (x, y), (x + 1, y) ..., which hold `samples`. The caller vouches that
+  /// Adds sums of pixels (x, y), (x + step, y) ..., which hold `samples`. The caller vouches that
   /// these are not in yet. Throws std::logic_error beyond the image.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
-           const RunSamples& samples);
+           const RunSamples& samples, std::uint32_t step = 1);
   /// The same with a range for each; also throws where there are not as many ranges as sums.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
   void add(const TraceCounts& counts) { counts_ += counts; }
+  /// Has the system provide a part of the memory now, `part` of 0 .. `parts` - 1, and not when a
+  /// pixel gets its first sample, which then seems to take long. A thread for each part, if need
+  /// be.
+  void touch(std::size_t part, std::size_t parts);
+  static constexpr std::size_t pixel_bytes = sizeof(PixelSums) + sizeof(std::uint32_t);
   /// Samples that were added to the count of a pixel, but are not in its sums.
   void exclude(const ExcludedSamples& samples);
 
-  /// Pixels [x_begin, x_end) of row y have no samples any more; `counts` are those of the work
-  /// behind theirs.
-  void clear(std::uint32_t y, std::uint32_t x_begin, std::uint32_t x_end,
-             const TraceCounts& counts);
+  /// Pixels [x_begin, x_end) of row y, or every `step`-th of them, have no samples any more;
+  /// `counts` are those of the work behind theirs.
+  void clear(std::uint32_t y, std::uint32_t x_begin, std::uint32_t x_end, const TraceCounts& counts,
+             std::uint32_t step = 1);
 
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }

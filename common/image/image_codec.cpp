@@ -64,11 +64,11 @@ void add_attribute(OIIO::ImageSpec& spec, const std::string& name, const Metadat
 }
 
 OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata,
-                          const Channels& channels) {
+                          const Channels& channels, bool fast) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
                        format == Format::exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
   if (format == Format::exr) {
-    spec.attribute("compression", "zip");
+    spec.attribute("compression", fast ? "none" : "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
     // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709: sRGB's, too.
     constexpr std::array<float, 8> primaries = {0.64F, 0.33F, 0.30F,   0.60F,
@@ -78,6 +78,7 @@ OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata
     add_channels(spec, channels);
   } else {
     spec.attribute("oiio:ColorSpace", "sRGB");
+    if (fast) spec.attribute("png:compressionLevel", 1);
   }
   for (const auto& [name, value] : metadata) {
     add_attribute(spec, name, value);
@@ -186,10 +187,11 @@ bool set_perceptual_intent(std::FILE* file) {
 /// Empty, or what the library could not do.
 std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
                    const ImageMetadata& metadata, const Channels& channels,
-                   const std::function<void()>& between_strips) {
+                   const std::function<void()>& between_strips, bool fast) {
   const auto out = OIIO::ImageOutput::create(name);
   if (!out) return one_line(OIIO::geterror());
-  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, format, metadata, channels))) {
+  if (!out->set_ioproxy(&file) ||
+      !out->open(name, make_spec(image, format, metadata, channels, fast))) {
     return one_line(out->geterror());
   }
   const std::uint32_t step = rows_in_strip(image.width, 3 + channels.size());
@@ -204,14 +206,14 @@ std::string encode(const std::string& name, CheckedFile& file, const Image& imag
 
 std::string write_file(const std::string& name, const Image& image, bool exr,
                        const ImageMetadata& metadata, const Channels& channels,
-                       const std::function<void()>& between_strips) {
+                       const std::function<void()>& between_strips, bool fast) {
   keep_library_single_threaded();
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "w+be"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
   CheckedFile file(stream.get());
   std::string problem = encode(name, file, image, exr ? Format::exr : Format::png, metadata,
-                               channels, between_strips);
+                               channels, between_strips, fast);
   const std::string cause = file.finish();
   if (cause.empty() && problem.empty() && !exr && !set_perceptual_intent(stream.get())) {
     problem = std::generic_category().message(errno);

@@ -15,7 +15,7 @@ struct ImageCodec {
   /// `metadata` of as_kept().
   std::string (*write)(const std::string& file, const Image& image, bool exr,
                        const ImageMetadata& metadata, const Channels& channels,
-                       const std::function<void()>& between_strips);
+                       const std::function<void()>& between_strips, bool fast);
   /// read_image().
   ImageFile (*read)(const std::string& file);
   /// image_library_version().

@@ -79,13 +79,29 @@ void check_image_path(const fs::path& path) {
 
 bool can_hold_channels(const fs::path& path) { return format_of(path) == Format::exr; }
 
+double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
+  constexpr double opening = 0.01;
+  const auto pixels = static_cast<double>(size.width * size.height);
+  if (!can_hold_channels(path)) return opening + pixels * (fast ? 80e-9 : 350e-9);
+  const double bytes = pixels * 4 * static_cast<double>(3 + size.channels);
+  return opening + bytes * (fast ? 3e-9 : 60e-9);
+}
+
+void load_image_library() {
+  try {
+    codec();
+  } catch (const RunError&) {
+    return;  // whoever needs it meets the same
+  }
+}
+
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
-                 const Channels& channels, const std::function<void()>& between_strips) {
+                 const Channels& channels, const std::function<void()>& between_strips, bool fast) {
   check_channels(path, image, channels);
   PartialFile file(path);
   const bool exr = format_of(path) == Format::exr;
   const std::string problem = codec().write(file.path().string(), image, exr,
-                                            as_kept(metadata, exr), channels, between_strips);
+                                            as_kept(metadata, exr), channels, between_strips, fast);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
   file.commit();
 }

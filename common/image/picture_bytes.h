@@ -12,8 +12,9 @@ namespace parray {
 /// What is known of each pixel besides its radiance.
 struct PictureStatistics {
   std::vector<std::uint32_t> samples;  ///< that its mean is of
-  std::vector<float> half_width;       ///< of its 95 % interval: 3 values a pixel
-  Replicates replicates{};             ///< if the job was to keep them
+  /// Of its 95 % interval: 3 values a pixel; infinite where the picture has no error to state.
+  std::vector<float> half_width;
+  Replicates replicates{};  ///< if the job was to keep them
 };
 
 /// How much of a picture is kept or sent; each has all of the one before.

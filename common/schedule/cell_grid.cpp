@@ -19,7 +19,7 @@ void check(bool good, const char* what) {
 
 void check_shape(const GridShape& s) {
   constexpr std::uint32_t most = 1U << 16;
-  constexpr std::size_t most_stages = 8;
+  constexpr std::size_t most_stages = 64;
   const auto within = [](std::uint32_t value, std::uint32_t highest) {
     return value >= 1 && value <= highest;
   };
@@ -31,10 +31,15 @@ void check_shape(const GridShape& s) {
   check(s.layer_samples >= 1, "layer_samples");
   check(within(s.piece_cells, most), "piece_cells");
   check(!s.stages.empty() && s.stages.size() <= most_stages, "stages");
-  std::uint32_t end = 0;
-  for (const SampleRange& stage : s.stages) {
-    check(stage.begin >= end && stage.begin < stage.end, "stages");
-    end = stage.end;
+  for (std::size_t i = 0; i < s.stages.size(); ++i) {
+    const Stage& stage = s.stages[i];
+    const Lattice& lattice = stage.lattice;
+    check(stage.begin < stage.end, "stages");
+    check(within(lattice.step, limits::max_image_side) && lattice.x < lattice.step &&
+              lattice.y < lattice.step && lattice.pixels(s.width, s.height) > 0,
+          "stages");
+    check(i == 0 || s.stages[i - 1].lattice != lattice || s.stages[i - 1].end <= stage.begin,
+          "stages");
   }
 }
 
@@ -42,50 +47,63 @@ void check_shape(const GridShape& s) {
 
 CellGrid::CellGrid(GridShape shape) : shape_(std::move(shape)) {
   check_shape(shape_);
-  columns_ = divide_up(shape_.width, shape_.cell_pixels);
-  row_at_ = make_row_order(shape_.row_order, shape_.height);
   constexpr std::uint64_t most_cells = 1ULL << 40;
   first_cell_.push_back(0);
-  for (std::size_t stage = 0; stage < shape_.stages.size(); ++stage) {
+  for (const Stage& stage : shape_.stages) {
+    const bool same = !parts_.empty() && shape_.stages[parts_.size() - 1].lattice == stage.lattice;
+    Part part = same ? parts_.back() : Part{};
+    if (!same) {
+      part.columns = divide_up(stage.lattice.across(shape_.width), shape_.cell_pixels);
+      part.row_at = make_row_order(shape_.row_order, stage.lattice.down(shape_.height));
+    }
+    part.layers = divide_up(stage.count(), shape_.layer_samples);
     // Up to 2^32 layers of at most 2^26 cells each.
-    first_cell_.push_back(first_cell_.back() + layers(stage) * shape_.height * columns_);
+    first_cell_.push_back(first_cell_.back() + part.layers * part.layer_cells());
     check(first_cell_.back() < most_cells, "too many cells");
+    parts_.push_back(std::move(part));
   }
-}
-
-std::uint64_t CellGrid::layers(std::size_t stage) const {
-  return divide_up(shape_.stages[stage].count(), shape_.layer_samples);
 }
 
 CellGrid::Place CellGrid::place_of(std::uint64_t cell) const {
   const auto stage = static_cast<std::size_t>(
       std::upper_bound(first_cell_.begin(), first_cell_.end(), cell) - first_cell_.begin() - 1);
-  const std::uint64_t layer_cells = shape_.height * columns_;
+  const Part& part = parts_[stage];
   const std::uint64_t in_stage = cell - first_cell_[stage];
-  const std::uint64_t within_layer = in_stage % layer_cells;
-  const std::uint64_t first_row = within_layer / (shape_.band_rows * columns_) * shape_.band_rows;
-  const std::uint64_t rows = std::min<std::uint64_t>(shape_.band_rows, shape_.height - first_row);
-  const std::uint64_t in_band = within_layer - first_row * columns_;
-  return {stage, in_stage / layer_cells, first_row + in_band % rows, in_band / rows, within_layer};
+  const std::uint64_t within_layer = in_stage % part.layer_cells();
+  const std::uint64_t first_row =
+      within_layer / (shape_.band_rows * part.columns) * shape_.band_rows;
+  const std::uint64_t rows =
+      std::min<std::uint64_t>(shape_.band_rows, part.row_at.size() - first_row);
+  const std::uint64_t in_band = within_layer - first_row * part.columns;
+  return {stage, in_stage / part.layer_cells(), first_row + in_band % rows, in_band / rows,
+          within_layer};
 }
 
 Cell CellGrid::cell(std::uint64_t index) const {
   const Place place = place_of(index);
-  const SampleRange stage = shape_.stages[place.stage];
-  const auto x = static_cast<std::uint32_t>(place.column) * shape_.cell_pixels;
+  const Stage& stage = shape_.stages[place.stage];
+  const Lattice& lattice = stage.lattice;
+  const auto first = static_cast<std::uint32_t>(place.column) * shape_.cell_pixels;
+  const std::uint32_t last = std::min(first + shape_.cell_pixels, lattice.across(shape_.width)) - 1;
   const auto begin = stage.begin + static_cast<std::uint32_t>(place.layer * shape_.layer_samples);
-  return {row_at_[place.position],
-          x,
-          std::min(x + shape_.cell_pixels, shape_.width),
-          {begin, begin + std::min(shape_.layer_samples, stage.end - begin)}};
+  return {lattice.y + parts_[place.stage].row_at[place.position] * lattice.step,
+          lattice.x + first * lattice.step,
+          lattice.x + last * lattice.step + 1,
+          {begin, begin + std::min(shape_.layer_samples, stage.end - begin)},
+          lattice.step};
 }
 
 std::vector<std::uint64_t> CellGrid::cells_of_same_pixels(std::uint64_t cell) const {
-  const std::uint64_t within_layer = place_of(cell).within_layer;
-  const std::uint64_t layer_cells = shape_.height * columns_;
+  const Place place = place_of(cell);
   std::vector<std::uint64_t> same;
-  for (std::uint64_t first = 0; first < cells(); first += layer_cells) {
-    same.push_back(first + within_layer);
+  for (std::size_t stage = 0; stage < parts_.size(); ++stage) {
+    if (shape_.stages[stage].lattice != shape_.stages[place.stage].lattice) {
+      continue;
+    }
+    for (std::uint64_t first = first_cell_[stage]; first < first_cell_[stage + 1];
+         first += parts_[stage].layer_cells()) {
+      same.push_back(first + place.within_layer);
+    }
   }
   return same;
 }
@@ -95,6 +113,19 @@ std::vector<SampleRange> CellBatch::ranges_of(std::uint64_t index) const {
   std::vector<SampleRange> ranges(grid->cell(index).pixels());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     ranges[i] = view[i];
+  }
+  return ranges;
+}
+
+std::vector<SampleRange> CellBatch::column_ranges_of(std::uint64_t index) const {
+  const Cell cell = grid->cell(index);
+  if (cell.step == 1) {
+    return ranges_of(index);
+  }
+  const RunSamples view = run_samples(index);
+  std::vector<SampleRange> ranges(cell.x_end - cell.x_begin);
+  for (std::size_t i = 0; i < cell.pixels(); ++i) {
+    ranges[i * cell.step] = view[i];
   }
   return ranges;
 }

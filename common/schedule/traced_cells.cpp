@@ -64,20 +64,32 @@ CellPlaces places_of(const CellBatch& batch) {
   return places;
 }
 
+/// Where the cells begin that hold samples of the pixel, by the one lattice that has it.
+std::optional<std::uint32_t> first_column(const ExcludedSamples& some, const GridShape& shape) {
+  for (const Stage& stage : shape.stages) {
+    const Lattice& lattice = stage.lattice;
+    if (some.x % lattice.step == lattice.x && some.y % lattice.step == lattice.y) {
+      const std::uint32_t pixel = some.x / lattice.step;
+      return lattice.x + (pixel - pixel % shape.cell_pixels) * lattice.step;
+    }
+  }
+  return {};
+}
+
 /// The cell that holds sample `some.first` of its pixel, if that has it and those that follow.
 std::optional<std::uint64_t> cell_of(const ExcludedSamples& some, const CellPlaces& places,
                                      const CellBatch& batch) {
-  const std::uint32_t column = some.x - some.x % batch.grid->shape().cell_pixels;
-  auto found = places.upper_bound({some.y, column, some.first});
+  const auto column = first_column(some, batch.grid->shape());
+  auto found = column ? places.upper_bound({some.y, *column, some.first}) : places.begin();
   if (found == places.begin()) {
     return {};
   }
   --found;
   const Cell cell = batch.grid->cell(found->second);
-  if (cell.y != some.y || cell.x_begin != column || some.x >= cell.x_end) {
+  if (cell.y != some.y || cell.x_begin != *column || some.x >= cell.x_end) {
     return {};
   }
-  const SampleRange own = batch.run_samples(found->second)[some.x - cell.x_begin];
+  const SampleRange own = batch.run_samples(found->second)[(some.x - cell.x_begin) / cell.step];
   const bool has = some.first >= own.begin && some.first < own.end && some.count >= 1 &&
                    some.count <= own.end - some.first;
   return has ? std::optional(found->second) : std::nullopt;

@@ -39,8 +39,8 @@ WorkPlan::WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   std::uint32_t most = 1;  // samples that a pixel has
   if (samples_.empty()) {
-    for (const SampleRange& stage : shape.stages) {
-      total_ += stage.count() * pixels;
+    for (const Stage& stage : shape.stages) {
+      total_ += stage.count() * stage.lattice.pixels(shape.width, shape.height);
     }
     shape = evenly(std::move(shape), tile);
   } else {
@@ -60,15 +60,17 @@ WorkPlan::WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile
 /// Samples are cut like pixels.
 GridShape WorkPlan::evenly(GridShape shape, std::uint32_t tile) const {
   std::uint32_t most = 1;
-  for (const SampleRange& stage : shape.stages) {
+  std::uint32_t widest = 1;
+  for (const Stage& stage : shape.stages) {
     most = std::max(most, stage.count());
+    widest = std::max(widest, stage.lattice.across(shape.width));
   }
   const std::uint64_t grain = std::max(least_cell_samples, divide_up(total_, most_cells));
   shape.cell_pixels =
-      static_cast<std::uint32_t>(std::clamp<std::uint64_t>(grain / most, 1, shape.width));
+      static_cast<std::uint32_t>(std::clamp<std::uint64_t>(grain / most, 1, widest));
   shape.layer_samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(grain, most));
   if (tile > 1) {
-    shape.cell_pixels = std::min(tile, shape.width);
+    shape.cell_pixels = std::min(tile, widest);
     // A tile's cells are longer, but not so long that a worker could not be told to stop.
     shape.layer_samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(
         most, divide_up(std::max(most_cell_samples, grain), shape.cell_pixels)));

@@ -10,9 +10,10 @@ namespace parray {
 
 /// What a pass is to add to a picture.
 struct Pass {
-  /// Ranges of samples, one handed out after the other.
-  std::vector<SampleRange> stages;
-  /// Of each pixel, image order; empty: of each pixel all that the stages hold.
+  /// Ranges of samples, one handed out after the other; see GridShape.
+  std::vector<Stage> stages;
+  /// Of each pixel, image order; empty: of each pixel all that the stages hold. Only with stages of
+  /// the whole image.
   std::vector<SampleRange> samples;
 };
 

@@ -50,6 +50,7 @@ std::string record_to_json(const JobRecord& job) {
                     {"precision_reason", job.precision_reason},
                     {"duplicates_removed", job.duplicates_removed},
                     {"load_seconds", job.load_seconds},
+                    {"reserved_seconds", job.reserved_seconds},
                     {"scene", job.scene},
                     {"passes", job.passes},
                     {"state", static_cast<int>(job.state)},
@@ -115,6 +116,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.precision_reason = map.at("precision_reason");
     job.duplicates_removed = later_number(map, "duplicates_removed");
     job.load_seconds = map.at("load_seconds");
+    job.reserved_seconds = map.value("reserved_seconds", 0.0);
     job.scene = map.at("scene");
     job.passes = passes_from(map, job.settings);
     job.state = state_from(map.at("state"));

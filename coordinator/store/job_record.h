@@ -40,6 +40,7 @@ struct JobRecord {
   std::string precision_reason;
   std::uint64_t duplicates_removed = 0;
   double load_seconds = 0;
+  double reserved_seconds = 0;    ///< of a time limit, for what its client does
   std::string scene;              ///< digest
   std::uint64_t scene_bytes = 0;  ///< its size as it travels
   /// Samples of each pass that has begun; see common/image/passes.h.

@@ -137,7 +137,7 @@ TEST_CASE("a time is used up by uniform samples, and left to the clock by adapti
   REQUIRE(all.size() == 2);
   for (const Choice& choice : all) {
     if (choice.adaptive) {
-      CHECK(choice.time_limit == Approx(101));
+      CHECK(choice.time_limit == Approx(103));
       CHECK(choice.seconds.value < 103.01);
     } else {
       CHECK(choice.samples_per_pixel == 100);

@@ -96,6 +96,7 @@ inline const std::vector<TypeRow>& protocol() {
         {"precision_reason", "asked for"},
         {"duplicates_removed", 3},
         {"load_seconds", 0.25},
+        {"reserved_seconds", 0.5},
         {"user", "ann"},
         {"max_failures", 4},
         {"series", "dance"},

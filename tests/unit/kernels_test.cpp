@@ -157,6 +157,7 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
       start_sides(traced, traced, ray.origin, sides);
       const Hit<Real> hit = first_crossing(traced, linear, ray, sides);
       FirstHit& first = hits.emplace_back();
+      first.direction = vec_cast<double>(ray.direction);
       if (hit.sphere == no_sphere) continue;
       const Vec3d outward = vec_cast<double>(crossing_normal(traced, ray, sides, hit));
       first = {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),

@@ -295,7 +295,12 @@ TEST_CASE("a lease has cells, of a grid that there can be, of its own picture") 
   CHECK(stages({{2, 10}, {9, 40}}) != "");
   CHECK(stages({{11, 40}, {2, 10}}) != "");
   CHECK(stages({{2, 10}, {11}}) != "");
-  CHECK(stages(std::vector<std::vector<std::uint64_t>>(9, {2, 10})) != "");
+  CHECK(stages(std::vector<std::vector<std::uint64_t>>(65, {2, 10})) != "");
+  CHECK(stages({{2, 10, 2, 0, 2}}) != "");  // a lattice begins before its step
+  CHECK(stages({{2, 10, 0, 0, 0}}) != "");
+  CHECK(stages({{2, 10, 0, 0, 1 << 20}}) != "");
+  CHECK(stages({{2, 10, 1, 0}}) != "");
+  CHECK(stages({{2, 41, 0, 0, 2}, {2, 10, 1, 1, 2}}) != "");
   CHECK(problem("row_order", "quantum") != "");
   CHECK(problem("row_order", 7) != "");
   for (const char* key : {"range", "size", "row_order", "cut", "stages"}) {

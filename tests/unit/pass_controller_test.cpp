@@ -32,9 +32,14 @@ struct Picture {
       return false;
     }
     std::vector<SampleRange> ranges(framebuffer.pixels().size());
-    for (const SampleRange& stage : pass->stages) {
+    for (const Stage& stage : pass->stages) {
       for (std::size_t i = 0; i < ranges.size(); ++i) {
-        ranges[i] = pass->samples.empty() ? stage : common_of(stage, pass->samples[i]);
+        const bool has = i % settings.width % stage.lattice.step == stage.lattice.x &&
+                         i / settings.width % stage.lattice.step == stage.lattice.y;
+        ranges[i] = has ? SampleRange(stage) : SampleRange{};
+        if (has && !pass->samples.empty()) {
+          ranges[i] = common_of(stage, pass->samples[i]);
+        }
       }
       trace_into(framebuffer, *tracer, ranges);
     }
@@ -58,7 +63,7 @@ TEST_CASE("a picture without targets has one pass, of all samples") {
   Picture picture(settings);
   const auto pass = picture.passes.next(picture.framebuffer);
   REQUIRE(pass);
-  CHECK(pass->stages == std::vector<SampleRange>{{0, 6}});
+  CHECK(pass->stages == std::vector<Stage>{{0, 6}});
   CHECK(pass->samples.empty());
   CHECK(picture.passes.pass() == 0);
   CHECK_FALSE(picture.passes.next(picture.framebuffer));
@@ -90,9 +95,9 @@ TEST_CASE("a progressive picture begins with one sample of every pixel, then som
     Picture picture(settings);
     return picture.passes.next(picture.framebuffer)->stages;
   };
-  CHECK(stages_of(100) == std::vector<SampleRange>{{0, 1}, {1, 16}, {16, 100}});
-  CHECK(stages_of(16) == std::vector<SampleRange>{{0, 1}, {1, 16}});
-  CHECK(stages_of(1) == std::vector<SampleRange>{{0, 1}});
+  CHECK(stages_of(100) == std::vector<Stage>{{0, 1}, {1, 16}, {16, 100}});
+  CHECK(stages_of(16) == std::vector<Stage>{{0, 1}, {1, 16}});
+  CHECK(stages_of(1) == std::vector<Stage>{{0, 1}});
 }
 
 TEST_CASE("a picture in passes is that of one tracer, pass by pass") {
@@ -160,11 +165,62 @@ TEST_CASE("passes under a time limit are sized by the speed of the pass before")
     REQUIRE(picture.trace_pass());
     return picture.passes.next(picture.framebuffer, times) ? picture.passes.begun()[1] : 0;
   };
-  const std::uint64_t slow = second_pass({800, 700});
+  const std::uint64_t slow = second_pass({800, 70});
   CHECK(slow > 0);
   CHECK(second_pass({100, 1}) > slow);
   CHECK(second_pass({1001, 1}) == 0);
   CHECK(second_pass({100, 0}) == 0);  // it cannot be told how fast that was
+}
+
+TEST_CASE(
+    "a picture that time is too short for is spread over the image, and its passes repeat it") {
+  RenderSettings settings = adaptive_settings();
+  settings.width = 233;
+  settings.height = 150;
+  settings.time_limit = 1000;
+  for (const double speed : {0.2, 7.0, 12.0, 30.0, 50.0, 65.0, 120.0}) {  // samples a second
+    Picture limited(settings);
+    double total = 0;
+    double pass = 0;
+    std::uint64_t before = 0;
+    while (limited.trace_pass({total, pass, 0, 0})) {
+      pass = static_cast<double>(limited.samples() - before) / speed;
+      before = limited.samples();
+      total += pass;
+      REQUIRE(limited.passes.begun().size() < 40);
+    }
+    CHECK(limited.passes.stopped_by() == StopReason::time);
+    const std::vector<std::uint64_t>& passes = limited.passes.begun();
+    if (passes.size() > 1) {
+      CHECK(total <= settings.time_limit);
+    }
+    // A lattice more would have taken too long, or half of what is left would not have held it.
+    CHECK(limited.samples() >= 0.2 * speed * settings.time_limit);
+    RenderSettings again = settings;
+    again.time_limit = 0;
+    again.passes = passes;
+    Picture repeated(again);
+    while (repeated.trace_pass()) {
+    }
+    CHECK(repeated.sha256() == limited.sha256());
+    const auto counts = [](const Picture& picture) {
+      const auto samples = picture.framebuffer.samples();
+      return std::vector<std::uint32_t>(samples.begin(), samples.end());
+    };
+    CHECK(counts(repeated) == counts(limited));
+  }
+}
+
+TEST_CASE("a picture that could be traced twice, but not state its error, is traced once") {
+  RenderSettings settings = adaptive_settings();
+  settings.width = 200;
+  settings.height = 200;
+  settings.time_limit = 1000;
+  Picture picture(settings);
+  REQUIRE(picture.trace_pass());
+  while (picture.trace_pass({500, 0.001 * static_cast<double>(picture.samples()), 0, 499.999})) {
+  }
+  CHECK(picture.samples() == 40'000 + 30'000);  // but for the last lattice
 }
 
 TEST_CASE("a pass that took no time to speak of leaves time for all that are left") {

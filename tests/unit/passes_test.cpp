@@ -207,7 +207,7 @@ TEST_CASE("passes: with a time limit never more than there is time for, and near
     for (std::uint32_t pass = 0;; ++pass) {
       REQUIRE(pass < 20);
       const std::uint64_t left = affordable - picture.samples();
-      const PassSize size = next_pass_size(picture.state(), settings, pass, left);
+      const PassSize size = next_pass_size(picture.state(), settings, pass, {left});
       if (size.samples == 0) {
         CHECK(size.stop == StopReason::time);
         break;
@@ -220,11 +220,34 @@ TEST_CASE("passes: with a time limit never more than there is time for, and near
   }
 }
 
-TEST_CASE("passes: the first has two samples a pixel, however little time there is") {
-  RenderSettings settings = sized(20, 10, 100);
+TEST_CASE("passes: the first has a sample of some pixels, however little time there is") {
+  RenderSettings settings = sized(300, 200, 100);
   settings.time_limit = 1;
   const GrowingPicture picture(settings, 1);
-  CHECK(next_pass_size(picture.state(), settings, 0, 1).samples == 2 * 200);
+  CHECK(next_pass_size(picture.state(), settings, 0, {1}).samples == 75 * 50);
+  const auto stages = lattices_of_pass(300, 200, 0, 75 * 50);
+  CHECK(stages == std::vector<Stage>{{0, 1, Lattice{0, 0, 4}}});
+}
+
+TEST_CASE("passes: lattices go on where those before have ended, in any portions") {
+  const auto all = nested_lattices(333, 77);
+  std::vector<Stage> stages;
+  for (std::uint64_t traced = 0; traced < 2 * 333 * 77;) {
+    const auto more = lattices_of_pass(
+        333, 77, traced, std::min<std::uint64_t>(traced / 3 + 1, 333 * 77 - traced % (333 * 77)));
+    REQUIRE(!more.empty());
+    for (const Stage& stage : more) {
+      traced += stage.lattice.pixels(333, 77);
+      stages.push_back(stage);
+    }
+  }
+  REQUIRE(stages.size() == 2 * all.size());
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const auto sample = static_cast<std::uint32_t>(i / all.size());
+    CHECK(stages[i] == Stage{sample, sample + 1, all[i % all.size()]});
+  }
+  CHECK(lattices_of_pass(333, 77, 0, 333 * 77).empty());  // whole layers are no lattices
+  CHECK(lattices_of_pass(333, 77, 2 * 333 * 77, 1).empty());
 }
 
 TEST_CASE("passes: what a full pixel leaves goes to others") {

@@ -192,6 +192,46 @@ TEST_CASE("cells come in the order of stages, samples, bands, columns and rows")
   }
 }
 
+TEST_CASE("cells of lattices have every pixel of theirs once, and no other") {
+  Dice dice(5);
+  for (int i = 0; i < 60; ++i) {
+    CAPTURE(i);
+    const RenderSettings settings = sized(1 + dice.below32(300), 1 + dice.below32(300), 9);
+    const auto lattices = nested_lattices(settings.width, settings.height);
+    Pass pass;
+    const std::size_t first = dice.below32(static_cast<std::uint32_t>(lattices.size()));
+    std::vector<std::uint32_t> left(std::size_t{settings.width} * settings.height);
+    std::uint64_t samples = 0;
+    for (std::size_t l = first; l < lattices.size(); ++l) {
+      const Lattice& lattice = lattices[l];
+      pass.stages.emplace_back(3, 5, lattice);
+      samples += 2 * lattice.pixels(settings.width, settings.height);
+      for (std::uint32_t y = lattice.y; y < settings.height; y += lattice.step) {
+        for (std::uint32_t x = lattice.x; x < settings.width; x += lattice.step) {
+          left[std::size_t{y} * settings.width + x] = 2;
+        }
+      }
+    }
+    const WorkPlan plan(settings, std::move(pass));
+    CHECK(plan.samples() == samples);
+    CHECK(plan.batch({0, plan.cells()}).sample_count() == samples);
+    for (std::uint64_t index = 0; index < plan.cells(); ++index) {
+      const Cell cell = plan.cell(index);
+      const auto columns = plan.batch({index, index + 1}).column_ranges_of(index);
+      REQUIRE(columns.size() == cell.x_end - cell.x_begin);
+      std::uint32_t pixels = 0;
+      for (std::uint32_t x = cell.x_begin; x < cell.x_end; ++x) {
+        pixels += columns[x - cell.x_begin].count() > 0 ? 1 : 0;
+        left[std::size_t{cell.y} * settings.width + x] -= columns[x - cell.x_begin].count();
+      }
+      REQUIRE(pixels == cell.pixels());
+      const auto same = plan.grid()->cells_of_same_pixels(index);
+      REQUIRE(std::find(same.begin(), same.end(), index) != same.end());
+    }
+    CHECK(left == std::vector<std::uint32_t>(left.size(), 0));
+  }
+}
+
 TEST_CASE("a cell is small, and no larger than the plan says") {
   Dice dice(4);
   for (int i = 0; i < 300; ++i) {

@@ -60,6 +60,12 @@ class LensReach {
   double lens_;
 };
 
+/// Of a camera ray that meets nothing.
+template <typename Real>
+FirstHit first_sky(const Ray<Real>& ray) {
+  return {no_sphere, 0, vec_cast<double>(ray.direction), {}};
+}
+
 /// `sphere` is the one of `hit`, the first along a camera ray.
 template <typename Real>
 FirstHit first_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere) {

@@ -193,11 +193,9 @@ class WavefrontTracer final : public PathTracer {
   /// What find() has found for a path.
   FirstHit found(const Space& space, std::uint32_t i) const {
     const std::uint32_t slot = space.queries.slot[i];
-    if (slot == no_sphere) {
-      return {};
-    }
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
+    if (slot == no_sphere) return first_sky(ray);
     const Hit<Real> hit{space.queries.t[i], tables_.bvh.input_index[slot],
                         space.queries.leaving[i] != 0};
     return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));

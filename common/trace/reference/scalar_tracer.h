@@ -48,8 +48,8 @@ class ScalarTracer final : public PathTracer {
       const Ray<Real> ray = ends_.view.template ray<Real>(x, run.y, random(x, run.y, s));
       start_sides(scene_, ends_, ray.origin, sides);
       const Hit<Real> hit = first_crossing(scene_, search_, ray, sides);
-      hits[i] =
-          hit.sphere == no_sphere ? FirstHit{} : first_hit(ray, hit, scene_.spheres[hit.sphere]);
+      hits[i] = hit.sphere == no_sphere ? first_sky(ray)
+                                        : first_hit(ray, hit, scene_.spheres[hit.sphere]);
     }
   }
 
