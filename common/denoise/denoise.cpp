@@ -140,6 +140,12 @@ class Denoiser {
       mix_towards(grades[grade], other, mixture);
     }
     mix_towards(halves_[half], other, mixture);
+    for (std::size_t i = 0; i < features_.plain_sky.size(); ++i) {
+      if (!features_.plain_sky[i]) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        mixture[c].row(i / width_)[i % width_] = halves_[half][c].row(i / width_)[i % width_];
+      }
+    }
     return std::move(mixture);
   }
 

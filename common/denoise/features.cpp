@@ -34,7 +34,9 @@ class FeatureRows {
         forward_(normalize(scene.camera.look_at - scene.camera.look_from)),
         length_(length(scene.camera.look_at - scene.camera.look_from)),
         spheres_(std::size_t{settings.width} * settings.height),
-        features_{{planes_of(settings), planes_of(settings)}, planes_of(settings)} {
+        features_{{planes_of(settings), planes_of(settings)},
+                  planes_of(settings),
+                  std::vector<char>(spheres_.size())} {
     PictureSettings other = settings.picture();
     other.seed = ~settings.seed;
     steady_tracer_ = make_path_tracer(tracer.accelerator(), scene.camera, other);
@@ -58,11 +60,17 @@ class FeatureRows {
     for (std::uint32_t begin = 0; begin < width_;) {
       std::uint32_t end = begin;
       while (end < width_ && !one_sphere(y, end)) ++end;
+      if (end < width_) {
+        const std::size_t pixel = std::size_t{y} * width_ + end;
+        features_.plain_sky[pixel] = spheres_[pixel] == no_sphere ? 1 : 0;
+      }
       if (begin < end) look(*steady_tracer_, {y, begin, end}, many, hits);
       for (std::uint32_t x = begin; x < end; ++x) {
-        put(features_.steady, y, x,
-            mean_of(std::span(hits).subspan(std::size_t{x - begin} * many.count(), many.count()), 0,
-                    1));
+        const auto pixel =
+            std::span(hits).subspan(std::size_t{x - begin} * many.count(), many.count());
+        put(features_.steady, y, x, mean_of(pixel, 0, 1));
+        features_.plain_sky[std::size_t{y} * width_ + x] =
+            std::ranges::all_of(pixel, [](const FirstHit& hit) { return hit.sphere == no_sphere; });
       }
       begin = end + 1;
     }

@@ -26,6 +26,9 @@ struct Features {
   std::array<FeaturePlanes, 2> own;
   /// By many other samples, which no half has.
   FeaturePlanes steady;
+  /// By image row, whether all of these have met nothing but sky, which has no noise to speak of.
+  /// Empty: nowhere.
+  std::vector<char> plain_sky;
 };
 
 /// Samples of a pixel, both halves together, whose features are traced.

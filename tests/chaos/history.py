@@ -376,7 +376,8 @@ class History:
         for number, job in jobs.items():
             if job["state"] != "done":
                 raise Wrong(f"job {number} is {job['state']}: {job['reason']}")
-            if job["flag"] and not self.liar.lies:
+            # A check that no second worker was left to make is said, and nothing is wrong with that.
+            if job["flag"] and not job["flag"].endswith("there was none") and not self.liar.lies:
                 raise Wrong(f"job {number} is flagged: {job['flag']}")
             self.check_picture(number)
         self.pictures = len(jobs)

@@ -31,7 +31,7 @@ struct MadeUp {
 
   MadeUp(std::uint32_t wide, std::uint32_t high, double noise, std::uint64_t seed,
          const std::function<double(std::uint32_t, std::uint32_t)>& value, double scale = 1)
-      : width(wide), height(high), features{{planes(), planes()}, planes()} {
+      : width(wide), height(high), features{{planes(), planes()}, planes(), {}} {
     Dice dice(seed);
     for (std::uint32_t y = 0; y < height; ++y) {
       for (std::uint32_t x = 0; x < width; ++x) {
