@@ -154,12 +154,11 @@ TEST_CASE("passes end at the most samples that there may be") {
 }
 
 TEST_CASE("a time limit: at most half of the time left, until there is little") {
-  // The pilot takes 32 of 96 seconds and 1 for itself. Of 63 left, half: 31.5; of 30.5 that are
-  // then left, less than half of what is traced but more than a quarter: 15.25; of 14.25, less than
-  // a quarter: 12.46875; then 0.78 is less than a 32nd.
+  // The pilot takes 32 of 96 seconds and 1 for itself. Of 63 left half, 31.5; then of 30.5, of
+  // 14.25, of 6.125; then 2.0625 is less than a 32nd of what is traced.
   const Forecast forecast = forecast_time({1, 1, 1}, 96, 1e6);
-  CHECK(forecast.passes == 4);
-  CHECK(forecast.samples == Approx(32 + 31.5 + 15.25 + 12.46875).epsilon(1e-5));
+  CHECK(forecast.passes == 5);
+  CHECK(forecast.samples == Approx(32 + 31.5 + 15.25 + 7.125 + 3.0625).epsilon(1e-5));
 }
 
 TEST_CASE("however short the time, the pilot is traced") {

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -167,6 +168,13 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
   return hits;
 }
 
+/// The direction of a camera that has none is no number, in both.
+bool same_hit(FirstHit a, FirstHit b) {
+  if (!(a.direction == a.direction) && !(b.direction == b.direction))
+    a.direction = b.direction = {};
+  return a == b;
+}
+
 std::vector<FirstHit> reference_hits(const Scene& scene, const RenderSettings& settings) {
   switch (settings.precision) {
     case Precision::f64:
@@ -235,7 +243,7 @@ TEST_CASE("every kernel's camera rays meet what the scalar reference's meet") {
           tracer.first_hits({y, 0, settings.width}, {0, settings.samples_per_pixel},
                             std::span(found).subspan(y * in_row, in_row));
         }
-        CHECK_UNARY(found == expected);
+        CHECK_UNARY(std::ranges::equal(found, expected, same_hit));
       });
     }
   }
