@@ -96,18 +96,19 @@ class OutputOptions {
  public:
   /// `image_required`: without -o the command makes no sense.
   void add_to(Command& command, bool image_required);
-  /// --aov, for commands that have the scene at hand.
+  /// --aov and --error-map, for commands that have a picture's statistics at hand.
   void add_aov_to(Command& command);
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
-  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_}; }
+  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_, error_map_}; }
 
  private:
   std::string image_;
   std::string report_;
   Aovs aovs_;
+  std::string error_map_;
   Option image_option_{nullptr};
   Option report_option_{nullptr};
 };
