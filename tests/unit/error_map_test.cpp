@@ -92,7 +92,7 @@ TEST_CASE("a scale ends in round numbers, holds nearly all half-widths and is a 
   values[0] = 1e-9F;  // one in a thousand does not spoil the picture
   values[1] = 0.11F;
   ErrorScale scale = error_scale(values);
-  CHECK(scale.low == doctest::Approx(0.01));
+  CHECK(scale.low == doctest::Approx(0.02));
   CHECK(scale.high == doctest::Approx(0.2));
   for (const float value : {1e-30F, 0.1F, 0.2F, 0.5F, 1.0F, 3.0F, 9.99F, 1e30F}) {
     scale = error_scale({value, -1, 0, value});
@@ -134,7 +134,7 @@ TEST_CASE("a pixel has its worst channel's half-width, or none with fewer than t
 
 TEST_CASE("a map shows each pixel's colour where the pixel is, and unknown ones in their own") {
   const ErrorScale scale{0.001, 0.1};
-  const std::vector<float> values = {0.001F, 0.01F, 0.1F, -1, 0, 5};
+  const std::vector<float> values = {0.0005F, 0.01F, 0.2F, -1, 0, 5};
   const Image map = error_map(values, 3, scale);
   CHECK(map.rgb.size() == std::size_t{3} * map.width * map.height);
   CHECK(lab_of(colour_at(map, 1, 0))[0] == doctest::Approx(53).epsilon(0.001));
