@@ -67,10 +67,10 @@ class Plan(unittest.TestCase):
                 self.assertTrue(0 < of["low"] <= of["value"] <= of["high"], (key, of))
 
     def test_a_time_becomes_a_time_limit_that_leaves_room_for_writing(self):
-        choices = self.plan("--time", 2)["choices"]
+        choices = self.plan("--time", 20)["choices"]
         limited = next(choice for choice in choices if choice["adaptive"])
         limit = float(limited["command"][limited["command"].index("--time-limit") + 1])
-        self.assertTrue(0 < limit < 2, limit)  # how much room is the machine's
+        self.assertTrue(0 < limit < 20, limit)  # how much room is the machine's
         uniform = next(choice for choice in choices if not choice["adaptive"])
         self.assertIn("--spp", uniform["command"])
         errors = [choice["error"]["value"] for choice in choices]
@@ -86,7 +86,7 @@ class Plan(unittest.TestCase):
         self.assertEqual({choice["sampler"] for choice in plan["choices"]}, {"sobol"})
 
     def test_the_recommended_command_keeps_the_goal_as_surely_as_is_asked_for(self):
-        for goal in (["--error", 0.01], ["--time", 4]):
+        for goal in (["--error", 0.01], ["--time", 20]):
             for confidence in (0.5, 0.95, 0.99):
                 plan = self.plan(*goal, "--confidence", confidence)
                 best = plan["recommended"]
