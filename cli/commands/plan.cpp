@@ -185,8 +185,8 @@ std::string whom_text(const Plan& plan) {
   if (plan.farm.here()) return threads;
   const std::vector<double>& speeds = plan.farm.speeds();
   const double power = std::accumulate(speeds.begin(), speeds.end(), 0.0);
-  return counted(speeds.size(), "worker") + " as fast as " + number_cell(power) +
-         " of this " + "machine with " + threads + ", network and sending the scene not counted";
+  return counted(speeds.size(), "worker") + " as fast as " + number_cell(power) + " of this " +
+         "machine with " + threads + ", network and sending the scene not counted";
 }
 
 void print_text(const PlanCommand& command, const Plan& plan) {
