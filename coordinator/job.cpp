@@ -9,6 +9,24 @@ namespace parray {
 
 using nlohmann::json;
 
+namespace {
+
+/// What is known of a job's error, and what is asked of it.
+void add_error(json& summary, const Job& job) {
+  const RenderSettings& s = job.record.settings;
+  if (s.target_error > 0) {
+    summary["target_error"] = s.target_error;
+  }
+  if (s.target_half_width > 0) {
+    summary["target_half_width"] = s.target_half_width;
+  }
+  if (job.error.known()) {
+    summary["error"] = error_to_json(job.error);
+  }
+}
+
+}  // namespace
+
 double Job::progress(Time now) const {
   if (record.state == JobState::done) {
     return 1;
@@ -89,6 +107,7 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"samples_per_pixel", record.settings.samples_per_pixel},
                   {"sampler", name_of(record.settings.sampler)},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
+  add_error(summary, job);
   if (record.series_id != 0) {
     summary["series"] = record.series_id;
     summary["frame"] = record.frame;

@@ -93,6 +93,7 @@ struct Job {
   std::string journal;              ///< likewise
   std::uint64_t picture_bytes = 0;  ///< of both
   Time ended_at = never;            ///< in this life
+  ErrorFigures error;               ///< of the passes that are complete; of a done job the report's
 
   /// Bytes of memory that it has for no other reason than that somebody may ask for it.
   [[nodiscard]] std::uint64_t kept_bytes() const {

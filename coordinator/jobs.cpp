@@ -90,6 +90,7 @@ void Coordinator::restore_jobs() {
       job.record.state = JobState::queued;
     }
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
+    job.error = error_in(job.record.report);
     jobs_.emplace(id, std::move(job));
   }
   list_open_jobs();
@@ -118,6 +119,7 @@ struct Coordinator::Prepared {
   std::uint64_t samples = 0;
   std::uint64_t cells = 0;
   std::uint64_t expected_samples = 0;
+  ErrorFigures error;
   bool complete = false;
   bool whole = false;
   std::string failure;
@@ -188,6 +190,7 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       p.samples = p.picture->framebuffer().counts().samples;
       p.cells = p.picture->collector().done_cells();
       p.expected_samples = p.picture->passes().expected_samples();
+      p.error = p.picture->passes().error();
       p.whole = p.picture->framebuffer().whole();
       if (store != nullptr) {
         store->put_job(record);
@@ -225,6 +228,7 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   work.whole = prepared.whole;
   work.expected_samples = prepared.expected_samples;
   job.record.passes = prepared.passes;
+  job.error = prepared.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings.in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(now_ - work.pass_ended);
@@ -310,6 +314,7 @@ void Coordinator::next_pass(Job& job) {
       p.samples = picture->framebuffer().counts().samples;
       p.cells = picture->collector().done_cells();
       p.expected_samples = picture->passes().expected_samples();
+      p.error = picture->passes().error();
       p.whole = picture->framebuffer().whole();
       if (store != nullptr && !p.complete) {
         store->put_job(record);
@@ -383,6 +388,7 @@ void Coordinator::finish_job(Job& job) {
         return;
       }
       there->record.report = finished->report;
+      there->error = error_in(finished->report);
       there->record.events = finished->events;
       if (store_ == nullptr) {
         there->picture = finished->picture;

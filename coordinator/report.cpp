@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
 #include "common/image/image.h"
 #include "common/image/lattice.h"
@@ -29,20 +28,16 @@ static json samples_per_pixel_of(const JobPicture& job) {
                                : json(static_cast<double>(samples) / static_cast<double>(pixels));
 }
 
-static json error_of(const JobPicture& job, const ErrorEstimate& estimate) {
+static json error_of(const JobPicture& job, const ErrorFigures& figures) {
   const TraceCounts& counts = job.framebuffer().counts();
-  const auto known = [](double value) { return value < 0 ? json() : json(value); };
   const double lost = counts.samples == 0
                           ? 0
                           : static_cast<double>(counts.lost) * TraceCounts::lost_unit /
                                 static_cast<double>(counts.samples);
-  return {{"rmse", known(estimate.rmse)},
-          {"low", known(estimate.low)},
-          {"high", known(estimate.high)},
-          {"half_width_p50", known(estimate.half_width_p50)},
-          {"half_width_p99", known(estimate.half_width_p99)},
-          {"method", error_method},
-          {"truncation", lost * job.scene().largest_radiance}};
+  json error = error_to_json(figures);
+  error["method"] = error_method;
+  error["truncation"] = lost * job.scene().largest_radiance;
+  return error;
 }
 
 static json make_report(const JobPicture& job, const JobRecord& record, const RenderFacts& facts,
@@ -137,6 +132,30 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
   PictureStatistics statistics{{samples.begin(), samples.end()}, std::move(estimate.half_width)};
   if (picture.settings().replicates) statistics.replicates = replicates_of(picture.view());
   return {{std::move(image), std::move(statistics)}, report.dump()};
+}
+
+json error_to_json(const ErrorFigures& error) {
+  const auto known = [](double value) { return value < 0 ? json() : json(value); };
+  return {{"rmse", known(error.rmse)},
+          {"low", known(error.low)},
+          {"high", known(error.high)},
+          {"half_width_p50", known(error.half_width_p50)},
+          {"half_width_p99", known(error.half_width_p99)}};
+}
+
+ErrorFigures error_from_json(const json& map) {
+  const auto figure = [&map](const char* name) {
+    const json value = map.is_object() ? map.value(name, json()) : json();
+    const double number = value.is_number() ? value.get<double>() : -1;
+    return number >= 0 ? number : -1;
+  };
+  return {figure("rmse"), figure("low"), figure("high"), figure("half_width_p50"),
+          figure("half_width_p99")};
+}
+
+ErrorFigures error_in(const std::string& report) {
+  const json map = json::parse(report, nullptr, false);
+  return error_from_json(map.is_object() ? map.value("error", json()) : json());
 }
 
 }  // namespace parray

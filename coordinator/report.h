@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "common/adaptive/error_estimate.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/job_picture.h"
 #include "coordinator/store/job_record.h"
@@ -38,5 +39,12 @@ PictureDetail kept_detail(const WorkSettings& settings);
 
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts);
+
+/// Figures as the map `error` of reports and job maps, null where unknown.
+nlohmann::json error_to_json(const ErrorFigures& error);
+/// Inverse; whatever is no such map, or has no such number, is unknown.
+ErrorFigures error_from_json(const nlohmann::json& map);
+/// Of the text of a report; empty: unknown.
+ErrorFigures error_in(const std::string& report);
 
 }  // namespace parray

@@ -67,15 +67,15 @@ Recorded recorded(const std::vector<JournalEntry>& journal) {
 
 class PassReplay {
  public:
-  PassReplay(const RecordedPass& pass, const std::vector<std::uint32_t>& workers,
+  PassReplay(const RecordedPass& pass, const std::vector<ImaginedWorker>& workers,
              SchedulePolicy policy)
       : pass_(pass),
         workers_(workers),
         speeds_(workers.size()),
         leases_(ChunkSizer(policy, pass.pass.grain, LeaseLength{}), {{0, pass.pass.cells}}, 1) {
     farm_ = {0, 0, 0, static_cast<std::uint32_t>(workers.size())};
-    for (const std::uint32_t threads : workers) {
-      farm_.threads += threads;
+    for (const ImaginedWorker& worker : workers) {
+      farm_.threads += worker.threads;
     }
   }
 
@@ -107,32 +107,36 @@ class PassReplay {
  private:
   void ask(double now, WorkerId worker) {
     const Time far = never;
-    auto lease = leases_.grant(far, worker, {workers_[worker], speeds_[worker]}, farm_);
+    auto lease = leases_.grant(far, worker, {workers_[worker].threads, speeds_[worker]}, farm_);
     if (!lease) {
       lease = leases_.grant_copy(far, worker);
     }
     if (lease) {
-      events_.emplace(now + pass_.costs.of(lease->range) / workers_[worker], worker, lease->epoch);
+      events_.emplace(now + seconds_of(worker, lease->range), worker, lease->epoch);
     }
   }
 
+  [[nodiscard]] double seconds_of(WorkerId worker, const CellRange& range) const {
+    return pass_.costs.of(range) / (workers_[worker].threads * workers_[worker].speed);
+  }
+
   void measure(WorkerId worker, const CellRange& range) {
-    const double seconds = pass_.costs.of(range) / workers_[worker];
+    const double seconds = seconds_of(worker, range);
     if (seconds <= 0) {
       return;
     }
     const double speed =
         pass_.pass.grain.cell_samples * static_cast<double>(range.count()) / seconds;
     if (speeds_[worker] == 0) {
-      farm_.measured_threads += workers_[worker];
+      farm_.measured_threads += workers_[worker].threads;
     }
     farm_.samples_per_second += speed - speeds_[worker];
     speeds_[worker] = speed;
   }
 
   const RecordedPass& pass_;
-  const std::vector<std::uint32_t>& workers_;  ///< threads of each
-  std::vector<double> speeds_;                 ///< measured; 0: not yet
+  const std::vector<ImaginedWorker>& workers_;
+  std::vector<double> speeds_;  ///< measured; 0: not yet
   LeaseTable leases_;
   FarmSpeed farm_;
   using Event = std::tuple<double, WorkerId, Epoch>;  ///< when a lease is traced
@@ -141,13 +145,19 @@ class PassReplay {
 
 }  // namespace
 
+static double power_of(const std::vector<ImaginedWorker>& workers) {
+  double power = 0;
+  for (const ImaginedWorker& worker : workers) {
+    power += worker.threads * worker.speed;
+  }
+  return power;
+}
+
 Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOptions& options) {
   const Recorded job = recorded(journal);
-  std::vector<std::uint32_t> workers;
-  double threads = 0;
+  std::vector<ImaginedWorker> workers;
   for (const auto& [tracer, each] : job.threads) {
-    workers.insert(workers.end(), options.copies, std::max(each, 1U));
-    threads += static_cast<double>(std::max(each, 1U)) * options.copies;
+    workers.insert(workers.end(), options.copies, {std::max(each, 1U), 1});
   }
   Replayed result;
   double work = 0;
@@ -163,8 +173,19 @@ Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOption
   if (result.seconds <= 0) {
     throw RunError("the journal has no lease to replay");
   }
-  result.efficiency = work / (result.seconds * threads);
+  result.efficiency = work / (result.seconds * power_of(workers));
   return result;
+}
+
+Replayed replay_even_pass(const ChunkGrain& grain, double thread_seconds,
+                          const std::vector<ImaginedWorker>& workers, SchedulePolicy policy) {
+  RecordedPass pass;
+  pass.pass.cells = grain.cells;
+  pass.pass.grain = grain;
+  pass.costs.add({0, grain.cells}, thread_seconds);
+  PassReplay replay(pass, workers, policy);
+  const double took = replay.run();
+  return {took, thread_seconds / (took * power_of(workers)), replay.leases()};
 }
 
 }  // namespace parray

@@ -26,4 +26,15 @@ struct Replayed {
 /// Throws RunError when the journal has no complete pass.
 Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOptions& options);
 
+/// A worker that there might be.
+struct ImaginedWorker {
+  std::uint32_t threads = 1;
+  double speed = 1;  ///< of each thread
+};
+
+/// A pass of `grain` whose cells cost the same each, `thread_seconds` together at speed 1, dealt
+/// out likewise to `workers`, at least one.
+Replayed replay_even_pass(const ChunkGrain& grain, double thread_seconds,
+                          const std::vector<ImaginedWorker>& workers, SchedulePolicy policy);
+
 }  // namespace parray

@@ -29,13 +29,14 @@ int jobs(const JobsCommand& command) {
     const JobStatus job = job_status(map);
     rows.push_back({std::to_string(job.id),
                     printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
-                    progress_cell(job), left_cell(job), std::to_string(job.priority),
+                    progress_cell(job), left_cell(job), error_cell(job),
+                    std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
                     std::to_string(job.samples_per_pixel),
                     printable(job.name) + (job.flag.empty() ? "" : "  (!)")});
   }
   std::cout << table_text(
-      {"JOB", "STATE", "DONE", "LEFT", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
+      {"JOB", "STATE", "DONE", "LEFT", "ERROR", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
   return 0;
 }
 

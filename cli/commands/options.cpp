@@ -296,6 +296,13 @@ void OutputOptions::add_aov_to(Command& command) {
           "of its 95 % interval")
       .type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
       .needs(image_option_);
+  command
+      .option("--error-map", error_map_,
+              "Where the error is: the half-width of each pixel's 95 % interval as colours, with a "
+              "legend")
+      .type_name("FILE.png")
+      .forbid_empty()
+      .needs(image_option_);
 }
 
 void OutputOptions::add_denoise_to(Command& command) {

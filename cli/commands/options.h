@@ -96,7 +96,7 @@ class OutputOptions {
  public:
   /// `image_required`: without -o the command makes no sense.
   void add_to(Command& command, bool image_required);
-  /// --aov, for commands that have a picture's statistics at hand.
+  /// --aov and --error-map, for commands that have a picture's statistics at hand.
   void add_aov_to(Command& command);
   /// --denoise, for those that have the scene, too.
   void add_denoise_to(Command& command);
@@ -104,13 +104,14 @@ class OutputOptions {
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
-  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_, denoise_}; }
+  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_, denoise_, error_map_}; }
 
  private:
   std::string image_;
   std::string report_;
   Aovs aovs_;
   bool denoise_ = false;
+  std::string error_map_;
   Option image_option_{nullptr};
   Option report_option_{nullptr};
 };

@@ -1,10 +1,14 @@
 #include "cli/plan/plan.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands/commands.h"
@@ -34,6 +38,8 @@ struct PlanCommand {
   double probe_seconds = 3;
   std::string image;
   std::optional<std::uint32_t> threads;
+  std::optional<std::uint32_t> workers;
+  std::vector<double> speeds;  ///< of the workers; empty: 1 each
   bool as_json = false;
   std::vector<std::string> given;  ///< options that rendering takes, too, as words
 };
@@ -45,6 +51,7 @@ struct Plan {
   std::vector<Choice> choices;
   Effort load;
   int threads = 1;
+  FarmModel farm;
 };
 
 /// A word as a shell reads it.
@@ -61,7 +68,9 @@ std::string quoted(const std::string& word) {
 
 /// The words of the command that renders what `choice` says.
 std::vector<std::string> words_of(const PlanCommand& command, const Choice& choice) {
-  std::vector<std::string> words = {"parray", "render", command.scene, "-o", command.image};
+  std::vector<std::string> words = {"parray", command.workers ? "submit" : "render", command.scene};
+  if (command.workers) words.emplace_back("--wait");
+  words.insert(words.end(), {"-o", command.image});
   words.insert(words.end(), command.given.begin(), command.given.end());
   words.insert(words.end(), {"--sampler", std::string(name_of(choice.sampler))});
   if (choice.samples_per_pixel > 0) {
@@ -69,7 +78,7 @@ std::vector<std::string> words_of(const PlanCommand& command, const Choice& choi
   } else if (choice.time_limit > 0) {
     words.insert(words.end(), {"--time-limit", formatted("%.4g", choice.time_limit)});
   } else {
-    words.insert(words.end(), {"--target-error", formatted("%.12g", command.goal.error)});
+    words.insert(words.end(), {"--target-error", formatted("%.12g", choice.target_error)});
   }
   return words;
 }
@@ -97,7 +106,8 @@ json json_of(const PlanCommand& command, const Choice& choice) {
           {"samples_per_pixel", json_of(choice.samples)},
           {"error", json_of(choice.error)},
           {"seconds", json_of(choice.seconds)},
-          {"cpu_seconds", choice.cpu_seconds}};
+          {"cpu_seconds", choice.cpu_seconds},
+          {"keeps_goal", choice.keeps}};
 }
 
 json document(const PlanCommand& command, const Plan& plan) {
@@ -118,8 +128,11 @@ json document(const PlanCommand& command, const Plan& plan) {
           {"width", plan.settings.width},
           {"height", plan.settings.height},
           {"threads", plan.threads},
+          {"workers", plan.farm.speeds()},
           {"goal",
-           {{"error", or_null(command.goal.error)}, {"seconds", or_null(command.goal.seconds)}}},
+           {{"error", or_null(command.goal.error)},
+            {"seconds", or_null(command.goal.seconds)},
+            {"confidence", command.goal.confidence}}},
           {"recommended", all.front()},
           {"choices", all},
           {"probe",
@@ -143,6 +156,20 @@ std::string with_interval(const Expected& expected, std::string (*text)(double))
   return text(expected.value) + " (" + text(expected.low) + " to " + text(expected.high) + ")";
 }
 
+/// Rounded down: what is said is kept.
+std::string percent_text(double share) {
+  const double steps = share < 0.99 ? 1000 : 10000;
+  return formatted("%.4g %%", std::floor(std::min(share, 0.9999) * steps + 1e-3) * 100 / steps);
+}
+
+/// How surely the goal is kept, and whether that is as surely as was asked for.
+std::string keeps_text(const PlanCommand& command, const Choice& choice) {
+  const std::string goal = command.goal.error > 0 ? "error" : "time";
+  const bool sure = choice.keeps >= command.goal.confidence - 1e-6;
+  return "the " + goal + " asked for with " + percent_text(choice.keeps) + ", by its interval" +
+         (sure ? "" : ": nothing keeps it with " + percent_text(command.goal.confidence));
+}
+
 std::string samples_text(double samples) {
   return formatted(samples < 1000 ? "%.1f" : "%.0f", samples);
 }
@@ -152,25 +179,36 @@ std::string way_text(const Choice& choice) {
   return choice.time_limit > 0 ? "adaptive, time limit" : "adaptive";
 }
 
+/// Who is to trace.
+std::string whom_text(const Plan& plan) {
+  const std::string threads = counted(static_cast<std::uint64_t>(plan.threads), "thread");
+  if (plan.farm.here()) return threads;
+  const std::vector<double>& speeds = plan.farm.speeds();
+  const double power = std::accumulate(speeds.begin(), speeds.end(), 0.0);
+  return counted(speeds.size(), "worker") + " as fast as " + number_cell(power) + " of this " +
+         "machine with " + threads + ", network and sending the scene not counted";
+}
+
 void print_text(const PlanCommand& command, const Plan& plan) {
   const Choice& best = plan.choices.front();
   const std::string goal = command.goal.error > 0
                                ? "an error of " + number_cell(command.goal.error)
                                : "the least error in " + duration_text(command.goal.seconds);
   std::cout << "for " << goal << " in " << plan.settings.width << " x " << plan.settings.height
-            << " pixels, " << counted(static_cast<std::uint64_t>(plan.threads), "thread")
-            << ":\n\n  " << command_line(words_of(command, best)) << "\n\n"
+            << " pixels, " << whom_text(plan) << ":\n\n  " << command_line(words_of(command, best))
+            << "\n\n"
             << list_text({{"time", with_interval(best.seconds, duration_text)},
                           {"error", with_interval(best.error, error_text) + " RMSE"},
-                          {"samples", with_interval(best.samples, samples_text) + " a pixel"}})
+                          {"samples", with_interval(best.samples, samples_text) + " a pixel"},
+                          {"keeps", keeps_text(command, best)}})
             << "\n";
   std::vector<std::vector<std::string>> rows;
   for (const Choice& choice : plan.choices) {
     rows.push_back({std::string(name_of(choice.sampler)), way_text(choice),
                     samples_text(choice.samples.value), error_text(choice.error.value),
-                    duration_text(choice.seconds.value)});
+                    duration_text(choice.seconds.value), percent_text(choice.keeps)});
   }
-  std::cout << table_text({"sampler", "samples", "a pixel", "error", "time"}, rows)
+  std::cout << table_text({"sampler", "samples", "a pixel", "error", "time", "keeps"}, rows)
             << "\nprobed for " << duration_text(plan.probe.seconds) << ": "
             << counted(plan.probe.samples, "sample") << " in "
             << counted(plan.probe.pixels, "pixel")
@@ -194,6 +232,22 @@ void check_goal(const PlanCommand& command) {
   }
 }
 
+void check_workers(PlanCommand& command) {
+  if (command.speeds.empty()) return;
+  if (!command.workers) command.workers = static_cast<std::uint32_t>(command.speeds.size());
+  if (*command.workers != command.speeds.size()) {
+    throw InputError("--speeds has " + counted(command.speeds.size(), "speed") + " for " +
+                     counted(*command.workers, "worker") + ": name one for each");
+  }
+}
+
+FarmModel farm_of(const PlanCommand& command, const Plan& plan) {
+  if (!command.workers) return {};
+  std::vector<double> speeds = command.speeds;
+  speeds.resize(*command.workers, 1);
+  return {plan.settings, std::move(speeds), static_cast<std::uint32_t>(plan.threads)};
+}
+
 std::optional<Plan> make_plan(const PlanCommand& command) {
   const Effort began = effort_now();
   const SceneFile file = load_scene(command.scene, command.render);
@@ -215,12 +269,14 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
   auto probed = probe(request, watch.stop());
   if (!probed) return std::nullopt;
   plan.probe = std::move(*probed);
-  plan.choices = choices(plan.probe, plan.settings, command.goal, plan.load);
+  plan.farm = farm_of(command, plan);
+  plan.choices = choices(plan.probe, plan.settings, command.goal, plan.load, plan.farm);
   return plan;
 }
 
 int make_and_print(PlanCommand command) {
   check_goal(command);
+  check_workers(command);
   if (command.image.empty()) command.image = default_image(command.scene);
   check_image_path(command.image);
   const auto plan = make_plan(command);
@@ -234,16 +290,29 @@ int make_and_print(PlanCommand command) {
 }
 
 /// Options of the command line that rendering takes as well, but for the sampler.
-std::vector<std::string> given_options(const Command& command) {
+std::vector<std::string> given_options(const Command& command, bool farm) {
   std::vector<std::string> words;
   for (const GivenOption& option : command.given_options()) {
     const bool of_rendering = option.group == settings_group || option.group == work_group;
-    if (of_rendering && option.name != "--sampler") {
+    const bool of_workers = farm && option.name == "--threads";  // each has its own
+    if (of_rendering && !of_workers && option.name != "--sampler") {
       words.push_back(option.name);
       words.push_back(option.value);
     }
   }
   return words;
+}
+
+/// Of workers, separated by commas. Throws InputError.
+std::vector<double> speeds_from(const std::string& text) {
+  constexpr NumberRange range{1e-3, 1e3};
+  std::vector<double> speeds;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    speeds.push_back(real_number(text.substr(begin, end - begin), range));
+    begin = end + 1;
+  }
+  return speeds;
 }
 
 }  // namespace
@@ -258,6 +327,10 @@ void add_plan(CommandLine& line, Action& chosen) {
                   "RMSE that the picture may have, in linear radiance");
   add_real_number(command, "--time", ranges::time_limit, options->goal.seconds,
                   "Seconds that the render may take in all");
+  constexpr NumberRange confidence_range{0.5, 0.9999};
+  add_real_number(command, "--confidence", confidence_range, options->goal.confidence,
+                  "Probability with which the command is to keep the error, or the time, by the "
+                  "interval of what it is expected to come to (default: 0.95)");
   constexpr NumberRange probe_range{0.1, 3600};
   add_real_number(command, "--probe-seconds", probe_range, options->probe_seconds,
                   "Seconds of tracing to predict from, about: more predict better (default: 3)");
@@ -275,8 +348,18 @@ void add_plan(CommandLine& line, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
       .group(work_group);
+  constexpr std::uint32_t most_workers = 10000;
+  add_whole_number(
+      command, "--workers", 1, most_workers,
+      [options](std::uint64_t value) { options->workers = static_cast<std::uint32_t>(value); },
+      "Plan for a farm of N workers, each as fast as this machine; the coordinator runs here");
+  command
+      .option(
+          "--speeds", [options](const std::string& text) { options->speeds = speeds_from(text); },
+          "How fast each of the farm's workers is, in samples/s relative to this machine")
+      .type_name("S,S...");
   command.on_chosen([options, command, &chosen] {
-    options->given = given_options(command);
+    options->given = given_options(command, options->workers || !options->speeds.empty());
     chosen = [options] { return make_and_print(*options); };
   });
 }

@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "cli/output/error_text.h"
 #include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
@@ -30,6 +31,11 @@ std::string left_cell(const JobStatus& job) {
   return job.ended() || job.seconds_left < 0 ? "" : duration_text(job.seconds_left);
 }
 
+std::string error_cell(const JobStatus& job) {
+  if (!job.ended()) return target_text(job);
+  return job.error.known() ? formatted("%.3g", job.error.rmse) : "";
+}
+
 static void print_frames(const json& list) {
   if (list.empty()) return;
   std::vector<std::vector<std::string>> rows;
@@ -56,6 +62,10 @@ void print_job(const json& map, bool as_json) {
                       counted(job.samples_per_pixel, "sample") + " each (" +
                       printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
+  if (job.error.known()) {
+    facts.emplace_back(job.ended() ? "error" : "error so far", figures_text(job.error));
+  }
+  if (!target_text(job).empty()) facts.emplace_back("target", target_text(job));
   if (job.frames > 0) facts.emplace_back("frames", frames_text(job) + " done");
   if (map.contains("frame")) {
     facts.emplace_back("frame", map.at("frame").dump() + " of series " + map.at("series").dump());

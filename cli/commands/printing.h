@@ -23,5 +23,7 @@ void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_f
 /// A job's progress and time left: "43 %", "12 s"; empty where there is nothing to say.
 std::string progress_cell(const JobStatus& job);
 std::string left_cell(const JobStatus& job);
+/// A done job's RMSE; of one with a target how far it is: "error 0.021 of 0.01".
+std::string error_cell(const JobStatus& job);
 
 }  // namespace parray

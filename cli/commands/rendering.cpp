@@ -114,7 +114,7 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
 }
 
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
-  Picture picture = client.fetch(job, wanted_detail(outputs.aovs, outputs.denoise));
+  Picture picture = client.fetch(job, outputs.wanted_detail());
   const bool lacks_samples = picture.statistics.samples.empty() &&
                              can_hold_channels(outputs.image) && samples_differ(picture.report);
   return lacks_samples ? client.fetch(job, PictureDetail::statistics) : picture;

@@ -63,6 +63,7 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
   OutputPaths numbered = outputs;
   numbered.image = with_frame_number(outputs.image.string(), frame);
   numbered.report = with_frame_number(outputs.report.string(), frame);
+  numbered.error_map = with_frame_number(outputs.error_map.string(), frame);
   return numbered;
 }
 
@@ -272,7 +273,7 @@ class SeriesRun {
 }  // namespace
 
 void check_frame_outputs(const OutputPaths& outputs) {
-  for (const auto& file : {outputs.image, outputs.report}) {
+  for (const auto& file : {outputs.image, outputs.report, outputs.error_map}) {
     if (!file.empty() && !has_frame_number(file.string())) {
       throw InputError(printable(file.string(), 4096) +
                        ": every frame needs a file of its own: write #### for its number");

@@ -13,6 +13,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "coordinator/report.h"
 
 namespace parray {
 namespace {
@@ -78,6 +79,9 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("sampler").get_to(job.sampler);
     job.frames = map.value("frames", std::uint64_t{0});
     job.frames_done = map.value("frames_done", std::uint64_t{0});
+    job.error = error_from_json(map.value("error", nlohmann::json()));
+    job.target_error = map.value("target_error", 0.0);
+    job.target_half_width = map.value("target_half_width", 0.0);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/adaptive/error_estimate.h"
 #include "common/image/channels.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
@@ -63,6 +64,9 @@ struct JobStatus {
   std::string sampler;
   std::uint64_t frames = 0;  ///< of a series; 0: it is none
   std::uint64_t frames_done = 0;
+  ErrorFigures error{};          ///< of the passes that are complete; of a done job its picture's
+  double target_error = 0;       ///< 0: none
+  double target_half_width = 0;  ///< 0: none
 
   /// Done, failed or cancelled: nothing more will happen.
   [[nodiscard]] bool ended() const;

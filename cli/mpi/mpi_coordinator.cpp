@@ -210,6 +210,9 @@ JobStatus MpiCoordinator::status(Time now, bool done) const {
   status.state = name_of(done ? JobState::done : JobState::running);
   status.progress = done ? 1 : progress;
   status.whole = preview_.wanted() && framebuffer.whole();
+  status.error = job_.picture().passes().error();
+  status.target_error = job_.record().settings.target_error;
+  status.target_half_width = job_.record().settings.target_half_width;
   if (progress > progress_before_ && elapsed > 0) {
     status.samples_per_second =
         static_cast<double>(framebuffer.counts().samples - job_.samples_before()) / elapsed;

@@ -3,6 +3,8 @@
 #include <iostream>
 #include <string>
 
+#include "cli/output/error_map.h"
+#include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
@@ -28,21 +30,26 @@ std::string samples_text(const json& report) {
     text = formatted("%.3g", 100 * (1 - static_cast<double>(filled) / pixels)) +
            " % of them traced, the others filled in blocks of up to " + side + " x " + side;
   }
-  const json error = report.value("error", json::object());
-  return text + (error.value("rmse", json()).is_null() ? ", no error known" : "");
+  return text;
 }
 
 void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
             << report.at("height") << " pixels, " << samples_text(report) << ", "
-            << duration_text(seconds) << ", "
+            << error_text(report) << ", " << duration_text(seconds) << ", "
             << with_unit(report.at("samples_per_second").get<double>(), "samples/s")
             << ", image_sha256 " << report.at("image_sha256").get<std::string>().substr(0, 16)
             << "\n";
 }
 
 }  // namespace
+
+PictureDetail OutputPaths::wanted_detail() const {
+  if (denoise) return PictureDetail::replicates;
+  return wants_statistics(aovs) || !error_map.empty() ? PictureDetail::statistics
+                                                      : PictureDetail::image;
+}
 
 bool same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
@@ -58,10 +65,18 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
     throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
                      " has no room for extra channels: write an EXR file (.exr)");
   }
+  if (!outputs.error_map.empty()) check_image_path(outputs.error_map);
+  if (can_hold_channels(outputs.error_map)) {
+    throw InputError("--error-map " + outputs.error_map.string() +
+                     ": a map's colours are to be looked at: write a PNG file (.png)");
+  }
   if (same_file(outputs.image, outputs.report)) {
     throw InputError(outputs.report.string() + ": picture and report need two files");
   }
-  for (const fs::path& output : {outputs.image, outputs.report}) {
+  if (same_file(outputs.image, outputs.error_map) || same_file(outputs.report, outputs.error_map)) {
+    throw InputError(outputs.error_map.string() + ": the map of the error needs a file of its own");
+  }
+  for (const fs::path& output : {outputs.image, outputs.report, outputs.error_map}) {
     if (same_file(output, scene)) {
       throw InputError(output.string() + " is the scene itself: name another file to write");
     }
@@ -110,6 +125,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
     write_image(outputs.image, picture.image, recipe_metadata(picture, exr), picture.channels,
                 check_interrupted, in_haste(outputs, picture, times, begin));
   }
+  if (!outputs.error_map.empty()) write_error_map(outputs.error_map, picture);
   const Time end = clock.now();
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");

@@ -11,8 +11,12 @@ namespace parray {
 struct OutputPaths {
   std::filesystem::path image;
   std::filesystem::path report;
-  Aovs aovs{};           ///< wanted as extra channels of the image
-  bool denoise = false;  ///< the image is to be a denoised one
+  Aovs aovs{};                        ///< wanted as extra channels of the image
+  bool denoise = false;               ///< the image is to be a denoised one
+  std::filesystem::path error_map{};  ///< see cli/output/error_map.h
+
+  /// How much of the picture has to come for them.
+  [[nodiscard]] PictureDetail wanted_detail() const;
 
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
@@ -31,11 +35,11 @@ struct CommandTimes {
   bool limited = false;       ///< a time limit counts since `started`, writing included
 };
 
-/// Writes a finished picture, with its recipe and channels, and its report, and says on stdout what
-/// was written (on stderr, too, if samples were not finite). The report gets `seconds.write` and
-/// `seconds.total`. With `times` that is the time since the start, and its parts add up to it:
-/// `submit`, and `other`: waiting for a turn, making the image and its error. Without them it is
-/// the sum of what parts there are.
+/// Writes a finished picture, with its recipe and channels, its map and its report, and says on
+/// stdout what was written (on stderr, too, if samples were not finite). The report gets
+/// `seconds.write` and `seconds.total`. With `times` that is the time since the start, and its
+/// parts add up to it: `submit`, and `other`: waiting for a turn, making the image and its error.
+/// Without them it is the sum of what parts there are.
 ///
 /// Returns the program's exit status: 0, or 1 if samples were not finite. Throws RunError, and
 /// Interrupted (see common/process/stop_signal.h) between two strips of the image; nothing

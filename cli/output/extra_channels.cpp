@@ -24,10 +24,8 @@ ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
           .denoise = denoise};
 }
 
-PictureDetail wanted_detail(const Aovs& aovs, bool denoise) {
-  if (denoise) return PictureDetail::replicates;
-  return std::any_of(aovs.begin(), aovs.end(), is_statistic) ? PictureDetail::statistics
-                                                             : PictureDetail::image;
+bool wants_statistics(const Aovs& aovs) {
+  return std::any_of(aovs.begin(), aovs.end(), is_statistic);
 }
 
 namespace {

@@ -25,15 +25,16 @@ struct ExtraChannels {
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
 
-/// How much of the picture has to come for these channels.
-PictureDetail wanted_detail(const Aovs& aovs, bool denoise);
+/// Whether the picture has to come with its statistics.
+bool wants_statistics(const Aovs& aovs);
 
 /// Adds channel `samples`, without which nobody could trace the picture again, where pixels have
 /// different numbers of samples, unless it is there.
 void add_sample_counts(Picture& picture);
 
 /// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
-/// their names, and `seconds.aovs`. Denoises it first, if asked. Throws Interrupted (see common/process/stop_signal.h).
+/// their names, and `seconds.aovs`. Denoises it first, if asked. Throws Interrupted (see
+/// common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray

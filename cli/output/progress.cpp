@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
@@ -33,6 +34,7 @@ std::string facts(const JobStatus& job) {
   if (job.samples_per_second > 0) {
     text += "  " + with_unit(job.samples_per_second, "samples/s");
   }
+  if (const std::string target = target_text(job); !target.empty()) text += "  " + target;
   if (job.seconds_left >= 0) text += "  " + duration_text(job.seconds_left) + " left";
   return text;
 }

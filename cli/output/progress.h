@@ -22,8 +22,8 @@ std::size_t terminal_columns();
 /// "3/10 frames" of a series.
 std::string frames_text(const JobStatus& job);
 
-/// "[#####     ]  43.1 %  3.14 M samples/s  12 s left", at most `columns` long: the bar shrinks,
-/// then goes. Plain text: no colours, no control characters.
+/// "[#####     ]  43.1 %  3.14 M samples/s  error 0.021 of 0.01  12 s left", at most `columns`
+/// long: the bar shrinks, then goes. Plain text: no colours, no control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
 
 /// Tells people how far a job is. Never colours, so NO_COLOR has nothing to ask for. One thread.

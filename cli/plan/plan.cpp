@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"
@@ -13,13 +14,20 @@ namespace parray {
 namespace {
 
 constexpr double most_samples = limits::max_samples_per_pixel;
-/// A uniform picture does not look at its error: it gets some more samples, to be below the goal.
-constexpr double uniform_margin = 1.03;
-/// Adaptive passes look at their error as they go, or at the clock: worth some time, or error.
-constexpr double looks_at_error = 0.95;
-constexpr double looks_at_clock = 0.8;
+/// How far a time limit's passes end from it, as a standard deviation: 95 % within 5 %.
+constexpr double limit_doubt = 0.025;
 /// By how much errors of evenly spread points are off their law: they are least at powers of two.
 constexpr double between_powers = 0.03;
+
+double normal_share(double x) { return std::erfc(-x / std::sqrt(2.0)) / 2; }
+
+/// That a value expected like this, log-normal, is at most `most`.
+double probability(const Expected& expected, double most) {
+  const double relative = std::log(expected.high / expected.value) / normal_95;
+  const double above = std::log(most / expected.value);
+  return relative > 0 ? normal_share(above / relative) : above >= 0 ? 1 : 0;
+}
+
 Expected around(double value, double relative) {
   const double factor = std::exp(normal_95 * relative);
   return {value, value / factor, value * factor};
@@ -27,16 +35,19 @@ Expected around(double value, double relative) {
 
 class Chooser {
  public:
-  Chooser(const Probe& probe, const RenderSettings& settings, PlanGoal goal, Effort load)
+  Chooser(const Probe& probe, const RenderSettings& settings, PlanGoal goal, Effort load,
+          const FarmModel& farm)
       : probe_(probe),
+        farm_(farm),
         goal_(goal),
+        quantile_(normal_quantile(goal.confidence)),
         fixed_(load + probe.fixed),
         pixels_(static_cast<double>(settings.width) * settings.height) {}
 
   [[nodiscard]] Choice uniform(const SamplerProbe& sampler) const {
-    const double exactly = goal_.error > 0
-                               ? sampler.uniform.samples_for(goal_.error / uniform_margin)
-                               : affordable(sampler.uniform_sample, goal_.seconds - least().wall);
+    const double exactly = goal_.error > 0 ? enough(sampler)
+                                           : affordable(sampler.uniform_sample,
+                                                        surely(goal_.seconds, probe_.timing_doubt));
     // Replicates are halves; a picture of less than two samples a pixel does not know its error.
     const double even = 2 * (goal_.error > 0 ? std::ceil(exactly / 2) : std::floor(exactly / 2));
     Choice choice;
@@ -44,10 +55,10 @@ class Chooser {
     const double samples = std::clamp(even, 2.0, most_samples);
     choice.samples_per_pixel = static_cast<std::uint32_t>(samples);
     choice.samples = {samples, samples, samples};
-    const double ripple = sampler.sampler == Sampler::sobol ? between_powers : 0;
-    choice.error = around(sampler.uniform.at(samples),
-                          std::hypot(ripple, sampler.uniform.relative_at(samples)));
+    choice.error = around(sampler.uniform.at(samples), uniform_doubt(sampler, samples));
     add_time(choice, samples * pixels_ * sampler.uniform_sample, 0);
+    choice.keeps = goal_.error > 0 ? probability(choice.error, goal_.error)
+                                   : probability(choice.seconds, goal_.seconds);
     return choice;
   }
 
@@ -58,8 +69,50 @@ class Chooser {
   [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.finish; }
 
  private:
+  /// What to aim at, so that a value off by a factor of standard deviation `relative` stays below
+  /// `most` as surely as is asked for.
+  [[nodiscard]] double surely(double most, double relative) const {
+    return most * std::exp(-quantile_ * relative);
+  }
+
+  /// How much shorter tracing is on the farm.
+  [[nodiscard]] double speedup(Effort sample, double samples, int passes) const {
+    const double wall = samples * pixels_ * sample.wall;
+    return wall > 0 ? wall / farm_.seconds(wall, samples, passes) : 1;
+  }
+
+  /// Samples a pixel that all but what is not tracing leaves time for.
   [[nodiscard]] double affordable(Effort sample, double seconds) const {
-    return seconds / sample.wall / pixels_;
+    const double here = (seconds - least().wall) / sample.wall / pixels_;
+    double samples = here;
+    for (int step = 0; step < (farm_.here() ? 0 : 6);
+         ++step) {  // the longer, the more it speeds up
+      samples = here * speedup(sample, std::clamp(samples, 1.0, most_samples), 1);
+    }
+    return samples;
+  }
+
+  /// Of log(error).
+  [[nodiscard]] static double uniform_doubt(const SamplerProbe& sampler, double samples) {
+    const double ripple = sampler.sampler == Sampler::sobol ? between_powers : 0;
+    return std::hypot(ripple, sampler.uniform.relative_at(samples));
+  }
+
+  /// Uniform samples that surely meet the error. What is known of it depends on how many they are.
+  [[nodiscard]] double enough(const SamplerProbe& sampler) const {
+    double samples = sampler.uniform.samples_for(goal_.error);
+    for (int step = 0; step < 8; ++step) {
+      const double aim = surely(goal_.error, uniform_doubt(sampler, samples));
+      samples = std::max(samples, sampler.uniform.samples_for(aim));
+    }
+    return samples;
+  }
+
+  /// Passes end when the upper end of the stated interval meets the target, below which the error
+  /// is 97.5 % of the time. For more than that the target is below the goal.
+  [[nodiscard]] double target() const {
+    const double relative = std::log(probe_.stated_adaptive.factor) / 2 / normal_95;
+    return goal_.error * std::exp(-std::max(quantile_ - normal_95, 0.0) * relative);
   }
 
   [[nodiscard]] static double pilot_of(double samples) {
@@ -81,11 +134,12 @@ class Chooser {
     const double pilot = pilot_samples;
     const double pilot_error = sampler.uniform.at(pilot);
     Forecast forecast{pilot, pilot_error, 1};
-    if (stated(pilot).of(pilot_error, pilot) > goal_.error) {
-      forecast =
-          forecast_target(sampler.adaptive, probe_.stated_adaptive, goal_.error, most_samples);
-    }
     Choice choice;
+    choice.target_error = target();
+    if (stated(pilot).of(pilot_error, pilot) > choice.target_error) {
+      forecast = forecast_target(sampler.adaptive, probe_.stated_adaptive, choice.target_error,
+                                 most_samples);
+    }
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
     if (forecast.passes == 1) {
@@ -95,9 +149,11 @@ class Chooser {
       // That the law is off by 1 % changes the samples by twice that, and not the error at which
       // passes end: it is between the last pass's plan and the goal.
       choice.samples = around(forecast.samples, 2 * sampler.adaptive.relative_at(forecast.samples));
-      choice.error = {forecast.rmse, 0.95 * forecast.rmse, std::max(forecast.rmse, goal_.error)};
+      choice.error = {forecast.rmse, 0.95 * forecast.rmse,
+                      std::max(forecast.rmse, choice.target_error)};
     }
     add_time(choice, tracing(sampler, forecast.samples), forecast.passes);
+    choice.keeps = forecast.rmse <= goal_.error ? normal_share(std::max(quantile_, normal_95)) : 0;
     return choice;
   }
 
@@ -105,9 +161,10 @@ class Chooser {
     Choice choice;
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
-    choice.time_limit = std::max(goal_.seconds, ranges::time_limit.least);
-    const PassCosts costs{pixels_ * sampler.uniform_sample.wall,
-                          pixels_ * sampler.adaptive_sample.wall,
+    choice.time_limit = std::max(surely(goal_.seconds, limit_doubt), ranges::time_limit.least);
+    const double faster = speedup(sampler.uniform_sample, pilot_samples, 1);
+    const PassCosts costs{pixels_ * sampler.uniform_sample.wall / faster,
+                          pixels_ * sampler.adaptive_sample.wall / faster,
                           probe_.pass.wall + probe_.collect.wall};
     const Forecast forecast =
         forecast_time(costs, choice.time_limit - fixed_.wall - probe_.finish.wall, most_samples);
@@ -118,24 +175,28 @@ class Chooser {
     choice.error =
         around(law.at(samples), std::hypot(law.relative_at(samples), 0.5 * probe_.timing_doubt));
     add_time(choice, tracing(sampler, samples), forecast.passes);
+    choice.keeps = probability(choice.seconds, goal_.seconds);
     return choice;
   }
 
   void add_time(Choice& choice, Effort tracing, int passes) const {
     const Effort rest = fixed_ + std::max(passes, 1) * probe_.collect +
                         std::max(passes - 1, 0) * probe_.pass + probe_.finish;
-    const double total = rest.wall + tracing.wall;
+    const double traced = farm_.seconds(tracing.wall, choice.samples.value, std::max(passes, 1));
+    const double total = rest.wall + traced;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;
-    const double doubt = std::hypot(of_samples * tracing.wall / total, probe_.timing_doubt);
+    const double doubt = std::hypot(of_samples * traced / total, probe_.timing_doubt);
     choice.seconds = around(total, doubt);
     choice.cpu_seconds = rest.cpu + tracing.cpu;
     if (choice.time_limit > 0) {  // it is kept
-      choice.seconds = {total, 0.95 * total, 1.05 * total};
+      choice.seconds = around(total, limit_doubt);
     }
   }
 
   const Probe& probe_;
+  const FarmModel& farm_;
   const PlanGoal goal_;
+  const double quantile_;  ///< of the standard normal distribution
   const Effort fixed_;
   const double pixels_;
 };
@@ -170,9 +231,19 @@ void check_reachable(const Probe& probe, const std::vector<SamplerProbe>& sample
 
 }  // namespace
 
+double normal_quantile(double p) {
+  double low = -40;
+  double high = 40;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = (low + high) / 2;
+    (normal_share(middle) < p ? low : high) = middle;
+  }
+  return high;
+}
+
 std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,
-                            Effort load) {
-  const Chooser chooser(probe, settings, goal, load);
+                            Effort load, const FarmModel& farm) {
+  const Chooser chooser(probe, settings, goal, load, farm);
   if (goal.seconds > 0 && goal.seconds <= 1.05 * chooser.least().wall) {
     throw InputError("--time " + number_cell(goal.seconds) +
                      ": reading the scene and writing the picture alone take about " +
@@ -186,21 +257,16 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.adaptive(sampler));
     all.push_back(chooser.uniform(sampler));
   }
-  if (goal.seconds > 0) {  // however short the time, adaptive passes begin with the pilot
-    const auto late = [&](const Choice& choice) {
-      return choice.seconds.value > 1.1 * goal.seconds;
-    };
-    if (!std::all_of(all.begin(), all.end(), late)) {
-      std::erase_if(all, late);
-    }
+  const auto unsure = [&](const Choice& choice) { return choice.keeps < goal.confidence - 1e-6; };
+  // However short the time, adaptive passes begin with the pilot.
+  if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) {
+    std::erase_if(all, unsure);
   }
-  const auto worth = [&](const Choice& choice) {
-    const double cost = goal.error > 0 ? choice.seconds.value : choice.error.value;
-    const double bonus = goal.error > 0 ? looks_at_error : looks_at_clock;
-    return choice.adaptive ? bonus * cost : cost;
+  const auto cost = [&](const Choice& choice) {
+    return std::pair(unsure(choice), goal.error > 0 ? choice.seconds.value : choice.error.value);
   };
   std::stable_sort(all.begin(), all.end(),
-                   [&](const Choice& a, const Choice& b) { return worth(a) < worth(b); });
+                   [&](const Choice& a, const Choice& b) { return cost(a) < cost(b); });
   return all;
 }
 

@@ -3,12 +3,12 @@
 #include <string_view>
 #include <vector>
 
-#include "common/adaptive/passes.h"
+#include "common/image/framebuffer.h"
 
 namespace parray {
 
 /// How far a picture is from what it would be with endless samples, as far as its own samples tell.
-struct ErrorEstimate {
+struct ErrorFigures {
   /// Root mean square over pixels and channels, linear radiance; and the interval that it lies in,
   /// 95 % of the time. Negative where unknown (a pixel with less than 2 samples).
   double rmse = -1;
@@ -17,6 +17,11 @@ struct ErrorEstimate {
   /// Of the half-widths of all pixels and channels.
   double half_width_p50 = -1;
   double half_width_p99 = -1;
+
+  [[nodiscard]] bool known() const { return rmse >= 0; }
+};
+
+struct ErrorEstimate : ErrorFigures {
   /// Of each pixel's 95 % interval: 3 values (R, G, B) a pixel, image order.
   std::vector<float> half_width;
 };

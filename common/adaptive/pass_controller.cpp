@@ -99,6 +99,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   } else {
     size = decide(framebuffer, times);
     expected_ = size.samples > 0 ? size.expected : framebuffer.counts().samples;
+    error_ = size.error.known() ? size.error : error_;
   }
   stopped_by_ = size.stop;
   if (size.samples == 0) {

@@ -47,6 +47,8 @@ class PassController {
   [[nodiscard]] StopReason stopped_by() const { return stopped_by_; }
   /// Of the finished picture, as far as can be told now; 0: unknown.
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
+  /// Of the passes that were complete when a target last had it estimated; not known before that.
+  [[nodiscard]] const ErrorFigures& error() const { return error_; }
 
  private:
   [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer, const PassTimes& times) const;
@@ -63,6 +65,7 @@ class PassController {
   bool repeats_ = false;
   StopReason stopped_by_ = StopReason::samples;
   std::uint64_t expected_ = 0;
+  ErrorFigures error_;
 };
 
 }  // namespace parray

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "common/adaptive/allocation.h"
-#include "common/adaptive/error_estimate.h"
 #include "common/scene/limits.h"
 
 namespace parray {
@@ -35,20 +34,20 @@ double expected_total(const FramebufferView& state, const StopSettings& settings
 PassSize towards_targets(const FramebufferView& state, const StopSettings& settings,
                          std::uint64_t most) {
   const bool widths = settings.target_half_width > 0;
-  const ErrorEstimate error = widths ? estimate_error(state) : estimate_rmse(state);
-  if (error.rmse < 0) {
+  const ErrorFigures error = widths ? estimate_error(state) : estimate_rmse(state);
+  if (!error.known()) {
     return {most};
   }
   double share = 0;
   if (settings.target_error > 0) {
     if (error.high <= settings.target_error) {
-      return {0, StopReason::error};
+      return {0, StopReason::error, 0, error};
     }
     share = settings.target_error / error.high;
   }
   if (widths) {
     if (error.half_width_p99 <= settings.target_half_width) {
-      return {0, StopReason::half_width};
+      return {0, StopReason::half_width, 0, error};
     }
     share = std::max(share, settings.target_half_width / error.half_width_p99);
   }
@@ -57,7 +56,9 @@ PassSize towards_targets(const FramebufferView& state, const StopSettings& setti
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking =
       widths ? std::max((total - traced) * 1.1, traced / 8) : lacking_for_error(total, traced);
-  return {lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most};
+  const std::uint64_t wanted =
+      lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most;
+  return {wanted, StopReason::samples, 0, error};
 }
 
 /// Of a picture that has fewer than two samples of each pixel, and a time limit: as much as half of

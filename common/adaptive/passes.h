@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/adaptive/error_estimate.h"
 #include "common/image/framebuffer.h"
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
@@ -21,6 +22,8 @@ struct PassSize {
   /// Samples that the finished picture is going to have, as far as can be told now; 0: nothing is
   /// known yet. More than there will be if time runs out.
   std::uint64_t expected = 0;
+  /// Of what there is, where a target had it estimated.
+  ErrorFigures error{};
 };
 
 /// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to

@@ -39,9 +39,9 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--report", "--threads", "--quiet",
+    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet",
                                 "--preview", "--on-end"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--report",
+    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
                                               "--priority", "--max-failures", "--quiet",
                                               "--frames", "--camera-path",
                                               "--preview", "--on-end"],
@@ -54,7 +54,7 @@ OPTIONS = {
     "priority": COORDINATOR + ["--json"],
     "audit": COORDINATOR + ["--json"],
     "replay": COORDINATOR + ["--json"],
-    "fetch": COORDINATOR + ["--output", "--report", "--aov"],
+    "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map"],
     "workers": COORDINATOR + ["--host", "--json"],
     "validate": RENDER_OPTIONS + ["--json"],
     "convert": ["--material", "--radius", "--expand"],

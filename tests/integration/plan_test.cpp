@@ -137,7 +137,7 @@ TEST_CASE("a time is used up by uniform samples, and left to the clock by adapti
   REQUIRE(all.size() == 2);
   for (const Choice& choice : all) {
     if (choice.adaptive) {
-      CHECK(choice.time_limit == Approx(103));
+      CHECK(choice.time_limit == Approx(103 / std::exp(1.645 * 0.025)).epsilon(1e-4));
       CHECK(choice.seconds.value < 103.01);
     } else {
       CHECK(choice.samples_per_pixel == 100);
@@ -152,6 +152,85 @@ TEST_CASE("adaptive passes that would end too late are left out") {
   REQUIRE(all.size() == 1);
   CHECK_FALSE(all.front().adaptive);
   CHECK(all.front().samples_per_pixel == 10);
+}
+
+TEST_CASE("what is recommended keeps the goal as surely as is asked for, and no surer than that") {
+  Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
+  probe.timing_doubt = 0.1;
+  probe.stated_adaptive.factor = 1.1;
+  for (const double confidence : {0.5, 0.9, 0.95, 0.99, 0.999}) {
+    const double quantile = normal_quantile(confidence);
+    for (const PlanGoal goal : {PlanGoal{0.01, 0, confidence}, PlanGoal{0, 5000, confidence}}) {
+      const auto all = choices(probe, megapixel(), goal, {});
+      REQUIRE(all.size() == 4);
+      for (const Choice& choice : all) {
+        CHECK(choice.keeps >= confidence - 1e-6);
+        const Expected& of = goal.error > 0 ? choice.error : choice.seconds;
+        const double most = goal.error > 0 ? goal.error : goal.seconds;
+        if (!choice.adaptive) {
+          CHECK(choice.keeps < confidence + 0.02);
+          const double relative = std::log(of.high / of.value) / 1.96;
+          CHECK(of.value * std::exp(quantile * relative) == Approx(most).epsilon(0.01));
+        }
+      }
+    }
+  }
+  CHECK(normal_quantile(0.95) == Approx(1.6448536));
+  CHECK(normal_quantile(0.5) == Approx(0));
+}
+
+TEST_CASE("the best row of the table is recommended: the soonest, or the one of least error") {
+  Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
+  for (SamplerProbe& sampler : probe.samplers) {
+    sampler.adaptive_sample = 1.1 * sampler.uniform_sample;  // adaptive passes are dearer
+  }
+  probe.timing_doubt = 0.02;
+  const auto of_time = choices(probe, megapixel(), {0, 200}, {});
+  for (const Choice& choice : of_time) {
+    CHECK(of_time.front().error.value <= choice.error.value);
+  }
+  const auto of_error = choices(probe, megapixel(), {0.02, 0}, {});
+  for (const Choice& choice : of_error) {
+    CHECK(of_error.front().seconds.value <= choice.seconds.value);
+  }
+}
+
+TEST_CASE("adaptive passes aim below the error only for more than their own interval keeps") {
+  Probe probe = simple_probe({Sampler::independent});
+  probe.stated_adaptive.factor = 1.1;
+  const auto target = [&](double confidence) {
+    for (const Choice& choice : choices(probe, megapixel(), {0.01, 0, confidence}, {})) {
+      if (choice.adaptive) return choice.target_error;
+    }
+    return 0.0;
+  };
+  CHECK(target(0.5) == 0.01);
+  CHECK(target(0.975) == Approx(0.01).epsilon(1e-5));
+  CHECK(target(0.999) == Approx(0.01 * std::pow(1.1, -0.5 * (3.0902 / 1.95996 - 1))));
+}
+
+TEST_CASE("a farm takes the tracing as many times sooner as its workers are faster together") {
+  const RenderSettings settings = megapixel();
+  const FarmModel farm(settings, {1, 0.5, 2.5}, 2);
+  CHECK(farm.seconds(400, 100, 1) == Approx(100).epsilon(0.02));
+  CHECK(farm.seconds(4e6, 100, 1) == Approx(1e6).epsilon(0.001));
+  CHECK(farm.seconds(400, 100, 4) >= farm.seconds(400, 100, 1));
+  CHECK(FarmModel().seconds(400, 100, 1) == 400);
+  const FarmModel crowd(settings, std::vector<double>(1000, 1), 2);
+  CHECK(crowd.seconds(1, 1, 1) > 1.0 / 1000);  // a short pass has no work for so many
+  CHECK(crowd.seconds(1e5, 100, 1) == Approx(100).epsilon(0.05));
+}
+
+TEST_CASE("of a farm only the tracing is shared: a time leaves room for what is done here") {
+  const FarmModel farm(megapixel(), {1, 1, 1, 1}, 1);
+  const Probe probe = simple_probe({Sampler::independent});
+  for (const Choice& choice : choices(probe, megapixel(), {0.1, 0}, {0.5, 0.5}, farm)) {
+    CHECK(choice.seconds.value == Approx(0.5 + 1 + 2 + choice.samples.value / 4).epsilon(0.02));
+  }
+  for (const Choice& choice : choices(probe, megapixel(), {0, 103}, {}, farm)) {
+    CHECK(choice.seconds.value < 103.1);
+    CHECK(choice.samples.value > (choice.adaptive ? 200 : 390));
+  }
 }
 
 std::string refusal(PlanGoal goal) {

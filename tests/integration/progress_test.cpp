@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "cli/output/error_text.h"
 #include "cli/output/text.h"
 
 namespace parray {
@@ -150,6 +151,32 @@ TEST_CASE("a job that is paused or being finished says so") {
   for (const char* state : {"paused", "finishing"}) {
     job.state = state;
     CHECK(bar_text(job, 80).find(std::string("50.0 %  ") + state) != std::string::npos);
+  }
+}
+
+TEST_CASE("of a job with a target the bar says how far the error is from it") {
+  JobStatus job = job_at(0.5, 12);
+  job.target_error = 0.01;
+  CHECK(bar_text(job, 80).find("error") == std::string::npos);  // nothing is known yet
+  job.error = {0.0205, 0.02, 0.021, 0.03, 0.0612};
+  CHECK(bar_text(job, 80).find("3.14 M samples/s  error 0.021 of 0.01  12 s left") !=
+        std::string::npos);
+  job.target_half_width = 0.05;
+  CHECK(target_text(job) == "error 0.021 of 0.01, half-width 0.0612 of 0.05");
+  job.target_error = 0;
+  CHECK(target_text(job) == "half-width 0.0612 of 0.05");
+  job.target_half_width = 0;
+  CHECK(target_text(job).empty());
+}
+
+TEST_CASE("a report's error is said with its interval, or that it is not known") {
+  const nlohmann::json error = {{"rmse", 0.00944}, {"low", 0.0092}, {"high", 0.00961}};
+  CHECK(error_text({{"error", error}}) == "error 0.00944 (0.0092 to 0.00961)");
+  const nlohmann::json none = {{"rmse", nullptr}, {"low", nullptr}, {"high", nullptr}};
+  for (const nlohmann::json& report :
+       {nlohmann::json{{"error", none}}, nlohmann::json{{"error", nullptr}},
+        nlohmann::json{{"error", 5}}, nlohmann::json::object()}) {
+    CHECK(error_text(report) == "error not known");
   }
 }
 

@@ -66,7 +66,7 @@ const Rules& room_may_include() {
       {"cli/compare", {}},
       {"cli/verify", {}},
       {"cli/tradeoff", {"cli/output", "cli/farm", "cli/process"}},
-      {"cli/plan", {"cli/tradeoff", "cli/output", "cli/farm"}},
+      {"cli/plan", {"cli/tradeoff", "cli/output", "cli/farm", "cli/audit"}},
       {"cli/doctor", {"cli/output", "cli/process", "cli/farm"}},
       {"cli/commands",
        {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/verify", "cli/plan",

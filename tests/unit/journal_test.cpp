@@ -156,4 +156,16 @@ TEST_CASE("a replay of a hot end of a picture shows what static leases cost") {
   CHECK_THROWS_AS(replay_job({}, {}), RunError);
 }
 
+TEST_CASE("an even pass takes its work by the workers' speeds, and slow ones hardly hold it up") {
+  const ChunkGrain grain{100'000, 100, 1, 64};
+  const std::vector<ImaginedWorker> workers = {{2, 1}, {1, 0.1}, {4, 2}};
+  for (const SchedulePolicy policy : {SchedulePolicy::weighted, SchedulePolicy::factoring}) {
+    const Replayed replayed = replay_even_pass(grain, 1000, workers, policy);
+    const double even = 1000 / 10.1;
+    CHECK(replayed.seconds >= even * (1 - 1e-9));
+    CHECK(replayed.seconds < even * (policy == SchedulePolicy::weighted ? 1.02 : 1.1));
+    CHECK(replayed.efficiency == doctest::Approx(even / replayed.seconds));
+  }
+}
+
 }  // namespace parray::test

@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
@@ -154,6 +156,41 @@ TEST_CASE("a picture with a target is expected to end as soon as its first pass 
   CHECK(progress.back() < 1);
   CHECK(picture.passes.stopped_by() == StopReason::error);
   CHECK(picture.passes.expected_samples() == picture.samples());
+}
+
+TEST_CASE("the error that decides on a pass can be asked for, from the first decision on") {
+  RenderSettings settings = adaptive_settings();
+  settings.samples_per_pixel = 1'000'000;
+  settings.target_error = 0.004;
+  const auto trace = [&settings](std::vector<std::uint64_t> begun) {
+    Picture picture(settings, std::move(begun));
+    std::vector<double> errors;
+    for (bool goes_on = true; goes_on;) {
+      const ErrorFigures stated =
+          estimate_rmse(picture.framebuffer.view(largest_radiance(small_scene())));
+      goes_on = picture.trace_pass();
+      const ErrorFigures& error = picture.passes.error();
+      errors.push_back(error.rmse);
+      CHECK((!error.known() || error.rmse == stated.rmse));
+      CHECK(error.high == (error.known() ? stated.high : -1));
+    }
+    CHECK(picture.passes.error().high <= settings.target_error);
+    return std::pair(errors, picture.passes.begun());
+  };
+  const auto [errors, begun] = trace({});
+  REQUIRE(errors.size() > 2);
+  CHECK(errors[0] == -1);
+  CHECK(errors[1] > 0);
+  auto [again, passes] = trace(begun);  // passes that are repeated are not decided anew
+  CHECK(std::count(again.begin(), again.end(), -1) == static_cast<int>(begun.size()));
+  CHECK(again.back() == errors.back());
+
+  settings.target_error = 0;  // nobody asks: nothing is estimated
+  settings.samples_per_pixel = 64;
+  Picture picture(settings);
+  while (picture.trace_pass()) {
+    CHECK_FALSE(picture.passes.error().known());
+  }
 }
 
 TEST_CASE("passes under a time limit are sized by the speed of the pass before") {

@@ -1,0 +1,85 @@
+// What a coordinator tells of the error of a job: while it has a target to meet, and afterwards.
+#include <doctest/doctest.h>
+
+#include "cli/farm/client.h"
+#include "coordinator/report.h"
+#include "coordinator/store/disk_store.h"
+#include "tests/support/service.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+RenderSettings to_an_error() {
+  RenderSettings settings = small_settings(small_scene());
+  settings.samples_per_pixel = 1'000'000;
+  settings.adaptive = true;
+  settings.target_error = 0.004;
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("a job with a target tells its error, pass by pass, and in the end the report's") {
+  Service service;
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), to_an_error());
+  std::vector<double> errors;
+  while (service.state(id) != "done") {
+    const JobStatus job = job_status(service.job(id));
+    CHECK(job.target_error == 0.004);
+    if (job.error.known() && (errors.empty() || errors.back() != job.error.high)) {
+      CHECK(job.error.low < job.error.rmse);
+      CHECK(job.error.rmse < job.error.high);
+      errors.push_back(job.error.high);
+    }
+    work(service, {{&hand, honest}}, id, 1);
+  }
+  REQUIRE(errors.size() >= 2);
+  CHECK(errors.front() > 0.004);
+  CHECK(std::is_sorted(errors.rbegin(), errors.rend()));
+  const nlohmann::json report = service.fetch(id).report;
+  const JobStatus done = job_status(service.job(id));
+  CHECK(done.error.rmse == report.at("error").at("rmse"));
+  CHECK(done.error.high == report.at("error").at("high"));
+  CHECK(done.error.high <= 0.004);
+  CHECK(done.error.half_width_p99 == report.at("error").at("half_width_p99"));
+}
+
+TEST_CASE(
+    "a job without a target tells its error once it is done, and a restart does not lose it") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(service_options(), &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  CHECK_FALSE(service.job(id).contains("error"));
+  CHECK_FALSE(service.job(id).contains("target_error"));
+  work(service, {{&hand, honest}}, id);
+  const ErrorFigures error = job_status(service.job(id)).error;
+  CHECK(error.known());
+  service.restart();
+  CHECK(job_status(service.job(id)).error.rmse == error.rmse);
+}
+
+TEST_CASE("a picture of one sample a pixel has no error, and says so") {
+  Service service;
+  Hand hand(service, "a", 4);
+  RenderSettings settings = many_leases();
+  settings.samples_per_pixel = 1;
+  const JobId id = service.submit(small_scene(), settings);
+  work(service, {{&hand, honest}}, id);
+  CHECK_FALSE(service.job(id).contains("error"));
+}
+
+TEST_CASE("an error that is none is unknown, whatever stands in its place") {
+  for (const char* text : {"", "null", "[]", "{", "{}", R"({"error": 1})", R"({"error": null})",
+                           R"({"error": {"rmse": "0.1", "low": -1}})"}) {
+    CHECK_FALSE(error_in(text).known());
+  }
+  CHECK(error_in(R"({"error": {"rmse": 0.5, "low": null}})").rmse == 0.5);
+  CHECK(error_from_json(error_to_json({1, 0.5, 2, -1, 3})).half_width_p50 == -1);
+  CHECK(error_from_json(error_to_json({1, 0.5, 2, -1, 3})).half_width_p99 == 3);
+}
+
+}  // namespace parray::test
