@@ -14,8 +14,8 @@
 namespace parray {
 
 struct Recipe {
-  std::string image_sha256;   ///< of the picture's floats, as in the report
-  std::string pixels_sha256;  ///< of srgb_bytes() of them, top row first; empty: an EXR file
+  std::string image_sha256;     ///< of the picture's floats, as in the report
+  std::string pixels_sha256;    ///< of srgb_bytes() of them, top row first; empty: an EXR file
   std::string denoised_sha256;  ///< of the floats that the file shows; empty: the picture's own
   std::string scene_sha256;
   std::uint64_t trace_version = 0;

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "cli/tradeoff/analysis.h"
 #include "cli/farm/direct_render.h"
+#include "cli/tradeoff/analysis.h"
 
 namespace parray::tradeoff {
 

@@ -40,12 +40,12 @@ void (*filter_for(Isa isa))(const FilterPlanes&, int, int, float*) {
   switch (isa == Isa::automatic ? best_isa() : isa) {
 #if defined(__x86_64__)
     case Isa::avx512:
-      return parray_denoise_avx512::filter_tile;
+      return avx512::filter_tile;
     case Isa::avx2:
-      return parray_denoise_avx2::filter_tile;
+      return avx2::filter_tile;
 #endif
     default:
-      return parray_denoise_scalar::filter_tile;
+      return scalar::filter_tile;
   }
 }
 
@@ -141,7 +141,7 @@ class Denoiser {
     }
     mix_towards(halves_[half], other, mixture);
     for (std::size_t i = 0; i < features_.plain_sky.size(); ++i) {
-      if (!features_.plain_sky[i]) continue;
+      if (features_.plain_sky[i] == 0) continue;
       for (std::size_t c = 0; c < 3; ++c) {
         mixture[c].row(i / width_)[i % width_] = halves_[half][c].row(i / width_)[i % width_];
       }

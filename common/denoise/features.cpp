@@ -69,8 +69,9 @@ class FeatureRows {
         const auto pixel =
             std::span(hits).subspan(std::size_t{x - begin} * many.count(), many.count());
         put(features_.steady, y, x, mean_of(pixel, 0, 1));
-        features_.plain_sky[std::size_t{y} * width_ + x] =
+        const bool sky =
             std::ranges::all_of(pixel, [](const FirstHit& hit) { return hit.sphere == no_sphere; });
+        features_.plain_sky[std::size_t{y} * width_ + x] = sky ? 1 : 0;
       }
       begin = end + 1;
     }
@@ -78,15 +79,16 @@ class FeatureRows {
 
   Features take() {
     scale_depth();
-    for (FeaturePlanes* planes : {&features_.own[0], &features_.own[1], &features_.steady}) {
+    auto& [even, odd] = features_.own;
+    for (FeaturePlanes* planes : {&even, &odd, &features_.steady}) {
       for (Plane& plane : *planes) plane.repeat_border();
     }
     return std::move(features_);
   }
 
  private:
-  void look(const PathTracer& tracer, const PixelRun& run, const SampleRange& samples,
-            std::vector<FirstHit>& hits) const {
+  static void look(const PathTracer& tracer, const PixelRun& run, const SampleRange& samples,
+                   std::vector<FirstHit>& hits) {
     hits.resize(std::size_t{run.x_end - run.x_begin} * samples.count());
     tracer.first_hits(run, samples, hits);
   }
@@ -109,12 +111,12 @@ class FeatureRows {
   [[nodiscard]] Values mean_of(std::span<const FirstHit> hits, std::size_t first,
                                std::size_t step) const {
     Values sum{};
-    double count = 0;
+    std::size_t count = 0;
     for (std::size_t i = first; i < hits.size(); i += step, ++count) {
       const Values values = values_of(hits[i]);
       for (std::size_t j = 0; j < feature_count; ++j) sum[j] += values[j];
     }
-    for (double& value : sum) value /= count;
+    for (double& value : sum) value /= static_cast<double>(count);
     return sum;
   }
 

@@ -35,10 +35,10 @@ struct FilterPlanes {
 inline constexpr std::size_t filter_scratch =
     std::size_t{filter_offsets} * tile_width * tile_height;
 
-#define PARRAY_DECLARE_FILTER(isa)                                                         \
-  namespace parray_denoise_##isa {                                                         \
-    /* Fills `out` in the tile whose first pixel is (x, y), as far as the picture goes. */ \
-    void filter_tile(const FilterPlanes& planes, int x, int y, float* scratch);            \
+#define PARRAY_DECLARE_FILTER(isa)                                                       \
+  namespace isa {                                                                        \
+  /* Fills `out` in the tile whose first pixel is (x, y), as far as the picture goes. */ \
+  void filter_tile(const FilterPlanes& planes, int x, int y, float* scratch);            \
   }
 
 PARRAY_DECLARE_FILTER(scalar)

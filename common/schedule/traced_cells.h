@@ -31,8 +31,8 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 
 /// Inverse of pack_cells() for cells of `batch`; `samples` is the batch's, seconds are 0. Throws
 /// DecodeError for anything else, and for numbers that tracing these samples cannot have given:
-/// sums above their samples' bound, more rays than `max_depth` a sample, other excluded samples than
-/// each cell's pixels have and its count says, or those in another order.
+/// sums above their samples' bound, more rays than `max_depth` a sample, other excluded samples
+/// than each cell's pixels have and its count says, or those in another order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
 /// The same checks of cells that have come another way. Empty: nothing is wrong.

@@ -68,7 +68,8 @@ TEST_CASE("the source has no epsilon") {
   double files = 0;
   double epsilons = 0;
   for (const std::string folder : {"common/trace", "common/math"}) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(PARRAY_SOURCE_DIR) / folder)) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(PARRAY_SOURCE_DIR) / folder)) {
       if (!entry.is_regular_file()) continue;
       std::ifstream in(entry.path());
       std::ostringstream text;

@@ -240,8 +240,8 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
     const auto& fetch = std::get<msg::Fetch>(message);
     const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
                              image.rgb.size() * sizeof(float));
-    Frames frames =
-        encode(msg::ImageData{fetch.request, report, 2, 1, false, false, PictureParcel(Bulk::of(pixels))});
+    Frames frames = encode(
+        msg::ImageData{fetch.request, report, 2, 1, false, false, PictureParcel(Bulk::of(pixels))});
     if (std::exchange(damaged, false)) {  // on its way; the next is not
       frames[1] = Frame(std::string(pixels.size(), 'x'));
     }

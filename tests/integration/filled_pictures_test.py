@@ -49,7 +49,7 @@ class FilledPictures(unittest.TestCase):
 
     def test_its_file_tells_filled_pixels_apart_and_its_recipe_repeats_it(self):
         report, picture = self.render("a.exr", *SIZE, "--passes", PASSES)
-        self.assertIn("50 % of them traced, the others filled in blocks of up to 2 x 2, no error "
+        self.assertIn("50 % of them traced, the others filled in blocks of up to 2 x 2, error not "
                       "known", self.said)
         channels, _ = exr.read_exr(picture)
         samples = channels["samples"]

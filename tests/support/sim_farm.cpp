@@ -82,7 +82,8 @@ std::size_t SimFarm::acknowledged_but_lost() const {
 
 Audit SimFarm::audit() {
   const std::string file = store_.picture(*job_).value_or("");
-  const std::uint64_t size = picture_size(picture_->width, picture_->height, PictureDetail::statistics);
+  const std::uint64_t size =
+      picture_size(picture_->width, picture_->height, PictureDetail::statistics);
   return audit_journal(read_journal(std::string_view(file).substr(size)));
 }
 
