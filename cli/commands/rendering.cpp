@@ -16,6 +16,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/isa.h"
+#include "coordinator/report.h"
 
 namespace parray {
 namespace {
@@ -76,9 +77,10 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
   const double reserved = elapsed + outside +
                           outside_a_pixel * static_cast<double>(size.width * size.height) +
                           (haste ? write_seconds(outputs.image, size, true) : writing);
-  if (reserved > settings.time_limit) {
+  const double least = reserved + ending_times(settings, 0, 0).total;  // which others reserve
+  if (least > settings.time_limit) {
     std::cerr << "parray: --time-limit " + number_cell(settings.time_limit) +
-                     ": loading and writing alone take about " + duration_text(reserved) +
+                     ": loading and writing alone take about " + duration_text(least) +
                      ": as little as possible is traced\n";
   }
   return reserved;

@@ -84,7 +84,7 @@ double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
   const auto pixels = static_cast<double>(size.width * size.height);
   if (!can_hold_channels(path)) return opening + pixels * (fast ? 80e-9 : 350e-9);
   const double bytes = pixels * 4 * static_cast<double>(3 + size.channels);
-  return opening + bytes * (fast ? 3e-9 : 60e-9);
+  return opening + bytes * (fast ? 4.5e-9 : 60e-9);
 }
 
 void load_image_library() {
