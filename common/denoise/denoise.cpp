@@ -49,6 +49,66 @@ void (*filter_for(Isa isa))(const FilterPlanes&, int, int, float*) {
   }
 }
 
+/// How far the ways from a coarse to a fine and to a raw picture lead towards a goal: sums of
+/// products, from which the mixture of the three follows that is closest to it.
+class Agreement {
+ public:
+  void add(double fine, double raw, double goal) {
+    fine_fine_ += fine * fine;
+    fine_raw_ += fine * raw;
+    raw_raw_ += raw * raw;
+    fine_goal_ += fine * goal;
+    raw_goal_ += raw * goal;
+  }
+  Agreement& operator+=(const Agreement& other) { return add_times(1, other); }
+  Agreement& operator-=(const Agreement& other) { return add_times(-1, other); }
+
+  struct Shares {
+    double fine = 0;
+    double raw = 0;
+  };
+  /// Neither is negative, and together they are 1 at most.
+  [[nodiscard]] Shares shares() const {
+    const double determinant = fine_fine_ * raw_raw_ - fine_raw_ * fine_raw_;
+    if (determinant > 1e-9 * fine_fine_ * raw_raw_) {
+      const Shares inside{(fine_goal_ * raw_raw_ - raw_goal_ * fine_raw_) / determinant,
+                          (raw_goal_ * fine_fine_ - fine_goal_ * fine_raw_) / determinant};
+      if (inside.fine >= 0 && inside.raw >= 0 && inside.fine + inside.raw <= 1) return inside;
+    }
+    // Else the best lies on an edge of the triangle.
+    const double between = fine_fine_ - 2 * fine_raw_ + raw_raw_;
+    const double from_raw = share(fine_goal_ - raw_goal_ - fine_raw_ + raw_raw_, between);
+    const std::array<Shares, 3> edges{{{share(fine_goal_, fine_fine_), 0},
+                                       {0, share(raw_goal_, raw_raw_)},
+                                       {from_raw, 1 - from_raw}}};
+    return *std::ranges::min_element(edges, {}, [this](const Shares& at) { return excess(at); });
+  }
+
+ private:
+  Agreement& add_times(double sign, const Agreement& other) {
+    fine_fine_ += sign * other.fine_fine_;
+    fine_raw_ += sign * other.fine_raw_;
+    raw_raw_ += sign * other.raw_raw_;
+    fine_goal_ += sign * other.fine_goal_;
+    raw_goal_ += sign * other.raw_goal_;
+    return *this;
+  }
+  static double share(double way, double square) {
+    return square > 0 ? std::clamp(way / square, 0.0, 1.0) : 0.0;
+  }
+  /// Square distance from the goal, but for a constant.
+  [[nodiscard]] double excess(const Shares& at) const {
+    return at.fine * at.fine * fine_fine_ + 2 * at.fine * at.raw * fine_raw_ +
+           at.raw * at.raw * raw_raw_ - 2 * (at.fine * fine_goal_ + at.raw * raw_goal_);
+  }
+
+  double fine_fine_ = 0;
+  double fine_raw_ = 0;
+  double raw_raw_ = 0;
+  double fine_goal_ = 0;
+  double raw_goal_ = 0;
+};
+
 /// Filters one picture.
 class Denoiser {
  public:
@@ -134,12 +194,8 @@ class Denoiser {
 
   [[nodiscard]] Radiance filtered(std::size_t half) const {
     Grades grades = smoothed(half);
-    const Radiance& other = halves_[1 - half];
+    mix(grades, halves_[half], halves_[1 - half]);
     Radiance& mixture = grades.back();
-    for (std::size_t grade = filter_grades - 1; grade-- > 0;) {
-      mix_towards(grades[grade], other, mixture);
-    }
-    mix_towards(halves_[half], other, mixture);
     for (std::size_t i = 0; i < features_.plain_sky.size(); ++i) {
       if (features_.plain_sky[i] == 0) continue;
       for (std::size_t c = 0; c < 3; ++c) {
@@ -149,67 +205,58 @@ class Denoiser {
     return std::move(mixture);
   }
 
-  /// Goes from `mixture` towards `finer` as far as brings the pixels around, but not in it, closest
-  /// to `other`: the projection of other - mixture upon finer - mixture, 0 to 1 of it.
-  void mix_towards(const Radiance& finer, const Radiance& other, Radiance& mixture) const {
-    const std::size_t width = width_;
-    const std::size_t height = height_;
-    std::vector<double> along(width * height);
-    std::vector<double> squares(width * height);
+  /// Makes of the coarser grade the mixture of it, the finer one and the half that brings the
+  /// pixels around, but not in it, closest to `other`.
+  void mix(Grades& grades, const Radiance& half, const Radiance& other) const {
+    std::vector<Agreement> agreements(std::size_t{width_} * height_);
 #pragma omp parallel num_threads(threads_)
     {
       const FloatMode ieee;
 #pragma omp for
-      for (std::size_t y = 0; y < height; ++y) {
-        project_row(y, finer, other, mixture, std::span(along).subspan(y * width, width),
-                    std::span(squares).subspan(y * width, width));
+      for (std::size_t y = 0; y < height_; ++y) {
+        agree_row(y, grades, half, other, std::span(agreements).subspan(y * width_, width_));
       }
 #pragma omp for
-      for (std::size_t y = 0; y < height; ++y) {
-        mix_row(y, along, squares, finer, mixture);
-      }
+      for (std::size_t y = 0; y < height_; ++y) mix_row(y, agreements, half, grades);
     }
   }
 
-  static void project_row(std::size_t y, const Radiance& finer, const Radiance& other,
-                          const Radiance& mixture, std::span<double> along,
-                          std::span<double> squares) {
+  static void agree_row(std::size_t y, const Grades& grades, const Radiance& half,
+                        const Radiance& other, std::span<Agreement> agreements) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const float* const from = mixture[c].row(y);
-      const float* const to = finer[c].row(y);
+      const float* const coarse = grades[1][c].row(y);
+      const float* const fine = grades[0][c].row(y);
+      const float* const raw = half[c].row(y);
       const float* const goal = other[c].row(y);
-      for (std::size_t x = 0; x < along.size(); ++x) {
-        const double way = static_cast<double>(to[x]) - from[x];
-        along[x] += way * (static_cast<double>(goal[x]) - from[x]);
-        squares[x] += way * way;
+      for (std::size_t x = 0; x < agreements.size(); ++x) {
+        const double from = coarse[x];
+        agreements[x].add(fine[x] - from, raw[x] - from, goal[x] - from);
       }
     }
   }
 
-  void mix_row(std::size_t y, const std::vector<double>& along, const std::vector<double>& squares,
-               const Radiance& finer, Radiance& mixture) const {
+  void mix_row(std::size_t y, const std::vector<Agreement>& agreements, const Radiance& half,
+               Grades& grades) const {
     constexpr std::size_t reach = 6;
     const std::size_t width = width_;
     const std::size_t first = y - std::min(y, reach);
     const std::size_t end = std::min<std::size_t>(y + reach + 1, height_);
-    std::vector<double> columns(2 * width);
+    std::vector<Agreement> columns(width);
     for (std::size_t row = first; row < end; ++row) {
-      for (std::size_t x = 0; x < width; ++x) {
-        columns[x] += along[row * width + x];
-        columns[width + x] += squares[row * width + x];
-      }
+      for (std::size_t x = 0; x < width; ++x) columns[x] += agreements[row * width + x];
     }
     for (std::size_t x = 0; x < width; ++x) {
-      double way = -along[y * width + x];
-      double square = -squares[y * width + x];
+      Agreement around;
       for (std::size_t at = x - std::min(x, reach); at < std::min(x + reach + 1, width); ++at) {
-        way += columns[at];
-        square += columns[width + at];
+        around += columns[at];
       }
-      const double share = square > 0 ? std::clamp(way / square, 0.0, 1.0) : 0.0;
+      around -= agreements[y * width + x];
+      const auto [fine, raw] = around.shares();
       for (std::size_t c = 0; c < 3; ++c) {
-        float* const value = mixture[c].row(y) + x;
-        *value += static_cast<float>(share) * (finer[c].row(y)[x] - *value);
+        float* const value = grades[1][c].row(y) + x;
+        const float from = *value;
+        *value += static_cast<float>(fine) * (grades[0][c].row(y)[x] - from) +
+                  static_cast<float>(raw) * (half[c].row(y)[x] - from);
       }
     }
   }
@@ -239,7 +286,10 @@ class Denoiser {
       }
     }
     const double values = static_cast<double>(out.rgb.size());
-    const double half_width = normal_95 * std::sqrt(scatter);
+    // With D in the place of the truth a pixel that stays raw has (A - B)^2 / 4 for a product of two
+    // errors, whose mean square is 3/4 of that.
+    constexpr double least_seen = 0.75;
+    const double half_width = normal_95 * std::sqrt(scatter / least_seen);
     const auto rmse_of = [&](double sum) {
       return std::sqrt(std::max(sum, 0.0) / values) / scale_;
     };
