@@ -139,7 +139,9 @@ bool take_up(JobPicture& picture, Store* store, JobId id) {
 
 }  // namespace
 
-static std::size_t touching_threads() { return std::clamp<std::size_t>(usable_cpus(), 1, 4); }
+static std::size_t touching_threads() {
+  return static_cast<std::size_t>(std::clamp(usable_cpus(), 1, 4));
+}
 
 static void touch(JobPicture& picture) {
   std::vector<std::jthread> threads;

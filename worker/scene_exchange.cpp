@@ -9,7 +9,7 @@ namespace parray {
 namespace {
 
 /// Chunks in flight: a connection is never idle while one travels.
-constexpr std::size_t window = 16;
+constexpr std::size_t most_in_flight = 16;
 /// Of those who wait for a chunk; others are told to ask elsewhere.
 constexpr std::size_t most_waiting = 1024;
 /// Scenes whose chunks are kept.
@@ -267,7 +267,7 @@ void SceneExchange::repeat(Time now) {
   pull(now);
 }
 
-/// Keeps the window full, in order: what others ask of us comes in that order, too.
+/// Keeps so many chunks in flight, in order: what others ask of us comes in that order, too.
 void SceneExchange::pull(Time now) {
   const Holding* const holding = holding_of(fetch_->scene);
   if (holding == nullptr) {
@@ -275,7 +275,7 @@ void SceneExchange::pull(Time now) {
     return;
   }
   const std::vector<ScenePiece>& pieces = holding->content.pieces;
-  for (std::uint32_t i = 0; i < pieces.size() && fetch_->in_flight.size() < window; ++i) {
+  for (std::uint32_t i = 0; i < pieces.size() && fetch_->in_flight.size() < most_in_flight; ++i) {
     if (!pieces[i].here() && fetch_->in_flight.emplace(i, now).second) {
       send(*fetch_->source, msg::NeedChunk{fetch_->scene, i});
     }

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <optional>
 #include <random>
-#include <ranges>
 #include <utility>
 
 #include "cli/commands/commands.h"
@@ -202,7 +201,7 @@ std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
     sources.try_emplace({corner.y, corner.x}, RetracedPixel{corner.x, corner.y, samples});
   }
   std::vector<RetracedPixel> sorted;
-  std::ranges::copy(std::views::values(sources), std::back_inserter(sorted));
+  for (const auto& [place, source] : sources) sorted.push_back(source);
   return sorted;
 }
 

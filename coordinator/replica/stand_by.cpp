@@ -6,7 +6,7 @@
 namespace parray {
 namespace {
 
-constexpr Time nap = milliseconds(50);
+constexpr Time look_interval = milliseconds(50);
 
 /// Answers what has arrived, as `answer` says; true: there was something.
 template <typename Answering>
@@ -38,10 +38,11 @@ void stand_by(Replica& replica, Link& link, Time patience, spdlog::logger& log,
       told ? log.info("in step with the primary") : log.warn("no longer in step with the primary");
     }
     const Time now = clock.now();
-    silent = heard || !replica.in_step() ? Time(0) : silent + std::min(now - last, 2 * nap);
+    silent =
+        heard || !replica.in_step() ? Time(0) : silent + std::min(now - last, 2 * look_interval);
     last = now;
     stop();
-    link.wait(nap);
+    link.wait(look_interval);
   }
 }
 
@@ -57,7 +58,7 @@ void Fence::lead() {
   while (!quit_) {
     answer_all(server_->link(),
                [this](std::string_view message) { return fenced_answer(message, generation_); });
-    server_->link().wait(nap);
+    server_->link().wait(look_interval);
   }
 }
 
