@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "common/adaptive/noise_model.h"
@@ -14,6 +13,11 @@
 
 namespace parray {
 namespace {
+
+// What the kernels count on.
+static_assert(Plane::margin >= filter_reach + patch_reach);
+static_assert(Plane::tile % tile_width == 0 && Plane::tile % tile_height == 0);
+static_assert(filter_features == feature_count);
 
 using Radiance = std::vector<Plane>;  ///< R, G, B
 
@@ -286,8 +290,8 @@ class Denoiser {
       }
     }
     const double values = static_cast<double>(out.rgb.size());
-    // With D in the place of the truth a pixel that stays raw has (A - B)^2 / 4 for a product of two
-    // errors, whose mean square is 3/4 of that.
+    // With D in the place of the truth a pixel that stays raw has (A - B)^2 / 4 for a product of
+    // two errors, whose mean square is 3/4 of that.
     constexpr double least_seen = 0.75;
     const double half_width = normal_95 * std::sqrt(scatter / least_seen);
     const auto rmse_of = [&](double sum) {

@@ -41,7 +41,8 @@ struct Denoised {
 
 /// `replicates` and `features` are of the same picture. `isa` is one that this machine has, or
 /// automatic. The same bits for any `threads` and any `isa`. `between_bands`, if set, is called
-/// several times a second; what it throws ends the work. Memory: about 150 bytes a pixel.
+/// several times a second; what it throws ends the work. Memory: about 200 bytes a pixel, features
+/// included.
 Denoised denoise(const Replicates& replicates, const Features& features, int threads,
                  Isa isa = Isa::automatic, const std::function<void()>& between_bands = {});
 

@@ -8,7 +8,7 @@
 namespace parray::PARRAY_ISA {
 namespace {
 
-constexpr int features = 7;
+constexpr int features = filter_features;
 constexpr int terms = features + 1;  ///< a constant and the slopes
 constexpr int pairs = terms * (terms + 1) / 2;
 constexpr int lanes = tile_width;

@@ -15,6 +15,7 @@ inline constexpr int filter_offsets = (2 * filter_reach + 1) * (2 * filter_reach
 /// Pixels that are filtered together: what they need fits a core's cache.
 inline constexpr int tile_width = 32;
 inline constexpr int tile_height = 16;
+inline constexpr int filter_features = 7;
 /// How many degrees of smoothing there are, the finer one first.
 inline constexpr int filter_grades = 2;
 
@@ -24,10 +25,10 @@ struct FilterPlanes {
   int width = 0;
   int height = 0;
   std::ptrdiff_t stride = 0;
-  const float* radiance[3] = {};  ///< of one half
-  const float* noise = nullptr;   ///< mean square error of the half
-  const float* own[7] = {};       ///< features, as the half's samples have them
-  const float* steady[7] = {};    ///< features, as they are
+  const float* radiance[3] = {};              ///< of one half
+  const float* noise = nullptr;               ///< mean square error of the half
+  const float* own[filter_features] = {};     ///< features, as the half's samples have them
+  const float* steady[filter_features] = {};  ///< features, as they are
   float* out[filter_grades][3] = {};
 };
 
