@@ -148,30 +148,33 @@ double UpperBound::of(double rmse, double samples) const {
   return std::sqrt(factor * rmse * rmse + unseen / samples);
 }
 
-Forecast forecast_target(const ErrorModel& law, const UpperBound& stated, double target,
-                         double most_samples) {
-  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
+Forecast forecast_target(const TargetLaws& laws, double target, double most_samples) {
+  Forecast now{std::min<double>(first_samples, most_samples), 0, 1, 0};
   for (;; ++now.passes) {
+    const bool placed = now.samples >= pilot_samples;
+    const ErrorModel& law = placed ? laws.placed : laws.even;
     now.rmse = law.at(now.samples);
-    const double high = stated.of(now.rmse, now.samples);
+    const double high = (placed ? laws.stated_placed : laws.stated_even).of(now.rmse, now.samples);
     if (high <= target || now.samples >= most_samples) {
       return now;
     }
-    // What the passes expect themselves: they know nothing of a sampler's exponent.
-    const double total = law.model().samples_for(law.model().at(now.samples) * target / high);
+    const double share = share_to_go_for(target * target / (high * high), laws.sampler);
+    const double total = law.model().samples_for(law.model().at(now.samples) * std::sqrt(share));
+    const double most = placed ? most_samples : std::min<double>(most_samples, pilot_samples);
     const double lacking =
         std::min(lacking_for_error(total, now.samples), most_samples - now.samples);
-    now.samples += static_cast<double>(part_of(static_cast<std::uint64_t>(lacking * unit) + 1,
-                                               static_cast<std::uint64_t>(now.samples * unit))) /
-                   unit;
+    const auto traced = static_cast<std::uint64_t>(now.samples * unit);
+    const std::uint64_t more = part_of(static_cast<std::uint64_t>(lacking * unit) + 1, traced);
+    now.decisions += placed && !is_little(more, traced) ? 1 : 0;
+    now.samples = std::min(now.samples + static_cast<double>(more) / unit, most);
   }
 }
 
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples) {
-  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1};
+  Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1, 0};
   double left = seconds - now.samples * costs.pilot_sample - costs.pass;
   double sample = costs.pilot_sample;  // of the pass before: what the passes go by
-  for (; left > 0; ++now.passes) {
+  for (; left > 0; ++now.passes, ++now.decisions) {
     const auto traced = static_cast<std::uint64_t>(now.samples * unit);
     const auto lacking = static_cast<std::uint64_t>((most_samples - now.samples) * unit);
     const auto affordable =

@@ -82,6 +82,7 @@ struct Forecast {
   double samples = 0;  ///< a pixel
   double rmse = 0;
   int passes = 0;
+  int decisions = 0;  ///< of these, how many begin with a decision on where samples go
 };
 
 /// The upper end of the interval that a picture states for its error, from the error:
@@ -92,10 +93,18 @@ struct UpperBound {
   [[nodiscard]] double of(double rmse, double samples) const;
 };
 
+/// How the error of a picture goes that is to meet a target.
+struct TargetLaws {
+  const ErrorModel& even;    ///< up to pilot_samples
+  const ErrorModel& placed;  ///< from there on
+  UpperBound stated_even;
+  UpperBound stated_placed;
+  Sampler sampler = Sampler::independent;
+};
+
 /// Where adaptive passes end that go on until the stated error meets `target`: the sizes of passes
 /// as next_pass_size() has them. They end at `most_samples` a pixel, too.
-Forecast forecast_target(const ErrorModel& law, const UpperBound& stated, double target,
-                         double most_samples);
+Forecast forecast_target(const TargetLaws& laws, double target, double most_samples);
 
 /// Seconds that passes take.
 struct PassCosts {

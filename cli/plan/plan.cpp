@@ -56,7 +56,7 @@ class Chooser {
     choice.samples_per_pixel = static_cast<std::uint32_t>(samples);
     choice.samples = {samples, samples, samples};
     choice.error = around(sampler.uniform.at(samples), uniform_doubt(sampler, samples));
-    add_time(choice, samples * pixels_ * sampler.uniform_sample, 0);
+    add_time(choice, samples * pixels_ * sampler.uniform_sample, {samples, 0, 1, 0});
     choice.keeps = goal_.error > 0 ? probability(choice.error, goal_.error)
                                    : probability(choice.seconds, goal_.seconds);
     return choice;
@@ -125,34 +125,23 @@ class Chooser {
     return pixels_ * (pilot * sampler.uniform_sample + (samples - pilot) * sampler.adaptive_sample);
   }
 
-  [[nodiscard]] UpperBound stated(double samples) const {
-    return samples > pilot_samples ? probe_.stated_adaptive : probe_.stated_uniform;
-  }
-
   [[nodiscard]] Choice to_error(const SamplerProbe& sampler) const {
-    // Up to the pilot's end all pixels are equal.
-    const double pilot = pilot_samples;
-    const double pilot_error = sampler.uniform.at(pilot);
-    Forecast forecast{pilot, pilot_error, 1};
     Choice choice;
     choice.target_error = target();
-    if (stated(pilot).of(pilot_error, pilot) > choice.target_error) {
-      forecast = forecast_target(sampler.adaptive, probe_.stated_adaptive, choice.target_error,
-                                 most_samples);
-    }
+    const Forecast forecast =
+        forecast_target({sampler.uniform, sampler.adaptive, probe_.stated_uniform,
+                         probe_.stated_adaptive, sampler.sampler},
+                        choice.target_error, most_samples);
+    const bool placed = forecast.samples > pilot_samples;
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
-    if (forecast.passes == 1) {
-      choice.samples = {pilot, pilot, pilot};
-      choice.error = around(pilot_error, sampler.uniform.relative_at(pilot));
-    } else {
-      // That the law is off by 1 % changes the samples by twice that, and not the error at which
-      // passes end: it is between the last pass's plan and the goal.
-      choice.samples = around(forecast.samples, 2 * sampler.adaptive.relative_at(forecast.samples));
-      choice.error = {forecast.rmse, 0.95 * forecast.rmse,
-                      std::max(forecast.rmse, choice.target_error)};
-    }
-    add_time(choice, tracing(sampler, forecast.samples), forecast.passes);
+    // That the law is off by 1 % changes the samples by twice that, and not the error at which
+    // passes end: it is between the last pass's plan and the goal.
+    const ErrorModel& law = placed ? sampler.adaptive : sampler.uniform;
+    choice.samples = around(forecast.samples, 2 * law.relative_at(forecast.samples));
+    choice.error = {forecast.rmse, 0.95 * forecast.rmse,
+                    std::max(forecast.rmse, choice.target_error)};
+    add_time(choice, tracing(sampler, forecast.samples), forecast);
     choice.keeps = forecast.rmse <= goal_.error ? normal_share(std::max(quantile_, normal_95)) : 0;
     return choice;
   }
@@ -174,15 +163,15 @@ class Chooser {
     choice.samples = around(samples, probe_.timing_doubt);
     choice.error =
         around(law.at(samples), std::hypot(law.relative_at(samples), 0.5 * probe_.timing_doubt));
-    add_time(choice, tracing(sampler, samples), forecast.passes);
+    add_time(choice, tracing(sampler, samples), forecast);
     choice.keeps = probability(choice.seconds, goal_.seconds);
     return choice;
   }
 
-  void add_time(Choice& choice, Effort tracing, int passes) const {
-    const Effort rest = fixed_ + std::max(passes, 1) * probe_.collect +
-                        std::max(passes - 1, 0) * probe_.pass + probe_.finish;
-    const double traced = farm_.seconds(tracing.wall, choice.samples.value, std::max(passes, 1));
+  void add_time(Choice& choice, Effort tracing, const Forecast& forecast) const {
+    const Effort rest = fixed_ + forecast.passes * probe_.collect +
+                        forecast.decisions * probe_.pass + probe_.finish;
+    const double traced = farm_.seconds(tracing.wall, choice.samples.value, forecast.passes);
     const double total = rest.wall + traced;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;
     const double doubt = std::hypot(of_samples * traced / total, probe_.timing_doubt);

@@ -7,7 +7,6 @@
 
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
-#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
@@ -16,6 +15,10 @@ namespace {
 /// variance to a share s, the bias is up to s * third moment / (variance * count) <= s * largest /
 /// count.
 constexpr double bias_allowed = 0.001;
+
+/// Square error of a sample, over that of the radiance, that a slowly changing sky has within a
+/// pixel and hardly anything else.
+constexpr double quiet_share = 1e-4;
 
 /// Mean square errors expected of a row's values, times their counts.
 void expect(const NoiseNearby& row, const NoiseForecast& forecast, double largest_radiance,
@@ -37,123 +40,111 @@ void expect(const NoiseNearby& row, const NoiseForecast& forecast, double larges
   }
 }
 
-}  // namespace
-
-Allocation::Allocation(const FramebufferView& state, bool equal_half_widths)
-    : counts_(state.counts.begin(), state.counts.end()),
-      weights_(state.pixels.size()),
-      squares_(state.pixels.size()) {
+/// The shares of `state`'s rows, and what else an Allocation keeps of them.
+SampleShares shares_of(const FramebufferView& state, bool equal_half_widths, std::size_t stride,
+                       std::vector<double>& own_squares, std::vector<bool>& quiet) {
   constexpr NeighbourhoodSize horizon = NeighbourhoodSize::windows;
-  const NoiseModel model(state, horizon);
+  const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
+                                      : NoiseModel(state, horizon);
   NoiseForecast forecast(state.width);
   std::vector<double> squares(std::size_t{3} * state.width);
-  visit_noise(state, 1, horizon, [&](std::size_t y, const NoiseNearby& row) {
+  std::vector<std::uint32_t> counts;
+  std::vector<double> weights;
+  const std::size_t size = (state.height + stride - 1) / stride * state.width;
+  counts.reserve(size);
+  weights.reserve(size);
+  own_squares.reserve(size);
+  quiet.reserve(size);
+  visit_noise(state, stride, horizon, [&](std::size_t y, const NoiseNearby& row) {
     model.foresee(row, forecast);
     expect(row, forecast, state.largest_radiance, squares);
     for (std::size_t x = 0; x < state.width; ++x) {
-      const std::size_t i = y * state.width + x;
       double most = 0;
       double sum = 0;
+      double own = 0;
+      double radiance = 0;
       for (std::size_t value = 3 * x; value < 3 * x + 3; ++value) {
         most = std::max(most, half_width_square(squares[value], forecast.half_width[value]));
         sum += squares[value];
-        squares_[i] += forecast.own[value];
+        own += forecast.own[value];
+        radiance += row.own.mean[value];
       }
-      weights_[i] = equal_half_widths ? most : std::sqrt(sum);
+      counts.push_back(state.counts[y * state.width + x]);
+      weights.push_back(equal_half_widths ? most : std::sqrt(sum));
+      own_squares.push_back(own);
+      quiet.push_back(own <= quiet_share * radiance * radiance);
     }
   });
+  return {std::move(counts), std::move(weights)};
 }
 
-double Allocation::total_at(double level) const {
-  double total = 0;
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    total += std::max<double>(counts_[i], level * weights_[i]);
-  }
-  return total;
-}
+}  // namespace
 
-double Allocation::level_for(double total) const {
-  // Pixels that have more than their share already drop out, until the rest shares what is left.
-  double level = 0;
-  for (double fixed = -1;;) {
-    double have = 0;
-    double weight = 0;
-    double out = 0;
-    for (std::size_t i = 0; i < counts_.size(); ++i) {
-      if (fixed >= 0 && counts_[i] >= level * weights_[i]) {
-        have += counts_[i];
-        out += 1;
-      } else {
-        weight += weights_[i];
-      }
-    }
-    if (out == fixed || !(weight > 0)) {
-      return level;
-    }
-    fixed = out;
-    level = (total - have) / weight;
-  }
-}
-
-std::vector<std::uint32_t> Allocation::counts_of(double total) const {
-  const double level = level_for(total);
-  std::vector<std::uint32_t> counts = counts_;
-  double owed = 0;
-  std::size_t last = 0;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double wanted = level * weights_[i];
-    if (!(wanted > counts_[i])) {  // or not a number: nothing shines, nothing is noisy
-      continue;
-    }
-    const double exactly = wanted + owed;
-    const double possible = std::clamp<double>(exactly, 0, limits::max_samples_per_pixel);
-    counts[i] = std::max(counts_[i], static_cast<std::uint32_t>(possible) / 2 * 2);
-    owed = exactly - counts[i];
-    last = i;
-  }
-  // Rounding may have lost the last pair, and a pixel that is full leaves more over.
-  for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
-    std::uint32_t& count = counts[(last + k) % counts.size()];
-    const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
-    const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
-    count += static_cast<std::uint32_t>(given);
-    owed -= given;
-  }
-  return counts;
-}
+Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride)
+    : shares_(shares_of(state, equal_half_widths, stride, squares_, quiet_)) {}
 
 double Allocation::square_error_at(double level) const {
   double square = 0;
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    square += squares_[i] / std::max<double>(counts_[i], level * weights_[i]);
+  for (std::size_t i = 0; i < squares_.size(); ++i) {
+    square += squares_[i] / shares_.count_at(i, level);
   }
   return square;
 }
 
-double Allocation::total_for_square_error(double share) const {
+double Allocation::level_for_square_error(double share) const {
   const double wanted = share * square_error_at(0);
   // The error at a level falls about as fast as the level rises.
-  double level = level_for(total_at(0) / share);
+  double level = shares_.level_for(shares_.total_at(0) / share);
   for (int step = 0; step < 4; ++step) {
     level *= square_error_at(level) / wanted;
   }
-  return total_at(level);
+  return level;
+}
+
+double Allocation::total_for_square_error(double share) const {
+  return shares_.total_at(level_for_square_error(share));
 }
 
 double Allocation::share_of_square_error(double total) const {
   const double now = square_error_at(0);
-  return now > 0 ? square_error_at(level_for(total)) / now : 1;
+  return now > 0 ? square_error_at(shares_.level_for(total)) / now : 1;
 }
 
 double Allocation::total_for_square_half_width(double share) const {
   // The pixel whose half-width 99 % of the pixels keep below.
-  std::vector<double> levels(counts_.size());
+  std::vector<double> levels(shares_.size());
   for (std::size_t i = 0; i < levels.size(); ++i) {
-    levels[i] = weights_[i] > 0 ? counts_[i] / weights_[i] : 0;
+    levels[i] = shares_.weight(i) > 0 ? shares_.count(i) / shares_.weight(i) : 0;
   }
   const auto worst = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 100);
   std::nth_element(levels.begin(), worst, levels.end());
-  return total_at(*worst / share);
+  return shares_.total_at(*worst / share);
+}
+
+double Allocation::relative_cost(double share, double rays) const {
+  if (!(square_error_at(0) > 0)) {
+    return 1;
+  }
+  const auto size = static_cast<double>(shares_.size());
+  const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), true));
+  const double noisy_rays =
+      quiet < size ? std::max(1.0, (rays * size - quiet) / (size - quiet)) : 1;
+  const double level = level_for_square_error(share);
+  double placed = 0;
+  double even = 0;
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    const double cost = quiet_[i] ? 1 : noisy_rays;
+    placed += cost * (shares_.count_at(i, level) - shares_.count(i));
+    even += cost * shares_.count(i) * (1 / share - 1);
+  }
+  return placed / even;
+}
+
+bool adaptive_pays(const FramebufferView& state) {
+  constexpr std::size_t asked = 1 << 14;  // pixels
+  constexpr double well = 0.9;
+  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
+  return Allocation(state, false, stride).relative_cost(0.5, state.rays_per_sample) < well;
 }
 
 }  // namespace parray

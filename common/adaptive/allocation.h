@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "common/adaptive/passes.h"
+#include "common/adaptive/sample_shares.h"
+#include "common/image/framebuffer.h"
 
 namespace parray {
 
@@ -13,15 +15,14 @@ namespace parray {
 ///
 /// For the least mean square error a pixel's count is in proportion to the deviation of its samples
 /// (Neyman, "On the two different aspects of the representative method", 1934), for equal
-/// half-widths to their variance. Samples that a pixel has are not taken away.
+/// half-widths to their variance.
 class Allocation {
  public:
-  /// Each pixel of `state` has at least 2 samples.
-  Allocation(const FramebufferView& state, bool equal_half_widths);
+  /// Each pixel of `state` has at least 2 samples. Of every `stride`-th row: of what follows, "all
+  /// pixels" are those of these rows.
+  Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
-  /// Counts of `total` samples, all pixels together. What a pixel gets is even; so is `total`, and
-  /// it is met exactly unless limits::max_samples_per_pixel is in the way.
-  [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
+  [[nodiscard]] const SampleShares& shares() const { return shares_; }
 
   /// Samples, all pixels together, that are expected to bring the mean square error, or the square
   /// of the half-width that 99 % of the pixels have, to `share` of what it is, 0 < share < 1.
@@ -31,20 +32,26 @@ class Allocation {
   /// error; 1 if there is none.
   [[nodiscard]] double share_of_square_error(double total) const;
 
- private:
-  /// Sum of the expected square errors of all pixels and channels if a pixel of weight w has at
-  /// least level * w samples.
-  [[nodiscard]] double square_error_at(double level) const;
-  /// Samples, all pixels together, if a pixel of weight w has at least level * w.
-  [[nodiscard]] double total_at(double level) const;
-  /// The level at which the pixels have `total` samples.
-  [[nodiscard]] double level_for(double total) const;
+  /// Rays that it takes to bring the mean square error to `share` of what it is, over those of
+  /// equal numbers of samples for all pixels, which have equal numbers now. `rays`: of a sample, on
+  /// average so far; those of a pixel without noise, which sees the sky, count as one.
+  [[nodiscard]] double relative_cost(double share, double rays) const;
 
-  std::vector<std::uint32_t> counts_;
-  std::vector<double> weights_;
+ private:
+  /// Sum of the expected square errors of all pixels and channels at a level of shares().
+  [[nodiscard]] double square_error_at(double level) const;
+  [[nodiscard]] double level_for_square_error(double share) const;
+
   /// Mean square errors times counts by the pixels' own variances: each says little, their sum is
   /// right, since weights hardly know of their pixels' luck.
   std::vector<double> squares_;
+  std::vector<bool> quiet_;  ///< pixels with next to no noise
+  SampleShares shares_;
 };
+
+/// Whether the next samples serve so much better where the noise is that all it takes to place them
+/// is well paid. All pixels have the same number of samples, at least 2. Asks some rows only. A
+/// function of its argument alone, in arithmetic that is the same everywhere.
+bool adaptive_pays(const FramebufferView& state);
 
 }  // namespace parray

@@ -9,8 +9,6 @@ namespace {
 
 /// That many samples of the surroundings' are added to a pixel's own: two alone say little.
 constexpr double few = 4;
-/// Of that many pixels at least, a large picture is asked.
-constexpr std::size_t sample_size = 1 << 17;
 /// A level with fewer values borrows from the levels next to it.
 constexpr double enough = 600;
 /// That many values of a normal's are added to those found.
@@ -54,11 +52,11 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
-NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon)
+NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, std::size_t asked)
     : unit_(state.largest_radiance * state.largest_radiance),
       per_unit_(1 / unit_),
       around_(places) {
-  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / sample_size);
+  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
   visit_noise(state, stride, horizon, [&](std::size_t, const NoiseNearby& row) { add(row); });
   for (std::size_t place = 1; place < places; ++place) {
     calibrate_around(place);

@@ -45,9 +45,10 @@ void half_widths(std::span<const double> count, const NoiseForecast& forecast,
 /// channel; all are added before any is asked for.
 class NoiseModel {
  public:
-  /// Each pixel has at least 2 samples. Of large pictures every few rows are asked. `horizon`: of
-  /// the surroundings that it is going to be asked about.
-  NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon);
+  /// Each pixel has at least 2 samples. Of large pictures rows are asked of some `asked` pixels.
+  /// `horizon`: of the surroundings that it is going to be asked about.
+  NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
+             std::size_t asked = std::size_t{1} << 17);
 
   /// Says it of a row; `forecast` is that of as many pixels.
   void foresee(const NoiseNearby& row, NoiseForecast& forecast) const;

@@ -1,6 +1,7 @@
 #include "common/adaptive/passes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -18,11 +19,56 @@ std::uint64_t samples_of(const FramebufferView& state) {
   return std::accumulate(state.counts.begin(), state.counts.end(), std::uint64_t{0});
 }
 
+/// Where the samples of a pass go.
+enum class Placement : std::uint8_t {
+  even,
+  as_before,  ///< in the proportions that there are, which is good enough for a little
+  by_noise
+};
+
+Placement placement_of(const FramebufferView& state, const StopSettings& settings,
+                       std::uint64_t samples) {
+  if (!settings.adaptive) {
+    return Placement::even;
+  }
+  const auto [least, most] = std::minmax_element(state.counts.begin(), state.counts.end());
+  if (*least < pilot_samples) {
+    return Placement::even;
+  }
+  const bool half_widths = settings.target_half_width > 0;  // of the few worst pixels
+  const std::uint64_t traced = samples_of(state);
+  if (*least == *most) {
+    // To find out where they go takes as long as a few samples of each pixel.
+    const bool pays = half_widths || (samples >= traced / 2 && adaptive_pays(state));
+    return pays ? Placement::by_noise : Placement::even;
+  }
+  return half_widths || !is_little(samples, traced) ? Placement::by_noise : Placement::as_before;
+}
+
+/// The proportions that the samples of a picture have that were placed. Pixels with the fewest may
+/// have more than their share.
+SampleShares present_shares(const FramebufferView& state) {
+  std::vector<std::uint32_t> counts(state.counts.begin(), state.counts.end());
+  const std::uint32_t least = *std::min_element(counts.begin(), counts.end());
+  std::vector<double> weights(counts.size());
+  std::transform(counts.begin(), counts.end(), weights.begin(),
+                 [least](std::uint32_t count) { return count > least ? count : 0; });
+  return {std::move(counts), std::move(weights)};
+}
+
 /// Samples, all pixels together, at which the picture is expected to meet a target: its square is
 /// `share` of what there is.
 double expected_total(const FramebufferView& state, const StopSettings& settings, double share) {
-  if (!settings.adaptive) {
-    return static_cast<double>(samples_of(state)) / share;
+  const auto traced = static_cast<double>(samples_of(state));
+  constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
+  const double lacking = std::min(traced / share - traced, most);
+  switch (placement_of(state, settings, static_cast<std::uint64_t>(lacking))) {
+    case Placement::even:
+      return traced / share;
+    case Placement::as_before:
+      return present_shares(state).total_at(1 / share);
+    case Placement::by_noise:
+      break;
   }
   const bool half_widths = settings.target_half_width > 0;
   const Allocation allocation(state, half_widths);
@@ -31,7 +77,7 @@ double expected_total(const FramebufferView& state, const StopSettings& settings
 }
 
 /// What the picture still lacks of the targets: samples, or why it is done.
-PassSize towards_targets(const FramebufferView& state, const StopSettings& settings,
+PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
                          std::uint64_t most) {
   const bool widths = settings.target_half_width > 0;
   const ErrorFigures error = widths ? estimate_error(state) : estimate_rmse(state);
@@ -51,11 +97,12 @@ PassSize towards_targets(const FramebufferView& state, const StopSettings& setti
     }
     share = std::max(share, settings.target_half_width / error.half_width_p99);
   }
-  const double total = expected_total(state, settings, share * share);
+  const double total =
+      expected_total(state, settings, share_to_go_for(share * share, settings.sampler));
   const auto traced = static_cast<double>(samples_of(state));
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking =
-      widths ? std::max((total - traced) * 1.1, traced / 8) : lacking_for_error(total, traced);
+      widths ? std::max((total - traced) * 1.1, traced / 16) : lacking_for_error(total, traced);
   const std::uint64_t wanted =
       lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most;
   return {wanted, StopReason::samples, 0, error};
@@ -88,27 +135,37 @@ PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::
   return {std::min(left, most), most > 0 ? StopReason::samples : StopReason::time};
 }
 
-/// Uniform passes give every pixel the same, in pairs but for the last sample of an odd number.
-PassSize whole_pairs(PassSize size, const StopSettings& settings, std::uint64_t left,
-                     std::uint64_t pixels, std::uint64_t affordable) {
-  if (size.samples == 0 || settings.adaptive) {
-    size.samples = size.samples > 0 ? std::max<std::uint64_t>(size.samples / 2 * 2, 2) : 0;
+/// Passes that are not placed give every pixel the same.
+PassSize whole_layers(PassSize size, const StopSettings& settings, std::uint64_t left,
+                      std::uint64_t pixels, std::uint64_t affordable) {
+  if (size.samples == 0) {
     return size;
   }
-  const std::uint64_t pairs = (size.samples + 2 * pixels - 1) / (2 * pixels);
-  size.samples = std::min(left, pairs * 2 * pixels);
+  size.samples = std::min(left, (size.samples + pixels - 1) / pixels * pixels);
   if (settings.time_limit > 0 && size.samples > affordable) {
-    size.samples = std::min(left, affordable / (2 * pixels) * 2 * pixels);
+    size.samples = std::min(left, affordable / pixels * pixels);
     size.stop = size.samples > 0 ? size.stop : StopReason::time;
   }
   return size;
 }
 
+/// Placed ones add pairs.
+PassSize pairs(PassSize size) {
+  size.samples = size.samples > 0 ? std::max<std::uint64_t>(size.samples / 2 * 2, 2) : 0;
+  return size;
+}
+
 }  // namespace
 
-double lacking_for_error(double total, double traced) {
-  return std::max((total - traced) * 1.03, traced / 32);
+double share_to_go_for(double share, Sampler sampler) {
+  return sampler == Sampler::sobol ? std::sqrt(share) : share;
 }
+
+double lacking_for_error(double total, double traced) {
+  return std::max((total - traced) * 1.01, traced / 64);
+}
+
+bool is_little(std::uint64_t samples, std::uint64_t traced) { return samples < traced / 3; }
 
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
   if (lacking > 7 * traced) {
@@ -140,7 +197,7 @@ std::string_view name_of(StopReason reason) {
   throw std::logic_error("unknown stop reason");
 }
 
-PassSize next_pass_size(const FramebufferView& state, const StopSettings& settings,
+PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable) {
   if (!settings.passes.empty()) {
     return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes,
@@ -164,7 +221,8 @@ PassSize next_pass_size(const FramebufferView& state, const StopSettings& settin
     return size;
   }
   if (traced == 0) {
-    return {std::min(left, pilot_samples * pixels), StopReason::samples, targets ? 0 : total};
+    return {std::min(left, (targets ? first_samples : pilot_samples) * pixels), StopReason::samples,
+            targets ? 0 : total};
   }
   PassSize wanted{left};
   if (targets) {
@@ -175,13 +233,19 @@ PassSize next_pass_size(const FramebufferView& state, const StopSettings& settin
   }
   wanted.expected = traced + wanted.samples;
   wanted.samples = part_of(wanted.samples, traced);
+  const std::uint64_t pilot = pilot_samples * pixels;
+  if (settings.adaptive && traced < pilot) {
+    wanted.samples = std::min(wanted.samples, pilot - traced);
+  }
   const std::uint64_t can =
       affordable.samples > affordable.stating ? affordable.samples - affordable.stating : 0;
   if (settings.time_limit > 0) {
     wanted.samples = within_time(wanted.samples, traced, can);
     wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
-  return whole_pairs(wanted, settings, left, pixels, can);
+  return placement_of(state, settings, wanted.samples) == Placement::even
+             ? whole_layers(wanted, settings, left, pixels, can)
+             : pairs(wanted);
 }
 
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
@@ -206,10 +270,15 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
 std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,
                                              const StopSettings& settings, std::uint64_t samples) {
   const std::uint64_t total = samples_of(state) + samples;
-  const bool known = std::all_of(state.counts.begin(), state.counts.end(),
-                                 [](std::uint32_t count) { return count >= 2; });
-  if (settings.adaptive && known) {
-    return Allocation(state, settings.target_half_width > 0).counts_of(static_cast<double>(total));
+  switch (placement_of(state, settings, samples)) {
+    case Placement::by_noise:
+      return Allocation(state, settings.target_half_width > 0)
+          .shares()
+          .counts_of(static_cast<double>(total));
+    case Placement::as_before:
+      return present_shares(state).counts_of(static_cast<double>(total));
+    case Placement::even:
+      break;
   }
   const std::uint64_t pixels = pixels_of(state);
   const std::uint64_t each =

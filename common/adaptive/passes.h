@@ -26,12 +26,21 @@ struct PassSize {
   ErrorFigures error{};
 };
 
-/// Samples a pixel of the first pass: enough for a picture, and for what the next passes need to
-/// know of its noise.
+/// Samples a pixel with which a picture begins that has a target: enough to tell its error.
+inline constexpr std::uint64_t first_samples = 8;
+/// Samples a pixel with which the noise is known well enough to place more by it, and with which a
+/// picture begins that has no target to meet earlier.
 inline constexpr std::uint64_t pilot_samples = 32;
-/// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some more, lest
-/// the last little bit takes many passes.
+/// The share of the present square error to go for, where a target is `share` of it, 0 < share <= 1:
+/// for evenly spread points as if the error fell with their number, not with its root, as it does
+/// at times just below powers of two.
+double share_to_go_for(double share, Sampler sampler);
+/// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some, lest the
+/// last little bit takes many passes.
 double lacking_for_error(double total, double traced);
+/// Whether `samples` more are so few that a picture of `traced`, once it is adaptive, keeps to the
+/// proportions that it has.
+bool is_little(std::uint64_t samples, std::uint64_t traced);
 /// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
 /// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
@@ -51,10 +60,12 @@ struct Affordable {
 /// before it have found. `affordable` is only asked for with a time limit. A function of its
 /// arguments alone, in arithmetic that is the same everywhere.
 ///
-/// The first pass has 32 samples a pixel, fewer if samples_per_pixel say so; later ones double or
-/// quadruple the picture until the last goes all the way. A target error is met by the upper end of
-/// the RMSE's interval, a target half-width by 99 % of the pixels and channels; the first of both
-/// targets that is met ends the picture.
+/// The first pass has first_samples a pixel with a target, else pilot_samples, fewer if
+/// samples_per_pixel say so; later ones double or quadruple the picture until the last goes all the
+/// way. A target error is met by the upper end of the RMSE's interval, a target half-width by 99 %
+/// of the pixels and channels; the first of both targets that is met ends the picture. How much
+/// evenly spread points gain is not known beforehand: with these the passes come near a target in
+/// steps that do not go beyond it.
 ///
 /// With a time limit the first pass has one sample each of some thousand pixels, which are there
 /// however short the time is. Later ones add nested_lattices() until each pixel has one sample,
@@ -63,7 +74,7 @@ struct Affordable {
 ///
 /// A pass adds exactly that many samples (see counts_after_pass()), so that settings.passes from a
 /// report repeats the picture, if `adaptive` and which target is set are the same.
-PassSize next_pass_size(const FramebufferView& state, const StopSettings& settings,
+PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable = {});
 
 /// The pass of `samples` where it leaves some pixels with one sample, or two, fewer than others:
@@ -74,10 +85,11 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
                                     std::uint64_t samples);
 
 /// Samples that each pixel has after a pass of `samples` more, all pixels together; none has fewer
-/// than before. Equal counts for all pixels unless settings.adaptive: then, after the first pass,
-/// as common/adaptive/allocation.h says, for equal half-widths with a target_half_width and for the
-/// least RMSE without. More samples than asked for, where equal counts need them. A function of its
-/// arguments alone, in arithmetic that is the same everywhere.
+/// than before. Equal counts for all pixels unless settings.adaptive; then from pilot_samples on,
+/// and where adaptive_pays(), as common/adaptive/allocation.h says, for equal half-widths with a
+/// target_half_width and for the least RMSE without. A pass that adds little keeps to the
+/// proportions that there are. More samples than asked for, where equal counts need them. A
+/// function of its arguments alone, in arithmetic that is the same everywhere.
 std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,
                                              const StopSettings& settings, std::uint64_t samples);
 

@@ -19,6 +19,7 @@ struct FramebufferView {
   std::span<const PixelSums> pixels;
   std::span<const std::uint32_t> counts;  ///< samples of each pixel: 0 .. counts - 1
   double largest_radiance = 1;
+  double rays_per_sample = 1;  ///< on average
 };
 
 /// The sums of a whole image, and how many samples of each pixel they hold.
@@ -65,7 +66,9 @@ class Framebuffer {
   [[nodiscard]] const std::map<PixelAddress, Excluded>& excluded() const { return excluded_; }
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
   [[nodiscard]] FramebufferView view(double largest_radiance) const {
-    return {width_, height_, pixels(), samples(), largest_radiance};
+    const auto traced = static_cast<double>(counts_.samples > 0 ? counts_.samples : 1);
+    return {width_, height_, pixels(), samples(), largest_radiance,
+            static_cast<double>(counts_.rays) / traced};
   }
 
  private:

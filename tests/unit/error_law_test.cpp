@@ -113,42 +113,63 @@ TEST_CASE("adaptive passes leave pixels without noise out") {
   CHECK(model.at(32 * 1024) == Approx(0.1 / std::sqrt(2 * 1024.0)).epsilon(0.05));
 }
 
-TEST_CASE("a picture whose pilot meets the target stops there") {
-  const ErrorModel law = law_of(0.1, {{32, 0.1 / std::sqrt(32.0), 0.01}}, {0, 0});
-  const Forecast forecast = forecast_target(law, {}, 0.1, 1e6);
-  CHECK(forecast.samples == pilot_samples);
-  CHECK(forecast.passes == 1);
-  CHECK(forecast.rmse == Approx(0.1 / std::sqrt(32.0)));
+Forecast forecast_with(const ErrorModel& law, double target, double most_samples = 1e6,
+                       UpperBound stated = {}, Sampler sampler = Sampler::independent) {
+  return forecast_target({law, law, stated, stated, sampler}, target, most_samples);
 }
 
-TEST_CASE("a target that needs little more than the pilot takes one more pass, 3 % beyond it") {
+TEST_CASE("a picture whose first samples meet the target stops there") {
+  const ErrorModel law = law_of(0.1, {{32, 0.1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const Forecast forecast = forecast_with(law, 0.1);
+  CHECK(forecast.samples == first_samples);
+  CHECK(forecast.passes == 1);
+  CHECK(forecast.decisions == 0);
+  CHECK(forecast.rmse == Approx(0.1 / std::sqrt(8.0)));
+}
+
+TEST_CASE("a target that needs little more than the pilot takes two more passes, 1 % beyond it") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
-  const Forecast forecast = forecast_target(law, {}, 1 / std::sqrt(64.0), 1e6);
-  CHECK(forecast.passes == 2);
-  CHECK(forecast.samples == Approx(32 + 1.03 * 32).epsilon(1e-4));
+  const Forecast forecast = forecast_with(law, 1 / std::sqrt(64.0));
+  CHECK(forecast.passes == 3);  // 8, 32, the rest
+  CHECK(forecast.decisions == 1);
+  CHECK(forecast.samples == Approx(32 + 1.01 * 32).epsilon(1e-4));
   CHECK(forecast.rmse < 1 / std::sqrt(64.0));
 }
 
 TEST_CASE("passes to a far target grow as the render's own, and end just beyond it") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
-  const Forecast forecast = forecast_target(law, {}, 0.01, 1e6);
-  // 32, 128, 512, 2048 (lacking 9488, more than 7 * 512); then 8191 lack: 2048 more, then all.
-  CHECK(forecast.samples == Approx(4096 + 1.03 * (10000 - 4096)).epsilon(1e-3));
-  CHECK(forecast.passes == 6);
+  const Forecast forecast = forecast_with(law, 0.01);
+  // 8, 32, 128, 512, 2048 (lacking 9488, more than 7 * 512); then 7952 lack: 2048 more, then all.
+  CHECK(forecast.samples == Approx(4096 + 1.01 * (10000 - 4096)).epsilon(1e-3));
+  CHECK(forecast.passes == 7);
+  CHECK(forecast.decisions == 5);
+}
+
+TEST_CASE("passes of evenly spread points come near a target without going far beyond it") {
+  for (const double exponent : {0.0, 0.1, 0.25}) {
+    CAPTURE(exponent);
+    const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {exponent, 0});
+    for (double target = 0.1; target > 0.002; target *= 0.9) {
+      const Forecast forecast = forecast_with(law, target, 1e9, {}, Sampler::sobol);
+      CHECK(forecast.rmse <= target);
+      CHECK(forecast.rmse > 0.97 * target);
+      CHECK(forecast.decisions <= 9);
+    }
+  }
 }
 
 TEST_CASE("the stated interval has to meet the target, not the error alone") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const UpperBound stated{1.21, 0};
   CHECK(stated.of(0.1, 100) == Approx(0.11));
-  const Forecast forecast = forecast_target(law, stated, 0.011, 1e6);
+  const Forecast forecast = forecast_with(law, 0.011, 1e6, stated);
   CHECK(stated.of(forecast.rmse, forecast.samples) <= 0.011);
   CHECK(forecast.rmse == Approx(0.01).epsilon(0.02));
 }
 
 TEST_CASE("passes end at the most samples that there may be") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
-  const Forecast forecast = forecast_target(law, {}, 1e-4, 5000);
+  const Forecast forecast = forecast_with(law, 1e-4, 5000);
   CHECK(forecast.samples == Approx(5000));
   CHECK(forecast.rmse > 1e-4);
 }

@@ -168,9 +168,9 @@ TEST_CASE("passes: a target error is met, with little more than it takes") {
       CHECK(std::sqrt(square) < target);
       const double high = estimate_rmse(picture.state()).high;
       CHECK(high <= target);
-      CHECK(passes <= 8);
-      if (picture.samples() > 32 * 64 * 48) {
-        CHECK(high > 0.9 * target);
+      CHECK(passes <= 14);
+      if (picture.samples() >= 18 * 64 * 48) {
+        CHECK(high > 0.97 * target);
       }
     }
   }
@@ -191,8 +191,8 @@ TEST_CASE(
           }) == StopReason::half_width);
     const double p99 = estimate_error(picture.state()).half_width_p99;
     CHECK(p99 <= 0.02);
-    CHECK(p99 > 0.015);
-    CHECK(passes <= 8);
+    CHECK(p99 > 0.018);
+    CHECK(passes <= 14);
   }
 }
 
@@ -280,7 +280,7 @@ TEST_CASE("passes: counts and half-widths have the same bits with every compiler
   for (const float half_width : estimate_error(picture.state()).half_width) {
     mix(std::bit_cast<std::uint32_t>(half_width));
   }
-  CHECK(hash == 11183352928064130228U);
+  CHECK(hash == 16418724157342381624U);
 }
 
 TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
