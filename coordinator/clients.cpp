@@ -69,6 +69,11 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   try {
     join_series(record);
     check_limits(record);
+    if (m.settings.target_denoised && !options_.judge_of) {
+      throw InputError(
+          "a coordinator does not trace, and cannot tell the error of a denoised "
+          "picture: render it in one process, or let the target count the samples'");
+    }
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > options_.memory) {
       throw InputError("its picture takes " + megabytes(needed) +

@@ -50,6 +50,9 @@ struct CoordinatorOptions {
   /// Where the epochs of every job begin. Another for every life of a coordinator, far from all
   /// others: a worker may still have a result for the one before.
   Epoch first_epoch = 1;
+  /// Who says how far a job's denoised picture is, if it is to be the target: only whoever traces
+  /// can. Null: nobody, and such jobs are refused.
+  std::function<PictureJudge(const JobRecord&)> judge_of{};
   /// trace_fingerprint() of this build; workers must have the same.
   std::string fingerprint;
   /// Seconds since 1970, for a job's history. Any thread.
@@ -192,6 +195,10 @@ class Coordinator final : public Actor {
   void close_job(Job& job, JobState state, const std::string& reason);
   void fail_job(Job& job, const std::string& reason);
   void keep(const Job& job);
+  [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const {
+    return record.settings.target_denoised && options_.judge_of ? options_.judge_of(record)
+                                                                : PictureJudge{};
+  }
   void note(Job& job, const std::string& what);
   /// Seconds, by the clock that the coordinator began with.
   [[nodiscard]] double since_1970(Time now) const { return wall_zero_ + to_seconds(now); }

@@ -23,13 +23,15 @@ SceneFacts::SceneFacts(const Scene& scene)
     : requirements(requirements_of(scene)), largest_radiance(parray::largest_radiance(scene)) {}
 
 JobPicture::JobPicture(const RenderSettings& settings, const SceneFacts& scene,
-                       std::vector<std::uint64_t> begun, std::uint32_t tile, bool large_pages)
+                       std::vector<std::uint64_t> begun, std::uint32_t tile, bool large_pages,
+                       PictureJudge judge)
     : settings_(settings),
       scene_(scene),
       tile_(tile),
+      judge_(std::move(judge)),
       framebuffer_(settings.width, settings.height, large_pages),
-      passes_(
-          std::make_unique<PassController>(settings, scene.largest_radiance, std::move(begun))) {}
+      passes_(std::make_unique<PassController>(settings, scene.largest_radiance, std::move(begun),
+                                               judge_)) {}
 
 bool JobPicture::begin_pass(const PassTimes& times) {
   auto pass = passes_->next(framebuffer_, times);
@@ -61,7 +63,8 @@ void JobPicture::restart() {
   journal_.clear();
   earlier_tracers_.clear();
   framebuffer_ = Framebuffer(settings_.width, settings_.height);
-  passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance);
+  passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
+                                             std::vector<std::uint64_t>{}, judge_);
   begin_pass();
 }
 

@@ -32,10 +32,10 @@ struct SceneFacts {
 class JobPicture {
  public:
   /// `settings` are resolved. `begun`: samples of the passes of earlier lives. `tile`: see
-  /// WorkPlan. `large_pages`: see Framebuffer.
+  /// WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
   JobPicture(const RenderSettings& settings, const SceneFacts& scene,
-             std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0,
-             bool large_pages = true);
+             std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0, bool large_pages = true,
+             PictureJudge judge = {});
 
   /// See Framebuffer::touch(): for pictures whose passes are sized by the time they take.
   void touch(std::size_t part, std::size_t parts) { framebuffer_.touch(part, parts); }
@@ -101,6 +101,7 @@ class JobPicture {
   RenderSettings settings_;
   SceneFacts scene_;
   std::uint32_t tile_;
+  PictureJudge judge_;
   Framebuffer framebuffer_;
   std::unique_ptr<PassController> passes_;
   std::unique_ptr<ResultCollector> collector_;  ///< of the pass under way; null before the first

@@ -167,7 +167,8 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
   const auto prepared = std::make_shared<Prepared>();
   backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
                   at = since_1970(now_), id = job.record.id, generation = job.work->generation,
-                  waiting_counts = options_.waiting_counts]() mutable -> Backroom::Outcome {
+                  waiting_counts = options_.waiting_counts,
+                  judge = judge_of(job.record)]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     try {
       if (store != nullptr) {
@@ -180,8 +181,9 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       p.scene = scene;
       const bool limited = record.settings.time_limit > 0;
       const bool touches = limited && may_touch(record.settings, waiting_counts);
-      p.picture = std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()),
-                                               record.passes, record.tile, !limited || touches);
+      p.picture =
+          std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()), record.passes,
+                                       record.tile, !limited || touches, std::move(judge));
       if (touches) {
         touch(*p.picture);
       }

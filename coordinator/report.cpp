@@ -72,6 +72,7 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"error", error_of(job, estimate)},
           {"adaptive", s.adaptive},
           {"target_error", s.target_error},
+          {"target_denoised", s.target_denoised},
           {"target_half_width", s.target_half_width},
           {"time_limit", s.time_limit},
           {"passes", job.passes().begun()},

@@ -64,6 +64,7 @@ json settings_to_json(const RenderSettings& s) {
   if (s.in_passes()) {
     map["adaptive"] = s.adaptive;
     map["target_error"] = s.target_error;
+    if (s.target_denoised) map["target_denoised"] = true;
     map["target_half_width"] = s.target_half_width;
     map["time_limit"] = s.time_limit;
     map["passes"] = s.passes;
@@ -90,6 +91,7 @@ RenderSettings settings_from_json(const json& map) {
   try {
     value.adaptive = map.value("adaptive", false);
     value.target_error = map.value("target_error", 0.0);
+    value.target_denoised = map.value("target_denoised", false);
     value.target_half_width = map.value("target_half_width", 0.0);
     value.time_limit = map.value("time_limit", 0.0);
     value.progressive = map.value("progressive", false);

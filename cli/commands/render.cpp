@@ -8,6 +8,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
+#include "cli/output/denoising.h"
 #include "common/base/cpu_count.h"
 #include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
@@ -41,13 +42,15 @@ int render(const RenderCommand& command) {
   check_isa(submission.settings.isa);
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
-  submission.settings.replicates = command.output.paths().denoise;
+  if (command.output.paths().denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
   ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                        submission.scene, static_cast<int>(threads));
   std::jthread loading;  // only now: while a library is loaded, no thread can be made
-  EmbeddedFarm farm(threads, [&loading] { loading = std::jthread(load_image_library); });
+  EmbeddedFarm farm(
+      threads, [&loading] { loading = std::jthread(load_image_library); },
+      [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
     submission.reserved_seconds = reserve_time(command.output.paths(), submission.settings,

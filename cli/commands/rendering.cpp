@@ -42,6 +42,22 @@ Time next_look(Time waited) {
   return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
+void ask_for_denoising(RenderSettings& settings, bool can_judge) {
+  settings.replicates = true;
+  settings.target_denoised = settings.target_error > 0 && settings.passes.empty();
+  if (!settings.target_denoised) return;
+  if (!can_judge) {
+    throw InputError(
+        "--target-error with --denoise: the error of the denoised picture is known to parray "
+        "render alone while it renders: use that, or give --spp");
+  }
+  if (settings.time_limit > 0) {
+    throw InputError(
+        "--target-error with --denoise and --time-limit: how long it takes to tell the error of "
+        "the denoised picture is not known beforehand: leave one of them out");
+  }
+}
+
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority, const FrameChange& change) {
   const SteadyClock clock;

@@ -13,6 +13,11 @@
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
 namespace parray {
 
+/// Lays down that the picture is to be denoised, and that a target counts it then. Throws
+/// InputError where nobody can tell the error of a denoised picture in time: `can_judge`, whoever
+/// decides on passes can.
+void ask_for_denoising(RenderSettings& settings, bool can_judge);
+
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
 /// it. Throws InputError.
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,

@@ -50,7 +50,7 @@ int submit(const SubmitCommand& command) {
   submission.max_failures = command.max_failures;
   const Preview preview(command.following.preview);  // before any work
   submission.settings.progressive = preview.wanted();
-  submission.settings.replicates = command.output.paths().denoise;
+  if (command.output.paths().denoise) ask_for_denoising(submission.settings, false);
   const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
                                              submission.scene, usable_cpus());
   FarmClient client(command.farm);

@@ -78,10 +78,12 @@ class WatchedThread {
 
 class EmbeddedFarm::Impl {
  public:
-  Impl(std::uint32_t threads, std::function<void()> on_first_result)
+  Impl(std::uint32_t threads, std::function<void()> on_first_result,
+       std::function<PictureJudge(const std::string&)> judge_of)
       : fingerprint_(trace_fingerprint()),
         threads_(threads),
-        on_first_result_(std::move(on_first_result)) {
+        on_first_result_(std::move(on_first_result)),
+        judge_of_(std::move(judge_of)) {
     start(coordinator_thread_, &Impl::run_coordinator);
     try {
       start(worker_thread_, &Impl::run_worker);
@@ -131,6 +133,9 @@ class EmbeddedFarm::Impl {
   void run_coordinator() {
     CoordinatorOptions options = patient_options(fingerprint_);
     options.backroom.wake = [this] { hub_.coordinator().wake(); };
+    if (judge_of_) {
+      options.judge_of = [this](const JobRecord& job) { return judge_of_(job.scene); };
+    }
     Coordinator coordinator(std::move(options), nullptr, make_logger());
     run_actor(coordinator, hub_.coordinator(), SteadyClock(),
               [this](Time) { return stop_.load(); });
@@ -159,6 +164,7 @@ class EmbeddedFarm::Impl {
   const std::string fingerprint_;
   const std::uint32_t threads_;
   const std::function<void()> on_first_result_;
+  const std::function<PictureJudge(const std::string&)> judge_of_;
   std::once_flag first_result_;
   const std::shared_ptr<AcceleratorCache> accelerators_ = std::make_shared<AcceleratorCache>();
   InprocHub hub_;
@@ -171,8 +177,9 @@ class EmbeddedFarm::Impl {
   std::unique_ptr<WatchedThread> worker_thread_;
 };
 
-EmbeddedFarm::EmbeddedFarm(std::uint32_t threads, std::function<void()> on_first_result)
-    : impl_(std::make_unique<Impl>(threads, std::move(on_first_result))) {}
+EmbeddedFarm::EmbeddedFarm(std::uint32_t threads, std::function<void()> on_first_result,
+                           std::function<PictureJudge(const std::string&)> judge_of)
+    : impl_(std::make_unique<Impl>(threads, std::move(on_first_result), std::move(judge_of))) {}
 EmbeddedFarm::~EmbeddedFarm() = default;
 std::unique_ptr<Link> EmbeddedFarm::connect() { return impl_->connect(); }
 std::shared_ptr<AcceleratorCache> EmbeddedFarm::accelerators() const {

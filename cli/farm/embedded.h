@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
+#include "common/adaptive/passes.h"
 #include "proto/link.h"
 #include "worker/accelerator_cache.h"
 
@@ -14,9 +16,11 @@ namespace parray {
 class EmbeddedFarm {
  public:
   /// `threads`: of the worker, 1 .. 4096. `on_first_result` is called once, by one of them, when
-  /// the first cells have been traced. Throws RunError when threads cannot be made.
+  /// the first cells have been traced. `judge_of(scene_sha256)`: see CoordinatorOptions; called
+  /// only for jobs that need it. Throws RunError when threads cannot be made.
   explicit EmbeddedFarm(
-      std::uint32_t threads, std::function<void()> on_first_result = [] {});
+      std::uint32_t threads, std::function<void()> on_first_result = [] {},
+      std::function<PictureJudge(const std::string&)> judge_of = {});
   /// Stops; waits for threads in the middle of a step.
   ~EmbeddedFarm();
   EmbeddedFarm(const EmbeddedFarm&) = delete;

@@ -175,7 +175,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   const Preview preview(options.following.preview);  // before any work
   Submission submission = load_submission(options.scene, options.render, 50);
   check_isa(submission.settings.isa);
-  submission.settings.replicates = options.output.paths().denoise;
+  if (options.output.paths().denoise) ask_for_denoising(submission.settings, false);
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
     submission.settings.row_order = RowOrder::sequential;

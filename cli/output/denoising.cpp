@@ -1,12 +1,15 @@
 #include "cli/output/denoising.h"
 
 #include <algorithm>
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <span>
 #include <utility>
 
+#include "common/adaptive/replicates.h"
 #include "common/base/error.h"
-#include "common/denoise/denoise.h"
 #include "common/process/stop_signal.h"
 #include "common/trace/isa.h"
 #include "proto/clock.h"
@@ -22,7 +25,42 @@ void keep_raw(Picture& picture) {
   }
 }
 
+std::uint64_t samples_of(std::span<const std::uint32_t> counts) {
+  return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+}
+
+/// Brings `so_far` up to a picture of `samples`, all pixels together, at least `least` of each.
+void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates, const PathTracer& tracer,
+                   const ExtraChannels& extra, std::uint32_t least, std::uint64_t samples,
+                   const std::function<void()>& between_bands) {
+  if (so_far.samples == samples) return;
+  const std::uint32_t traced = std::min(least, own_feature_samples);
+  if (so_far.least != traced) {
+    so_far.features =
+        trace_features(tracer, *extra.scene, extra.settings, traced, extra.threads, between_bands);
+    so_far.least = traced;
+  }
+  const Isa isa = runs_on_this_machine(extra.settings.isa) ? extra.settings.isa : Isa::automatic;
+  so_far.picture = denoise(replicates, so_far.features, extra.threads, isa, between_bands);
+  so_far.samples = samples;
+}
+
 }  // namespace
+
+PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id) {
+  return [&extra, scene_id](const FramebufferView& state) {
+    if (!extra.denoised) extra.denoised = std::make_shared<DenoisedSoFar>();
+    const std::uint32_t least = *std::ranges::min_element(state.counts);
+    denoise_again(*extra.denoised, replicates_of(state), *tracer_of(extra, scene_id), extra, least,
+                  samples_of(state.counts), {});
+    const Denoised& denoised = extra.denoised->picture;
+    ErrorFigures error;
+    error.rmse = denoised.rmse;
+    error.low = denoised.low;
+    error.high = denoised.high;
+    return error;
+  };
+}
 
 std::optional<Image> raw_image(const ImageFile& file) {
   Image raw{file.image.width, file.image.height, std::vector<float>(file.image.rgb.size())};
@@ -52,10 +90,11 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   }
   const SteadyClock clock;
   const Time begin = clock.now();
-  const Features features = trace_features(tracer, *extra.scene, extra.settings, samples,
-                                           extra.threads, check_interrupted);
-  const Isa isa = runs_on_this_machine(extra.settings.isa) ? extra.settings.isa : Isa::automatic;
-  Denoised denoised = denoise(replicates, features, extra.threads, isa, check_interrupted);
+  DenoisedSoFar fresh;
+  DenoisedSoFar& so_far = extra.denoised ? *extra.denoised : fresh;
+  const std::uint64_t all = samples_of(picture.statistics.samples);
+  denoise_again(so_far, replicates, tracer, extra, samples, all, check_interrupted);
+  Denoised& denoised = so_far.picture;
   keep_raw(picture);
   picture.image.rgb = std::move(denoised.rgb);
   picture.report["denoised"] = {{"rmse", denoised.rmse},

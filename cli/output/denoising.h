@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
 
 #include "cli/output/extra_channels.h"
+#include "common/adaptive/passes.h"
+#include "common/denoise/denoise.h"
 #include "common/image/image_file.h"
 
 namespace parray {
@@ -14,6 +18,18 @@ inline constexpr const char* raw_channel = "raw.";
 /// The picture as its samples make it, from the channels of an EXR file that holds a denoised one;
 /// none if they are not there.
 std::optional<Image> raw_image(const ImageFile& file);
+
+/// What is known of a picture from denoising it before.
+struct DenoisedSoFar {
+  std::uint64_t samples = 0;  ///< of all pixels together, when it was denoised
+  std::uint32_t least = 0;    ///< of a pixel, when the features were traced
+  Features features;
+  Denoised picture;
+};
+
+/// Says how far the denoised picture is from the truth, and keeps what it did in extra.denoised, so
+/// that denoise_picture() need not do it again. Refers to `extra`, whose scene has that identity.
+PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 
 /// Denoises a picture that has come with its replicates (common/denoise/denoise.h): its image is
 /// the denoised one then, and the raw one is in channels raw.R, raw.G, raw.B. Its report gets

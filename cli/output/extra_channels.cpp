@@ -28,8 +28,6 @@ bool wants_statistics(const Aovs& aovs) {
   return std::any_of(aovs.begin(), aovs.end(), is_statistic);
 }
 
-namespace {
-
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id) {
   auto accelerator = extra.accelerators->find(scene_id, extra.settings);
   if (!accelerator) {
@@ -37,6 +35,8 @@ std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::str
   }
   return make_path_tracer(std::move(accelerator), extra.scene->camera, extra.settings);
 }
+
+namespace {
 
 void add_statistics(Picture& picture, const Aovs& aovs) {
   if (aovs.contains(Aov::samples)) {

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "cli/farm/client.h"
 #include "common/image/channels.h"
+#include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
 
 namespace parray {
+
+struct DenoisedSoFar;
 
 /// Extra channels of a picture. Most are traced from the scene, by whoever writes the picture: no
 /// farm knows of them. Without any of these, nothing of the scene is kept.
@@ -18,7 +22,12 @@ struct ExtraChannels {
   bool denoise = false;  ///< see cli/output/denoising.h; needs the scene, too
   /// Of whoever renders the picture in this process, if so: what it has built is used.
   std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
+  /// What was denoised to tell the error of a picture under way. One thread at a time.
+  std::shared_ptr<DenoisedSoFar> denoised{};
 };
+
+/// By the accelerator that is there, or one that is built. Needs the scene, of that identity.
+std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id);
 
 /// Those of a job of `settings` and `scene`, to be traced by `threads` threads here; with settings
 /// that keep the replicates, the picture is denoised.

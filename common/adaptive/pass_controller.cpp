@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
+
+#include "common/base/error.h"
 
 namespace parray {
 namespace {
@@ -34,8 +37,15 @@ std::optional<Pass> pass_to(const Framebuffer& framebuffer,
 }  // namespace
 
 PassController::PassController(const RenderSettings& settings, double largest_radiance,
-                               std::vector<std::uint64_t> begun)
-    : settings_(settings), largest_radiance_(largest_radiance), begun_(std::move(begun)) {}
+                               std::vector<std::uint64_t> begun, PictureJudge judge)
+    : settings_(settings),
+      largest_radiance_(largest_radiance),
+      begun_(std::move(begun)),
+      judge_(std::move(judge)) {
+  if (settings_.target_denoised && settings_.passes.empty() && !judge_) {
+    throw RunError("nobody here can tell the error of a denoised picture, which is the target");
+  }
+}
 
 /// Sums travel once for every stage, so there are few.
 Pass PassController::whole_picture() const {
@@ -84,7 +94,7 @@ std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer,
 
 PassSize PassController::decide(const Framebuffer& framebuffer, const PassTimes& times) const {
   return next_pass_size(framebuffer.view(largest_radiance_), settings_, passes_,
-                        affordable(framebuffer, times));
+                        affordable(framebuffer, times), judge_);
 }
 
 std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const PassTimes& times) {

@@ -26,8 +26,10 @@ class PassController {
  public:
   /// `begun`: samples of the passes that have begun in an earlier life of the job, all pixels
   /// together; they are repeated, not decided anew.
+  /// `judge`: of the denoised picture, where the settings have that as their target. Throws
+  /// RunError where it is needed and missing.
   PassController(const RenderSettings& settings, double largest_radiance,
-                 std::vector<std::uint64_t> begun = {});
+                 std::vector<std::uint64_t> begun = {}, PictureJudge judge = {});
 
   /// Begins the next pass: all samples of the one before are in `framebuffer`. None when the
   /// picture is complete, which it never is before the first.
@@ -60,6 +62,7 @@ class PassController {
   RenderSettings settings_;
   double largest_radiance_;
   std::vector<std::uint64_t> begun_;
+  PictureJudge judge_;
   std::uint32_t passes_ = 0;
   std::uint64_t samples_before_ = 0;  ///< the latest pass
   bool repeats_ = false;

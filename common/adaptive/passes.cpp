@@ -76,9 +76,25 @@ double expected_total(const FramebufferView& state, const StopSettings& settings
                      : allocation.total_for_square_error(share);
 }
 
+/// What the picture still lacks for its denoised one to meet a target.
+PassSize towards_denoised(const FramebufferView& state, double target, std::uint64_t most,
+                          const PictureJudge& judge) {
+  const ErrorFigures error = judge(state);
+  if (error.high <= target) {
+    return {0, StopReason::error, 0, error};
+  }
+  const auto traced = static_cast<double>(samples_of(state));
+  const double share = target * target / (error.high * error.high);
+  const double lacking = std::clamp(traced / share - traced, traced / 2, 3 * traced);
+  return {std::min(most, static_cast<std::uint64_t>(lacking)), StopReason::samples, 0, error};
+}
+
 /// What the picture still lacks of the targets: samples, or why it is done.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
-                         std::uint64_t most) {
+                         std::uint64_t most, const PictureJudge& judge) {
+  if (settings.target_denoised) {
+    return towards_denoised(state, settings.target_error, most, judge);
+  }
   const bool widths = settings.target_half_width > 0;
   const ErrorFigures error = widths ? estimate_error(state) : estimate_rmse(state);
   if (!error.known()) {
@@ -198,7 +214,8 @@ std::string_view name_of(StopReason reason) {
 }
 
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
-                        std::uint32_t pass, const Affordable& affordable) {
+                        std::uint32_t pass, const Affordable& affordable,
+                        const PictureJudge& judge) {
   if (!settings.passes.empty()) {
     return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes,
             std::accumulate(settings.passes.begin(), settings.passes.end(), std::uint64_t{0})};
@@ -226,7 +243,7 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
   }
   PassSize wanted{left};
   if (targets) {
-    wanted = towards_targets(state, settings, left);
+    wanted = towards_targets(state, settings, left, judge);
     if (wanted.samples == 0) {
       return wanted;
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,10 @@
 #include "common/schedule/cell_grid.h"
 
 namespace parray {
+
+/// The error of what is made of the samples, such as a denoised picture; all pixels have at
+/// least 2.
+using PictureJudge = std::function<ErrorFigures(const FramebufferView&)>;
 
 enum class StopReason : std::uint8_t { samples, error, half_width, time, passes };
 std::string_view name_of(StopReason reason);
@@ -31,9 +36,9 @@ inline constexpr std::uint64_t first_samples = 8;
 /// Samples a pixel with which the noise is known well enough to place more by it, and with which a
 /// picture begins that has no target to meet earlier.
 inline constexpr std::uint64_t pilot_samples = 32;
-/// The share of the present square error to go for, where a target is `share` of it, 0 < share <= 1:
-/// for evenly spread points as if the error fell with their number, not with its root, as it does
-/// at times just below powers of two.
+/// The share of the present square error to go for, where a target is `share` of it, 0 < share <=
+/// 1: for evenly spread points as if the error fell with their number, not with its root, as it
+/// does at times just below powers of two.
 double share_to_go_for(double share, Sampler sampler);
 /// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some, lest the
 /// last little bit takes many passes.
@@ -67,6 +72,10 @@ struct Affordable {
 /// evenly spread points gain is not known beforehand: with these the passes come near a target in
 /// steps that do not go beyond it.
 ///
+/// With target_denoised, `judge` says how far the denoised picture is. That costs as much as many
+/// samples, and a filter's error falls slower than that of samples: so the passes add half at least
+/// of what there is, and no more than thrice as much.
+///
 /// With a time limit the first pass has one sample each of some thousand pixels, which are there
 /// however short the time is. Later ones add nested_lattices() until each pixel has one sample,
 /// then two, or go to several at once where time allows. No pass takes more than half of the time
@@ -75,7 +84,8 @@ struct Affordable {
 /// A pass adds exactly that many samples (see counts_after_pass()), so that settings.passes from a
 /// report repeats the picture, if `adaptive` and which target is set are the same.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
-                        std::uint32_t pass, const Affordable& affordable = {});
+                        std::uint32_t pass, const Affordable& affordable = {},
+                        const PictureJudge& judge = {});
 
 /// The pass of `samples` where it leaves some pixels with one sample, or two, fewer than others:
 /// lattices that have not been traced yet. Empty: it does not; counts_after_pass() says which.

@@ -48,6 +48,7 @@ struct StopSettings {
   std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
   bool adaptive = false;                  ///< pixels with more noise get more samples
   double target_error = 0;                ///< RMSE of the picture, in linear radiance
+  bool target_denoised = false;           ///< that of the denoised picture
   double target_half_width = 0;           ///< of 99 % of the pixels' 95 % intervals, likewise
   double time_limit = 0;                  ///< seconds; what came of it is in `passes`
   /// Samples of each pass, all pixels together, as a report gives them: decides instead of all

@@ -1,5 +1,5 @@
-// Scenes over the extremes of what a scene file may hold, for tests/experiments/planner:
-// planner_scenes DIR COUNT.
+// Scenes over the extremes of what a scene file may hold, for tests/experiments/planner and asked:
+// planner_scenes DIR COUNT [SEED].
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,11 +10,12 @@
 #include "tests/support/extreme_scenes.h"
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::cerr << "usage: planner_scenes DIR COUNT\n";
+  if (argc != 3 && argc != 4) {
+    std::cerr << "usage: planner_scenes DIR COUNT [SEED]\n";
     return 2;
   }
-  const parray::test::ExtremeScenes scenes(20261121);
+  const std::uint64_t seed = argc == 4 ? std::strtoull(argv[3], nullptr, 10) : 20261121;
+  const parray::test::ExtremeScenes scenes(seed);
   for (std::uint64_t i = 0; i < std::strtoull(argv[2], nullptr, 10); ++i) {
     const parray::test::ExtremeScene made = scenes.make(i);
     parray::SceneFile file;

@@ -59,6 +59,25 @@ class Denoise(CliTest):
         with MpiRun(2, self.scene, "--threads", "1", "--denoise") as job:
             self.assertEqual(job.finish()["denoised"], expected)
 
+    def test_a_target_counts_the_denoised_picture(self):
+        report, _ = self.picture("--spp", "100000", "--denoise", "--target-error", "0.02")
+        self.assertEqual(report["stopped_by"], "error")
+        self.assertTrue(report["target_denoised"])
+        self.assertLessEqual(report["denoised"]["high"], 0.02)
+        self.assertGreater(report["error"]["high"], 0.02)
+        expected = report["denoised"]
+        again, _ = self.picture("--denoise", "--passes", ",".join(map(str, report["passes"])))
+        self.assertEqual(again["denoised"], expected)
+
+    def test_a_target_of_the_denoised_picture_is_refused_where_nobody_can_tell_it(self):
+        options = ["--denoise", "--target-error", "0.02", "-o", self.path("a.exr")]
+        for command in (["submit", self.scene, "--wait"], ["render", self.scene, "--time-limit", "5"]):
+            with self.subTest(command=command):
+                result = run(*command, *options)
+                self.assertEqual(result.returncode, 2)
+                self.assertIn("--target-error with --denoise", result.stderr)
+                self.assertEqual(result.stderr.count("\n"), 1)
+
     def test_verify_looks_at_the_raw_picture_and_at_what_was_made_of_it(self):
         self.picture("--denoise")
         result = run("verify", self.path("a.exr"), self.scene)

@@ -30,7 +30,8 @@ OPTIONS = {
     "--passes": [None, "64", "64,64", "128,64", "2048"],
     "--threads": [None, "1", "3"],
     "--preview": [None, "preview.png"],
-    "-o": ["x.png", "x.exr", "x.exr --aov samples", "x.exr --aov half-width", "x.exr --aov depth,cost"],
+    "-o": ["x.png", "x.exr", "x.exr --aov samples", "x.exr --aov half-width", "x.exr --aov depth,cost",
+           "x.exr --denoise"],
     "--report": [None, "report.json"],
 }
 

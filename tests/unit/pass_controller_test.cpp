@@ -4,10 +4,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
+#include "common/base/error.h"
 #include "common/scene/largest_radiance.h"
 #include "tests/support/sample_scenes.h"
 
@@ -100,6 +103,41 @@ TEST_CASE("a progressive picture begins with one sample of every pixel, then som
   CHECK(stages_of(100) == std::vector<Stage>{{0, 1}, {1, 16}, {16, 100}});
   CHECK(stages_of(16) == std::vector<Stage>{{0, 1}, {1, 16}});
   CHECK(stages_of(1) == std::vector<Stage>{{0, 1}});
+}
+
+TEST_CASE(
+    "a target that counts the denoised picture is met by what the judge says, in large steps") {
+  RenderSettings settings = adaptive_settings();
+  settings.adaptive = false;
+  settings.samples_per_pixel = 1 << 20;
+  settings.target_error = 0.1;
+  settings.target_denoised = true;
+  CHECK_THROWS_AS(PassController(settings, 1), RunError);
+  int asked = 0;
+  const auto judge = [&](const FramebufferView& state) {
+    ++asked;
+    ErrorFigures error;
+    error.rmse = error.low = error.high = 3.2 * std::pow(state.counts[0], -0.4);
+    return error;
+  };
+  PassController passes(settings, largest_radiance(small_scene()), {}, judge);
+  Framebuffer framebuffer(settings.width, settings.height);
+  const std::shared_ptr<const PathTracer> tracer = make_path_tracer(small_scene(), settings);
+  std::vector<std::uint32_t> ends;
+  while (const auto pass = passes.next(framebuffer)) {
+    REQUIRE(pass->stages.size() == 1);
+    ends.push_back(pass->stages[0].end);
+    trace_into(framebuffer, *tracer,
+               std::vector<SampleRange>(framebuffer.pixels().size(), pass->stages[0]));
+  }
+  // 3.2 n^(-0.4) is 0.1 for n = 5793.
+  CHECK(ends.front() == first_samples);
+  CHECK(ends.back() >= 5793);
+  CHECK(ends.back() <= 1.5 * 5793);
+  CHECK(asked == static_cast<int>(ends.size()));
+  CHECK(ends.size() <= 8);
+  CHECK(passes.stopped_by() == StopReason::error);
+  CHECK(passes.error().high <= 0.1);
 }
 
 TEST_CASE("a picture in passes is that of one tracer, pass by pass") {

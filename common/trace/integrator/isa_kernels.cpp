@@ -36,6 +36,16 @@ PARRAY_INLINE std::uint64_t trace_batch(const SceneTables& scene, const SampleBa
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>
+PARRAY_INLINE void begin_batch(const SceneTables& scene, const SampleBatch& batch, Space& space) {
+  BatchRadiance unused;
+  if (scene.features.sides) {
+    Wavefront<L, B, DoubleLanes, true>(scene, space, unused).begin(batch);
+  } else {
+    Wavefront<L, B, DoubleLanes, false>(scene, space, unused).begin(batch);
+  }
+}
+
+template <typename L, typename B, typename SceneTables, typename Space>
 PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
   Traversal<L, B> traversal(scene.bvh, space.paths, space);
   if (scene.features.sides) {
@@ -58,6 +68,19 @@ std::uint64_t trace(const KernelScene<double, float, float_width>& scene, const 
 std::uint64_t trace(const KernelScene<double, double, double_width>& scene,
                     const SampleBatch& batch, BatchRadiance& radiance) {
   return trace_batch<DoubleLanes, DoubleLanes>(scene, batch, radiance);
+}
+
+void begin(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
+           Workspace<float, float>& space) {
+  begin_batch<FloatLanes, FloatLanes>(scene, batch, space);
+}
+void begin(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
+           Workspace<double, float>& space) {
+  begin_batch<DoubleLanes, FloatLanes>(scene, batch, space);
+}
+void begin(const KernelScene<double, double, double_width>& scene, const SampleBatch& batch,
+           Workspace<double, double>& space) {
+  begin_batch<DoubleLanes, DoubleLanes>(scene, batch, space);
 }
 
 void find(const KernelScene<float, float, float_width>& scene, Workspace<float, float>& space) {

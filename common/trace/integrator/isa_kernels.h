@@ -8,9 +8,10 @@
 /// What each instruction set offers: the same functions, from the one source isa_kernels.cpp, in a
 /// namespace of its own.
 ///
-/// trace() traces a batch and returns the rays that it took. find() is the step of it that finds
-/// the next surface: for each of `space.paths` it sets t, slot and leaving of `space.queries`; with
-/// `features.sides`, paths.normal and paths.inside count too.
+/// trace() traces a batch and returns the rays that it took. begin() is the step of it that makes
+/// the camera rays, `space.paths`, with what these need for the first surface. find() is the step
+/// of it that finds the next surface: for each of `space.paths` it sets t, slot and leaving of
+/// `space.queries`; with `features.sides`, paths.normal and paths.inside count too.
 #define PARRAY_DECLARE_KERNELS(isa, float_lanes, double_lanes)                                    \
   namespace parray::isa {                                                                         \
   inline constexpr int float_width = float_lanes;                                                 \
@@ -21,6 +22,12 @@
                       const SampleBatch& batch, BatchRadiance& radiance);                         \
   std::uint64_t trace(const KernelScene<double, double, double_width>& scene,                     \
                       const SampleBatch& batch, BatchRadiance& radiance);                         \
+  void begin(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,       \
+             Workspace<float, float>& space);                                                     \
+  void begin(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,      \
+             Workspace<double, float>& space);                                                    \
+  void begin(const KernelScene<double, double, double_width>& scene, const SampleBatch& batch,    \
+             Workspace<double, double>& space);                                                   \
   void find(const KernelScene<float, float, float_width>& scene, Workspace<float, float>& space); \
   void find(const KernelScene<double, float, float_width>& scene,                                 \
             Workspace<double, float>& space);                                                     \

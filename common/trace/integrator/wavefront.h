@@ -47,13 +47,7 @@ class Wavefront {
     return rays;
   }
 
- private:
-  static constexpr std::uint32_t lanes = L::count;
-
-  static PARRAY_INLINE std::uint32_t first_bits(std::uint32_t count) {
-    return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
-  }
-
+  /// The camera rays of a batch.
   PARRAY_INLINE void begin(const SampleBatch& batch) {
     space_.sample_number = batch.sample;
     Paths<Real>& paths = space_.paths;
@@ -83,6 +77,13 @@ class Wavefront {
         paths.inside[i] = inside_at(scene_, paths.origin[i], space_.inside);
       }
     }
+  }
+
+ private:
+  static constexpr std::uint32_t lanes = L::count;
+
+  static PARRAY_INLINE std::uint32_t first_bits(std::uint32_t count) {
+    return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
   }
 
   /// Paths that max_depth cuts short.

@@ -27,6 +27,7 @@ KernelFeatures features_of(const Scene& scene) {
 template <typename Real, typename Store, int W>
 struct Kernels {
   std::uint64_t (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, BatchRadiance&);
+  void (*begin)(const KernelScene<Real, Store, W>&, const SampleBatch&, Workspace<Real, Store>&);
   void (*find)(const KernelScene<Real, Store, W>&, Workspace<Real, Store>&);
 };
 
@@ -147,11 +148,18 @@ class WavefrontTracer final : public PathTracer {
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override {
     Space space;
+    SampleBatch batch;
+    batch.y = run.y;
     for (std::size_t first = 0; first < hits.size(); first += SampleBatch::most) {
-      const std::size_t count = std::min<std::size_t>(hits.size() - first, SampleBatch::most);
-      begin_paths(run, samples, first, static_cast<std::uint32_t>(count), space);
+      batch.count =
+          static_cast<std::uint32_t>(std::min<std::size_t>(hits.size() - first, SampleBatch::most));
+      for (std::uint32_t i = 0; i < batch.count; ++i) {
+        batch.column[i] = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
+        batch.sample[i] = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
+      }
+      kernels_.begin(tables_, batch, space);
       kernels_.find(tables_, space);
-      for (std::uint32_t i = 0; i < count; ++i) {
+      for (std::uint32_t i = 0; i < batch.count; ++i) {
         hits[first + i] = found(space, i);
       }
     }
@@ -169,24 +177,6 @@ class WavefrontTracer final : public PathTracer {
                   batch.sample[i], pixel, counts);
       }
       pixels[x] += pixel;
-    }
-  }
-
-  /// Camera rays of samples [first, first + count) of the run's, pixel after pixel.
-  void begin_paths(const PixelRun& run, const SampleRange& samples, std::size_t first,
-                   std::uint32_t count, Space& space) const {
-    Paths<Real>& paths = space.paths;
-    paths.count = count;
-    space.inside.clear();
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const auto x = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
-      const auto s = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
-      const SampleRandom random(tables_.seed, run.y * tables_.width + x, s, tables_.sampler);
-      const Ray<Real> ray = tables_.view.template ray<Real>(x, run.y, random);
-      paths.origin.set(i, ray.origin);
-      paths.direction.set(i, ray.direction);
-      paths.surface[i] = no_sphere;
-      paths.inside[i] = inside_at(tables_, ray.origin, space.inside);
     }
   }
 
@@ -227,10 +217,10 @@ std::shared_ptr<const Accelerator> accelerator_of(
 
 }  // namespace
 
-#define PARRAY_ACCELERATOR_OF(isa)                                                                 \
-  accelerator_of<isa::float_width, isa::double_width>(                                             \
-      scene, precision, kind, Isa::isa, options, {isa::trace, isa::find}, {isa::trace, isa::find}, \
-      {isa::trace, isa::find})
+#define PARRAY_ACCELERATOR_OF(isa)                                                    \
+  accelerator_of<isa::float_width, isa::double_width>(                                \
+      scene, precision, kind, Isa::isa, options, {isa::trace, isa::begin, isa::find}, \
+      {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find})
 
 std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene,
                                                               Precision precision,
