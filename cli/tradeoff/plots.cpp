@@ -188,8 +188,8 @@ Plot coverage_plot(const Findings& findings) {
   std::size_t number = 0;
   for (const Calibration& one : findings.calibration) {
     data.block(one.name);
-    for (std::size_t i = 0; i < one.actual.size(); ++i) {
-      data.line({100 * nominal_coverage.at(i), 100 * one.actual.at(i)});
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+      data.line({100 * interval_levels.at(i), 100 * one.pixels.at(i)});
     }
     curves += ", \\\n     data index " + std::to_string(number) +
               " using 1:2 with linespoints pt 7 ps 0.7 title '" + one.name + "'";

@@ -26,6 +26,7 @@
 #include "cli/doctor/sphere_errors.h"
 #include "cli/doctor/tracing.h"
 #include "cli/process/child_process.h"
+#include "cli/output/processor.h"
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/process/stop_signal.h"

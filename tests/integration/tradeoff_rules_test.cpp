@@ -125,22 +125,37 @@ TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as the
   run.cpu_seconds = 4;
   run.mse = 0.01;
   run.claimed = 0.1;
-  run.low = 0.09;
-  run.high = 0.11;
+  run.claims = {0, 1, 1, 1, 1};
+  run.coverage = {0.5, 0.75, 0.9, 0.95, 1};
   Run other = run;
   other.seconds = 3;
-  other.mse = 0.03;  // outside of its claim
+  other.mse = 0.03;
+  other.claims[3] = 0;
   const std::vector<const Run*> runs = {&run, &other};
   const Row calm = row_of(variant, runs, {false, 2});
   CHECK(calm.mse == Approx(0.02));
   CHECK(calm.mse_deviation == Approx(std::sqrt(2.0) * 0.01));
   CHECK(calm.rmse == Approx(std::sqrt(0.02)));
-  CHECK(calm.claims_held == 0.5);
+  CHECK(calm.claims == ByLevel{0, 1, 1, 0.5, 1});
+  CHECK(calm.coverage == ByLevel{0.5, 0.75, 0.9, 0.95, 1});
   CHECK(calm.seconds.median == 2);
   CHECK(calm.ratio() == Approx(std::sqrt(0.5)));
   CHECK(row_of(variant, runs, {true, 2}).seconds.median == 2);  // 4 of both threads
-  other.mse_scatter = 0.02;                                     // the reference is no better
-  CHECK(row_of(variant, runs, {false, 2}).claims_held == 1);
+}
+
+TEST_CASE("trade: a claim holds from its low to its high, and as far as the reference may be off") {
+  Run run;
+  run.claimed = 0.1;
+  const auto holds = [&](double rmse) {
+    run.mse = rmse * rmse;
+    return claim_holds(run, 0.09, 0.11, stated_level);
+  };
+  CHECK(holds(0.0901));
+  CHECK(holds(0.1099));
+  CHECK_FALSE(holds(0.0899));
+  CHECK_FALSE(holds(0.1101));
+  run.mse_scatter = 0.02;  // the reference is no better
+  CHECK(holds(0.15));
 }
 
 TEST_CASE("trade: a machine is busy when threads do not get the processors that they ask for") {
