@@ -96,7 +96,9 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
   row.rmse_8bit = root(mean_of(runs, &Run::mse_8bit));
   row.mse_scatter = mean_of(runs, &Run::mse_scatter);
   row.passes = mean_of(runs, &Run::passes);
-  row.denoise_seconds = mean_of(runs, &Run::denoise_seconds);
+  double denoise = 0;  // of the time
+  for (const Run* run : runs) denoise += run->seconds > 0 ? run->denoise_seconds / run->seconds : 0;
+  row.denoise_seconds = row.seconds.median * denoise / static_cast<double>(runs.size());
   row.bias = mean_of(runs, &Run::bias);
   row.truncation = mean_of(runs, &Run::truncation);
   double claimed = 0;

@@ -22,10 +22,9 @@ double seconds_of(const Row& row, const RenderSettings& scene, std::uint32_t wor
   const FarmModel farm(settings, std::vector<double>(workers, 1),
                        static_cast<std::uint32_t>(threads));
   const double larger = pixels_of(settings) / pixels_of(row.settings);
-  const double denoise = std::min(row.denoise_seconds, row.seconds.median);
   const int passes = std::max(static_cast<int>(std::lround(row.passes)), 1);
-  return farm.seconds(larger * (row.seconds.median - denoise), row.samples, passes) +
-         larger * denoise;
+  return farm.seconds(larger * (row.seconds.median - row.denoise_seconds), row.samples, passes) +
+         larger * row.denoise_seconds;
 }
 
 }  // namespace

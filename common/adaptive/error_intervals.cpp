@@ -39,17 +39,28 @@ Differences differences_of(const FramebufferView& state) {
   return all;
 }
 
-/// Sum over pixels of the squared product of two neighbours' differences, as pairs side by side and
-/// one below the other have it in the mean.
-double by_neighbours(const std::vector<double>& difference, std::size_t width, std::size_t height) {
-  double sum = 0;
+/// Of two pixels side by side, or one below the other, in the mean: what their noise has in common
+/// is its covariance by channels alone.
+struct Neighbours {
+  double products = 0;    ///< squared product of their differences
+  double magnitudes = 0;  ///< product of the squares of these
+};
+
+Neighbours neighbours_of(const std::vector<double>& difference, std::size_t width,
+                         std::size_t height) {
+  Neighbours sum;
   double pairs = 0;
-  const auto add = [&](std::size_t pixel, std::size_t other) {
+  const auto product_of = [&](std::size_t pixel, std::size_t other) {
     double product = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       product += difference[3 * pixel + c] * difference[3 * other + c];
     }
-    sum += product * product;
+    return product;
+  };
+  const auto add = [&](std::size_t pixel, std::size_t other) {
+    const double product = product_of(pixel, other);
+    sum.products += product * product;
+    sum.magnitudes += product_of(pixel, pixel) * product_of(other, other);
     pairs += 1;
   };
   for (std::size_t y = 0; y < height; ++y) {
@@ -59,7 +70,18 @@ double by_neighbours(const std::vector<double>& difference, std::size_t width, s
       if (y + 1 < height) add(pixel, pixel + width);
     }
   }
-  return pairs > 0 ? sum / pairs * static_cast<double>(width * height) : 0;
+  if (pairs == 0) return sum;
+  return {sum.products / pairs, sum.magnitudes / pairs};
+}
+
+/// Of the mean square error, in sums over pixels; relative to the square of that.
+double relative_variance(const Differences& all, std::size_t width, std::size_t height) {
+  if (!(all.squares > 0)) return 0;
+  const Neighbours near = neighbours_of(all.value, width, height);
+  const double alike = near.magnitudes > 0 ? near.products / near.magnitudes : 1;
+  const double high = all.by_own_variance * all.squares / all.variances * alike;
+  const double low = near.products * static_cast<double>(width * height);
+  return 4 * std::sqrt(low * high) / (all.squares * all.squares);
 }
 
 }  // namespace
@@ -70,10 +92,7 @@ ErrorIntervals::ErrorIntervals(const FramebufferView& state, const ErrorEstimate
   for (std::size_t i = 0; i < all.value.size(); ++i) {
     if (all.value[i] != 0) ratios.push_back(std::abs(all.value[i]) / error.half_width[i]);
   }
-  const double gain = all.variances > 0 ? all.squares / all.variances : 0;
-  const double high = 4 * all.by_own_variance * gain;
-  const double low = 4 * by_neighbours(all.value, state.width, state.height);
-  const double deviation = all.squares > 0 ? std::sqrt(std::sqrt(low * high)) / all.squares : 0;
+  const double deviation = std::sqrt(relative_variance(all, state.width, state.height));
   for (std::size_t level = 0; level < interval_levels.size(); ++level) {
     const double normal = normal_half_widths[level] / normal_half_widths[stated_level];
     scales_[level] = normal;

@@ -35,10 +35,11 @@ class ErrorIntervals {
   };
   /// Of the picture's RMSE. Below 95 %: by a variance of its square between two that bracket it,
   /// the geometric mean of both. With u and w the errors of a pixel's replicates, that variance is
-  /// the sum over pixels of the mean of (uw)^2 (error_estimate.cpp). By each pixel's own samples it
-  /// comes out too high: where these show a rare bright one, both factors do. By the products of
-  /// differences of pixels side by side, which have no noise in common, it comes out too low: noise
-  /// varies from pixel to pixel. What no sample has shown is left out: that is for the wide ones.
+  /// the sum over pixels of the mean of (uw)^2 (error_estimate.cpp). By each pixel's own samples,
+  /// and by how alike its channels are, it comes out too high: where these show a rare bright one,
+  /// both factors do. By the products of differences of pixels side by side, which have no noise in
+  /// common, it comes out too low: noise varies from pixel to pixel. What no sample has shown is
+  /// left out: that is for the wide ones.
   [[nodiscard]] Interval rmse(std::size_t level) const { return rmse_[level]; }
 
  private:
