@@ -177,7 +177,7 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   add_scene(command, options->scene);
   command
       .option("-o,--output", options->directory,
-              "Directory for tables, plots and what has been measured; the same "
+              "Directory for tables, plots (PDF, SVG, PNG) and what has been measured; the same "
               "command again goes on from there")
       .type_name("DIR")
       .required()
@@ -203,9 +203,10 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   number("--threads", 4096, options->threads,
          "Threads to trace with (default: every processor that may be used)");
   command
-      .option("--also", options->also,
-              "More settings to measure, as options of parray render in quotes; may be given "
-              "several times")
+      .option(
+          "--also", options->also,
+          "More settings to measure, as options of parray render in quotes (--denoise, too); may "
+          "be given several times")
       .type_name("'OPTIONS'")
       .one_value_each();
   command.flag("--restart", options->restart, "Forget what DIR has from an earlier run");

@@ -193,11 +193,10 @@ Plot budget_plot(const Findings& findings) {
   plot.data = data.text();
   plot.commands =
       "set style data histogram\nset style histogram rowstacked\nset boxwidth 0.8\n"
-      "set key at screen 0.5, screen 0.08 center top horizontal maxcols 5\n"
+      "set key at screen 0.5, screen 0.1 center top horizontal maxcols 5\n"
       "set xtics rotate by 60 right\nset yrange [0:*]\n"
       "set ylabel \"part of the PNG's measured MSE (%)\"\n"
-      "plot data using 1:xtic(5) fs solid lc rgb '#0072B2' title 'noise, stated by the "
-      "picture', \\\n"
+      "plot data using 1:xtic(5) fs solid lc rgb '#0072B2' title 'noise (stated)', \\\n"
       "     data using 2 fs pattern 4 lc rgb '#D55E00' title 'depth', \\\n"
       "     data using 3 fs pattern 5 lc rgb '#009E73' title 'precision', \\\n"
       "     data using 4 fs pattern 2 lc rgb '#E69F00' title '8 bits', \\\n"
