@@ -111,6 +111,10 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
     one.runs += row.runs;
   };
   for (const Row& row : rows) {
+    // These share their random numbers with other rows: they would count the same luck again.
+    if (row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator) {
+      continue;
+    }
     // A systematic error is no part of what intervals promise; one of a fifth hardly changes it.
     const double systematic = std::hypot(row.budget.depth, row.budget.precision);
     if (systematic > 0.2 * row.budget.monte_carlo) continue;

@@ -110,11 +110,11 @@ double Reference::variance(std::size_t i) const {
   return std::max(square_[i] - mean(i) * mean(i), 0.0) / samples();
 }
 
-Run Reference::errors_of(const std::vector<float>& rgb) const {
+Run Reference::errors_of(const std::vector<float>& picture) const {
   Run run;
   double scatter = 0;
   for (std::size_t i = 0; i < square_.size(); ++i) {
-    const double value = rgb[i];
+    const double value = picture[i];
     const double coded = through_8bit(value);
     const double first = half_[0][i];
     const double second = half_[1][i];
@@ -133,14 +133,14 @@ Run Reference::errors_of(const std::vector<float>& rgb) const {
   return run;
 }
 
-ByLevel Reference::coverage_of(const std::vector<float>& rgb, const ErrorEstimate& estimate,
+ByLevel Reference::coverage_of(const std::vector<float>& picture, const ErrorEstimate& estimate,
                                const ErrorIntervals& intervals) const {
   ByLevel hold{};
   double asked = 0;
   for (std::size_t i = 0; i < square_.size(); ++i) {
     // Values that agree but for the last bit of a float have no noise that an interval could miss.
     if (variance(i) * samples() <= 1e-12 * mean(i) * mean(i)) continue;
-    const double error = std::max(std::abs(rgb[i] - mean(i)) - 1e-6 * mean(i), 0.0);
+    const double error = std::max(std::abs(picture[i] - mean(i)) - 1e-6 * mean(i), 0.0);
     ++asked;
     for (std::size_t level = 0; level < hold.size(); ++level) {
       const double doubt = normal_half_widths.at(level) * std::sqrt(variance(i));

@@ -49,8 +49,9 @@ class Reference {
   [[nodiscard]] double mean(std::size_t i) const { return (half_[0][i] + half_[1][i]) / 2; }
   /// Of the mean.
   [[nodiscard]] double variance(std::size_t i) const;
-  [[nodiscard]] Run errors_of(const std::vector<float>& rgb) const;
-  [[nodiscard]] ByLevel coverage_of(const std::vector<float>& rgb, const ErrorEstimate& estimate,
+  [[nodiscard]] Run errors_of(const std::vector<float>& picture) const;
+  [[nodiscard]] ByLevel coverage_of(const std::vector<float>& picture,
+                                    const ErrorEstimate& estimate,
                                     const ErrorIntervals& intervals) const;
 
   std::uint32_t width_;

@@ -129,6 +129,7 @@ std::string name_of_way(const Way& way) {
 
 void print_scenes(const std::vector<NoisyScene>& scenes, std::uint32_t seeds,
                   std::uint32_t reference_samples) {
+  if (seeds == 0) return;
   std::puts(
       "| | pixels: 50 % | 80 % | 90 % | 95 % | as a normal's: 50 % | 80 % | 90 % | 95 % | "
       "pictures: 50 % | 80 % | 90 % | 95 % | pictures asked |\n"

@@ -385,7 +385,10 @@ TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for
   raw.claims = {0.5, 0.75, 1, 1, 1};
   Row clean = row(with_denoise(raw.settings, true), 1, 0.1, Knob::denoise);
   clean.claims = {0.25, 1, 1, 1, 1};
-  const auto found = calibration_of({raw, clean});
+  Row turned = raw;  // the same random numbers again
+  turned.knob = Knob::precision;
+  turned.claims = {};
+  const auto found = calibration_of({raw, clean, turned});
   REQUIRE(found.size() == 3);
   CHECK(found[0].name == "all");
   CHECK(found[0].pixels == raw.coverage);

@@ -95,11 +95,12 @@ std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height) 
 }
 
 std::vector<NoisyScene> other_scenes(std::uint32_t width, std::uint32_t height) {
-  return of_size({from_file("glass", "glass.json"), from_file("cavity", "cavity.json"),
-                  from_file("one-weekend-20", "one-weekend-20.json"),
-                  from_file("ball-lens", "regression/ball-lens.json"),
-                  from_file("close-particles", "regression/close-particles.json")},
-                 width, height);
+  return of_size(
+      {from_file("glass", "glass.json"), from_file("coated-ball", "regression/coated-ball.json"),
+       from_file("one-weekend-20", "one-weekend-20.json"),
+       from_file("ball-lens", "regression/ball-lens.json"),
+       from_file("close-particles", "regression/close-particles.json")},
+      width, height);
 }
 
 GrowingPicture::GrowingPicture(const RenderSettings& settings, double largest)
