@@ -8,6 +8,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
+#include "cli/output/processor.h"
 #include "cli/output/progress.h"
 #include "cli/tradeoff/plots.h"
 #include "cli/tradeoff/session.h"
@@ -76,6 +77,8 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   CommandLine line;
   RenderOptions render;
   render.add_to(line);
+  bool denoise = false;
+  line.flag("--denoise", denoise, "Denoise the picture");
   RenderSettings settings;
   try {
     line.parse(options);
@@ -89,7 +92,12 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
     throw InputError("--also '" + printable(options, 200) +
                      "': of limits only --spp and --target-error can be measured");
   }
+  if (denoise && settings.samples_per_pixel < 2) {
+    throw InputError("--also '" + printable(options, 200) +
+                     "': --denoise takes two samples a pixel at least");
+  }
   check_isa(settings.isa);
+  settings.replicates = denoise;
   settings.width = base.width;
   settings.height = base.height;
   return settings;
@@ -115,6 +123,7 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
 void write_tables(const tradeoff::Findings& findings, const tradeoff::Journal& journal,
                   const nlohmann::json& document) {
   write_text_file(journal.file("tradeoff.csv"), csv_of(findings.rows));
+  write_text_file(journal.file("farms.csv"), farms_csv_of(findings));
   write_text_file(journal.file("tradeoff.json"), document.dump(2) + "\n");
 }
 
@@ -126,8 +135,8 @@ int run(const TradeoffCommand& command) {
   tradeoff::Journal journal(
       command.directory,
       {scene_identity(file.scene), request.base.width, request.base.height,
-       tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed),
-       threads},
+       tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed), threads,
+       processor_model()},
       command.restart);
   const StopWatch watch(interrupt_noted);
   tradeoff::Bench bench(file.scene, threads, watch.stop());
@@ -153,7 +162,7 @@ int run(const TradeoffCommand& command) {
   } else {
     std::cout << text_of(findings) << "\n"
               << printable(command.directory, 4096)
-              << " has tradeoff.csv, tradeoff.json, plots and the reference.\n\n"
+              << " has tradeoff.csv, farms.csv, tradeoff.json, plots and the reference.\n\n"
               << findings.answer << "\n";
   }
   return 0;
@@ -168,7 +177,7 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   add_scene(command, options->scene);
   command
       .option("-o,--output", options->directory,
-              "Directory for tables, plots and what has been measured; the same "
+              "Directory for tables, plots (PDF, SVG, PNG) and what has been measured; the same "
               "command again goes on from there")
       .type_name("DIR")
       .required()
@@ -194,9 +203,10 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   number("--threads", 4096, options->threads,
          "Threads to trace with (default: every processor that may be used)");
   command
-      .option("--also", options->also,
-              "More settings to measure, as options of parray render in quotes; may be given "
-              "several times")
+      .option(
+          "--also", options->also,
+          "More settings to measure, as options of parray render in quotes (--denoise, too); may "
+          "be given several times")
       .type_name("'OPTIONS'")
       .one_value_each();
   command.flag("--restart", options->restart, "Forget what DIR has from an earlier run");

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "cli/output/processor.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
@@ -20,12 +21,6 @@ namespace parray {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  const std::size_t end = text.find_last_not_of(" \t");
-  return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
-}
 
 /// Of /proc/meminfo, in bytes; 0 if unknown.
 std::uint64_t memory_bytes(const std::string& key) {
@@ -56,20 +51,8 @@ std::vector<Isa> instruction_sets() {
   return sets;
 }
 
-std::string value_of(std::istream& lines, const std::string& key) {
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t colon = line.find(':');
-    if (colon != std::string::npos && trimmed(line.substr(0, colon)) == key) {
-      return trimmed(line.substr(colon + 1));
-    }
-  }
-  return "";
-}
-
 Finding check_processor() {
-  std::ifstream file("/proc/cpuinfo");
-  std::string model = printable(value_of(file, "model name"));
-  if (model.empty()) model = "unknown processor";
+  const std::string model = processor_model();
   const auto cpus = static_cast<std::uint64_t>(usable_cpus());
   nlohmann::json names = nlohmann::json::array();
   std::string list;

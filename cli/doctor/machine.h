@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <istream>
 #include <string>
 #include <vector>
 
@@ -15,9 +14,6 @@ namespace parray {
 
 /// The instruction sets of this machine that kernels exist for, the plainest first.
 std::vector<Isa> instruction_sets();
-
-/// Value of the first line "KEY : VALUE" of a file such as /proc/cpuinfo; empty if there is none.
-std::string value_of(std::istream& lines, const std::string& key);
 
 Finding check_processor();
 Finding check_memory();

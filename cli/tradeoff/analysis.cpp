@@ -33,16 +33,20 @@ std::vector<double> values_of(const std::vector<const Run*>& runs, const Functio
   return values;
 }
 
-/// The stated interval, wider by what the reference does not know.
-bool claim_holds(const Run& run) {
-  const double square = run.claimed * run.claimed;
-  const double doubt = normal_quantile[3] * run.mse_scatter;
-  const double error = run.mse - square;
-  return error >= -std::hypot(square - run.low * run.low, doubt) &&
-         error <= std::hypot(run.high * run.high - square, doubt);
+/// Adds what a run has by level to the mean.
+void add_share(const ByLevel& of_run, double share, ByLevel& mean) {
+  for (std::size_t i = 0; i < mean.size(); ++i) mean.at(i) += of_run.at(i) * share;
 }
 
 }  // namespace
+
+bool claim_holds(const Run& run, double low, double high, std::size_t level) {
+  const double square = run.claimed * run.claimed;
+  const double doubt = normal_half_widths.at(level) * run.mse_scatter;
+  const double error = run.mse - square;
+  return error >= -std::hypot(square - low * low, doubt) &&
+         error <= std::hypot(high * high - square, doubt);
+}
 
 double PairedBias::rms() const { return square > 2 * scatter ? root(square) : 0; }
 
@@ -91,16 +95,18 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
   row.rmse_deviation = deviation_of(values_of(runs, [](const Run& run) { return root(run.mse); }));
   row.rmse_8bit = root(mean_of(runs, &Run::mse_8bit));
   row.mse_scatter = mean_of(runs, &Run::mse_scatter);
+  row.passes = mean_of(runs, &Run::passes);
+  double denoise = 0;  // of the time
+  for (const Run* run : runs) denoise += run->seconds > 0 ? run->denoise_seconds / run->seconds : 0;
+  row.denoise_seconds = row.seconds.median * denoise / static_cast<double>(runs.size());
   row.bias = mean_of(runs, &Run::bias);
   row.truncation = mean_of(runs, &Run::truncation);
   double claimed = 0;
   for (const Run* run : runs) {
     const auto share = 1 / static_cast<double>(runs.size());
     claimed += run->claimed * run->claimed * share;
-    row.claims_held += claim_holds(*run) ? share : 0;
-    for (std::size_t i = 0; i < row.coverage.size(); ++i) {
-      row.coverage[i] += run->coverage[i] * share;
-    }
+    add_share(run->claims, share, row.claims);
+    add_share(run->coverage, share, row.coverage);
   }
   row.claimed = std::sqrt(claimed);
   row.budget.monte_carlo = row.claimed;
@@ -108,22 +114,32 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
   return row;
 }
 
-void mark_front(std::vector<Row>& rows) {
+std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points) {
   constexpr double as_accurate = 1.001;
-  const auto dominates = [](const Row& a, const Row& b) {
-    return a.seconds.median <= b.seconds.median && a.rmse <= b.rmse * as_accurate &&
-           (a.seconds.median < b.seconds.median || a.rmse * as_accurate < b.rmse);
+  const auto dominates = [](const CostAndError& a, const CostAndError& b) {
+    return a.seconds <= b.seconds && a.rmse <= b.rmse * as_accurate &&
+           (a.seconds < b.seconds || a.rmse * as_accurate < b.rmse);
   };
-  for (Row& row : rows) {
-    const Row* fastest = nullptr;
-    for (const Row& other : rows) {
-      if (dominates(other, row) &&
-          (fastest == nullptr || other.seconds.median < fastest->seconds.median)) {
-        fastest = &other;
+  std::vector<std::size_t> fastest(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    fastest[i] = i;
+    for (std::size_t other = 0; other < points.size(); ++other) {
+      if (dominates(points[other], points[i]) &&
+          (fastest[i] == i || points[other].seconds < points[fastest[i]].seconds)) {
+        fastest[i] = other;
       }
     }
-    row.on_front = fastest == nullptr;
-    row.dominated_by = fastest == nullptr ? "" : fastest->options;
+  }
+  return fastest;
+}
+
+void mark_front(std::vector<Row>& rows) {
+  std::vector<CostAndError> points;
+  for (const Row& row : rows) points.push_back({row.seconds.median, row.rmse});
+  const std::vector<std::size_t> dominators = dominators_of(points);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].on_front = dominators[i] == i;
+    rows[i].dominated_by = rows[i].on_front ? "" : rows[dominators[i]].options;
   }
 }
 

@@ -8,22 +8,20 @@
 #include <vector>
 
 #include "cli/tradeoff/variant.h"
+#include "common/adaptive/error_intervals.h"
 
 /// What measurements of renders say together. Pure functions; errors are RMSE in linear radiance,
 /// over pixels and channels.
 namespace parray::tradeoff {
 
-/// Shares of intervals that are asked to hold, and how wide each is in standard deviations of a
-/// normal: pictures state half-widths for 95 %, the others are scaled from it.
-inline constexpr std::array<double, 5> nominal_coverage = {0.5, 0.8, 0.9, 0.95, 0.99};
-inline constexpr std::array<double, 5> normal_quantile = {0.674490, 1.281552, 1.644854, 1.959964,
-                                                          2.575829};
+/// One number for each of interval_levels.
+using ByLevel = std::array<double, interval_levels.size()>;
 
 /// One render against the reference.
 struct Run {
   std::string options;  ///< canonical
   std::uint64_t seed = 0;
-  double seconds = 0;       ///< of tracing, by the clock on the wall
+  double seconds = 0;       ///< of tracing, and of denoising, by the clock on the wall
   double cpu_seconds = 0;   ///< of all threads together
   double samples = 0;       ///< a pixel, mean
   double rays = 0;          ///< a sample, mean
@@ -35,9 +33,16 @@ struct Run {
   double claimed = 0;       ///< RMSE that the picture states, and its interval
   double low = 0;
   double high = 0;
-  double truncation = 0;             ///< bound of the light lost to max_depth, mean radiance
-  std::array<double, 5> coverage{};  ///< share of intervals that hold, for nominal_coverage
+  double truncation = 0;  ///< bound of the light lost to max_depth, mean radiance
+  double passes = 1;
+  double denoise_seconds = 0;  ///< the part of `seconds` that is features and filter
+  ByLevel coverage{};          ///< share of pixels' intervals that hold; 0 where denoised
+  ByLevel claims{};            ///< whether the interval of its RMSE holds: 0 or 1
 };
+
+/// Whether an interval of the RMSE around `claimed` holds, wider by what the reference does not
+/// know.
+bool claim_holds(const Run& run, double low, double high, std::size_t level);
 
 /// Mean square of a systematic difference, from paired renders.
 struct PairedBias {
@@ -50,7 +55,7 @@ struct PairedBias {
 
 /// What a picture's error is made of, as RMSE.
 struct Budget {
-  double monte_carlo = 0;                       ///< from the replicates within each picture
+  double monte_carlo = 0;                       ///< as the pictures state it, by their replicates
   double depth = 0;                             ///< against paths without end, by paired renders
   double precision = 0;                         ///< against f64, by paired renders
   double quantisation = 0;                      ///< of 8 bits; for PNG only
@@ -81,11 +86,13 @@ struct Row {
   double rmse = 0;            ///< square root of mse, 0 if that is below 0
   double rmse_deviation = 0;  ///< of one run's
   double rmse_8bit = 0;
-  double claimed = 0;      ///< root mean square
-  double claims_held = 0;  ///< share of runs whose [low, high] holds rmse
+  double claimed = 0;  ///< root mean square
+  ByLevel claims{};    ///< share of runs whose interval holds rmse
   double bias = 0;
   double truncation = 0;
-  std::array<double, 5> coverage{};
+  ByLevel coverage{};  ///< of pixels' intervals, which denoised pictures have not
+  double passes = 1;
+  double denoise_seconds = 0;
   Budget budget;
   bool on_front = false;
   std::string dominated_by;  ///< canonical; empty on the front
@@ -117,8 +124,16 @@ Timing timing_of(const std::vector<Run>& runs, int threads);
 /// Precondition: `runs` are of these settings, and not empty.
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
-/// Marks the rows than which no other is faster and, but for a thousandth, as accurate; the others
-/// learn which one is: of those that dominate them the fastest.
+/// What a setting costs and what it gives.
+struct CostAndError {
+  double seconds = 0;
+  double rmse = 0;
+};
+/// For each the fastest of those that are as fast and, but for a thousandth, as accurate; itself
+/// where it is on the front: nothing else is.
+std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points);
+
+/// Marks the rows on the front of their time and error; the others learn what dominates them.
 void mark_front(std::vector<Row>& rows);
 
 /// ln y = intercept + slope ln x, by least squares.

@@ -25,7 +25,8 @@ struct Turn {
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
   return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&
          a.accelerator == b.accelerator && a.isa == b.isa &&
-         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive;
+         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive &&
+         a.replicates == b.replicates;
 }
 
 double square(double value) { return value * value; }
@@ -74,8 +75,8 @@ std::vector<Turn> turns_of(const std::vector<Row>& rows, const RenderSettings& b
   return turns;
 }
 
-/// What one way to spend samples gives with the scene's own depth and precision: as functions of
-/// samples a pixel, or of the target.
+/// What one way to spend samples, denoised or not, gives with the scene's own depth and precision:
+/// as functions of samples a pixel, or of the target.
 struct Family {
   RenderSettings settings;
   LogCurve amount;   ///< for a Monte Carlo RMSE
@@ -87,21 +88,31 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
   std::vector<Family> families;
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
     for (const bool targeted : {false, true}) {
-      RenderSettings settings = base;
-      settings.sampler = sampler;
-      settings.adaptive = targeted;
-      settings.target_error = targeted ? 1 : 0;
-      std::vector<std::pair<double, double>> amount;
-      std::vector<std::pair<double, double>> seconds;
-      for (const Row& row : rows) {
-        if (!same_but_samples(row.settings, settings)) continue;
-        const double spent = targeted ? row.settings.target_error : row.settings.samples_per_pixel;
-        amount.emplace_back(row.budget.monte_carlo, spent);
-        seconds.emplace_back(spent, row.seconds.median);
+      for (const bool denoised : {false, true}) {
+        RenderSettings settings = with_denoise(base, denoised);
+        settings.sampler = sampler;
+        settings.adaptive = targeted;
+        settings.target_error = targeted ? 1 : 0;
+        std::vector<std::pair<double, double>> amount;
+        std::vector<std::pair<double, double>> seconds;
+        for (const Row& row : rows) {
+          if (!same_but_samples(row.settings, settings)) continue;
+          const double spent =
+              targeted ? row.settings.target_error : row.settings.samples_per_pixel;
+          amount.emplace_back(row.budget.monte_carlo, spent);
+          seconds.emplace_back(spent, row.seconds.median);
+        }
+        // What one row alone would go on like: noise halves with four times the samples. What a
+        // filter does to it, one row does not tell.
+        families.push_back({settings,
+                            LogCurve(amount, denoised   ? 0
+                                             : targeted ? 1
+                                                        : -2),
+                            LogCurve(seconds, denoised   ? 0
+                                              : targeted ? -2
+                                                         : 1),
+                            targeted});
       }
-      // What one row alone would go on like: noise halves with four times the samples.
-      families.push_back({settings, LogCurve(amount, targeted ? 1 : -2),
-                          LogCurve(seconds, targeted ? -2 : 1), targeted});
     }
   }
   return families;
@@ -129,7 +140,9 @@ std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, do
   settings.accelerator = turn.accelerator;
   double spent = 0;
   if (family.targeted) {
-    settings.target_error = target_from(std::sqrt(left));
+    // Of a denoised picture the target is what its samples alone would have.
+    settings.target_error =
+        target_from(settings.replicates ? family.amount.at(std::sqrt(left)) : std::sqrt(left));
     spent = settings.target_error;
   } else {
     spent = family.amount.at(std::sqrt(left / turn.variance));
@@ -152,7 +165,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
     auto best = candidate_of(family, turns[0], error);
     if (!best) continue;
     double limit = 0.95 * best->seconds;
-    for (std::size_t i = 1; i < turns.size(); ++i) {
+    for (std::size_t i = 1; i < turns.size() && !family.settings.replicates; ++i) {
       if (turns[i].bias_square > square(error) / 10) continue;
       const auto other = candidate_of(family, turns[i], error);
       if (other && other->seconds < limit) {
@@ -170,7 +183,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
 std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base) {
   for (const Family& family : measured_families(rows, base)) {
-    if (family.settings.sampler == base.sampler && !family.targeted) {
+    if (same_but_samples(family.settings, with_denoise(base, false)) && !family.targeted) {
       return candidate_of(family, own_turn(base), error);
     }
   }

@@ -16,10 +16,11 @@ struct Candidate {
   double seconds = 0;
 };
 
-/// For each way to spend samples (sampler, uniform or to a target) the settings that should reach
-/// `error` soonest, the cheapest first. A depth or a precision other than the scene's own is taken
-/// only if its systematic error makes up a tenth of the mean square at most, and if it is 5 %
-/// faster than the scene's own: less is not worth a bias, nor a measurement's doubt.
+/// For each way to spend samples (sampler, uniform or to a target, denoised or not) the settings
+/// that should reach `error` soonest, the cheapest first. A depth or a precision other than the
+/// scene's own is taken only if its systematic error makes up a tenth of the mean square at most,
+/// and if it is 5 % faster than the scene's own: less is not worth a bias, nor a measurement's
+/// doubt. Pictures that are denoised keep the scene's own.
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases);
 

@@ -4,9 +4,17 @@
 #include <vector>
 
 #include "cli/farm/direct_render.h"
+#include "cli/plan/effort.h"
+#include "common/denoise/denoise.h"
 #include "common/scene/scene.h"
 
 namespace parray::tradeoff {
+
+/// What --denoise makes of a picture, and what that takes: features and filter.
+struct DenoisedRender {
+  Denoised picture;
+  Effort effort;
+};
 
 /// Renders one scene over and over with all threads. One thread calls. The scene and `stop` must
 /// outlive it.
@@ -18,6 +26,10 @@ class Bench {
   /// `settings` are resolved. The accelerator that they ask for is built the first time, and kept.
   /// Throws Interrupted.
   [[nodiscard]] DirectRender render(const RenderSettings& settings);
+
+  /// `picture` is what render(settings) has given, with two samples a pixel at least. Throws
+  /// Interrupted.
+  [[nodiscard]] DenoisedRender denoise(const RenderSettings& settings, const DirectRender& picture);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] int threads() const { return threads_; }

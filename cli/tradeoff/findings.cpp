@@ -11,7 +11,8 @@ namespace parray::tradeoff {
 namespace {
 
 std::string family_of(const RenderSettings& settings) {
-  return std::string(name_of(settings.sampler)) + (settings.adaptive ? ", adaptive" : "");
+  return std::string(name_of(settings.sampler)) + (settings.adaptive ? ", adaptive" : "") +
+         (settings.replicates ? ", denoised" : "");
 }
 
 }  // namespace
@@ -101,23 +102,31 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
   const auto add = [&](const std::string& name, const Row& row) {
     Calibration& one = by_name[name];
     one.name = name;
-    for (std::size_t i = 0; i < one.actual.size(); ++i) {
-      one.actual[i] += row.coverage[i] * static_cast<double>(row.runs);
+    const bool pixels = !row.settings.replicates;
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+      one.pixels.at(i) += pixels ? row.coverage.at(i) * static_cast<double>(row.runs) : 0;
+      one.pictures.at(i) += row.claims.at(i) * static_cast<double>(row.runs);
     }
-    one.pictures += row.claims_held * static_cast<double>(row.runs);
+    one.pixel_runs += pixels ? row.runs : 0;
     one.runs += row.runs;
   };
   for (const Row& row : rows) {
+    // These share their random numbers with other rows: they would count the same luck again.
+    if (row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator) {
+      continue;
+    }
     // A systematic error is no part of what intervals promise; one of a fifth hardly changes it.
     const double systematic = std::hypot(row.budget.depth, row.budget.precision);
     if (systematic > 0.2 * row.budget.monte_carlo) continue;
-    add("all", row);
+    if (!row.settings.replicates) add("all", row);
     add(family_of(row.settings), row);
   }
   std::vector<Calibration> found;
   for (auto& [name, one] : by_name) {
-    for (double& share : one.actual) share /= static_cast<double>(one.runs);
-    one.pictures /= static_cast<double>(one.runs);
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+      if (one.pixel_runs > 0) one.pixels.at(i) /= static_cast<double>(one.pixel_runs);
+      one.pictures.at(i) /= static_cast<double>(one.runs);
+    }
     found.push_back(one);
   }
   return found;

@@ -8,28 +8,39 @@
 #include <vector>
 
 #include "cli/tradeoff/analysis.h"
+#include "cli/tradeoff/farm_fronts.h"
 #include "cli/tradeoff/paired.h"
 
 namespace parray::tradeoff {
 
 /// How the error falls with samples, of one sampler.
 struct Convergence {
-  std::string name;             ///< "independent", "sobol, adaptive"
+  std::string name;             ///< "independent", "sobol, adaptive, denoised"
   std::optional<PowerLaw> mse;  ///< of samples a pixel
   double equal_time_gain = 0;   ///< independent's MSE over this one's in the same time; 0: unknown
 };
 
-/// How often stated intervals hold, pooled over pixels, channels and runs.
+/// How often intervals hold.
 struct Calibration {
-  std::string name;  ///< "all", "sobol"
-  std::array<double, 5> actual{};
-  double pictures = 0;  ///< share of pictures' [low, high] that hold
+  std::string name;            ///< "all", "sobol"
+  ByLevel pixels{};            ///< pooled over pixels, channels and runs
+  std::size_t pixel_runs = 0;  ///< denoised pictures have none
+  ByLevel pictures{};          ///< of the RMSE
   std::size_t runs = 0;
+};
+
+/// Where and when it was measured.
+struct Occasion {
+  std::string processor;  ///< its model
+  std::string isa;        ///< that the scene's own settings use here
+  std::string date;       ///< of the last measurement: "2026-11-22"
 };
 
 /// All that a trade has found.
 struct Findings {
   std::string scene_file;
+  std::size_t spheres = 0;
+  Occasion occasion;
   RenderSettings scene;  ///< its own, its own size
   RenderSettings base;   ///< as measured
   Timing timing;
@@ -37,6 +48,7 @@ struct Findings {
   PairedBiases biases;
   std::vector<Convergence> convergence;
   std::vector<Calibration> calibration;
+  std::vector<FarmFront> farms;  ///< modelled
   double reference_samples = 0;
   double reference_rmse = 0;
   std::vector<std::string> left_out;  ///< canonical forms
@@ -57,6 +69,8 @@ std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const Rend
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
 std::string csv_of(const std::vector<Row>& rows);
+/// The modelled fronts.
+std::string farms_csv_of(const Findings& findings);
 nlohmann::json json_of(const Findings& findings);
 /// For people: the front, the budget, what was found. Without the answer.
 std::string text_of(const Findings& findings);

@@ -22,10 +22,10 @@ using nlohmann::json;
 constexpr const char* remedy = ": name another directory, or start anew with --restart";
 constexpr const char* runs_name = "runs.csv";
 constexpr const char* state_name = "state.json";
-constexpr int format_version = 1;
+constexpr int format_version = 2;
 
 /// The numbers of a run, in the order of the file's columns.
-constexpr std::array<std::pair<const char*, double Run::*>, 13> columns = {
+constexpr std::array<std::pair<const char*, double Run::*>, 15> columns = {
     {{"seconds", &Run::seconds},
      {"cpu_seconds", &Run::cpu_seconds},
      {"samples_per_pixel", &Run::samples},
@@ -38,14 +38,21 @@ constexpr std::array<std::pair<const char*, double Run::*>, 13> columns = {
      {"claimed_rmse", &Run::claimed},
      {"claimed_low", &Run::low},
      {"claimed_high", &Run::high},
-     {"truncation", &Run::truncation}}};
-constexpr std::array coverage_names = {"coverage_50", "coverage_80", "coverage_90", "coverage_95",
-                                       "coverage_99"};
+     {"truncation", &Run::truncation},
+     {"passes", &Run::passes},
+     {"denoise_seconds", &Run::denoise_seconds}}};
+/// What there is for each level, each in as many columns.
+constexpr std::array<std::pair<const char*, ByLevel Run::*>, 2> by_level = {
+    {{"coverage", &Run::coverage}, {"claim", &Run::claims}}};
 
 std::string header() {
   std::string text = "options,seed";
   for (const auto& [name, member] : columns) text += std::string(",") + name;
-  for (const char* name : coverage_names) text += std::string(",") + name;
+  for (const auto& [name, member] : by_level) {
+    for (const double level : interval_levels) {
+      text += std::string(",") + name + formatted("_%.0f", 100 * level);
+    }
+  }
   return text;
 }
 
@@ -57,6 +64,7 @@ json json_of(const Identity& identity) {
           {"height", identity.height},
           {"settings", identity.settings},
           {"threads", identity.threads},
+          {"processor", identity.processor},
           {"format", format_version}};
 }
 
@@ -99,7 +107,9 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(const fs::path& d
 std::string csv_line(const Run& run) {
   std::string line = run.options + "," + std::to_string(run.seed);
   for (const auto& [name, member] : columns) line += formatted(",%.9g", run.*member);
-  for (const double share : run.coverage) line += formatted(",%.6g", share);
+  for (const auto& [name, member] : by_level) {
+    for (const double share : run.*member) line += formatted(",%.6g", share);
+  }
   return line;
 }
 
@@ -108,7 +118,7 @@ Run run_of_csv(const std::string& line) {
   std::istringstream input(line);
   for (std::string cell; std::getline(input, cell, ',');) cells.push_back(cell);
   Run run;
-  if (cells.size() != 2 + columns.size() + run.coverage.size()) {
+  if (cells.size() != 2 + columns.size() + by_level.size() * interval_levels.size()) {
     throw std::runtime_error("not as many cells as the header");
   }
   run.options = cells[0];
@@ -119,8 +129,9 @@ Run run_of_csv(const std::string& line) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     run.*columns.at(i).second = number(cells[2 + i]);
   }
-  for (std::size_t i = 0; i < run.coverage.size(); ++i) {
-    run.coverage.at(i) = number(cells[2 + columns.size() + i]);
+  std::size_t cell = 2 + columns.size();
+  for (const auto& [name, member] : by_level) {
+    for (double& share : run.*member) share = number(cells[cell++]);
   }
   return run;
 }

@@ -19,6 +19,7 @@ struct Identity {
   std::uint32_t height = 0;
   std::string settings;  ///< options_of() the scene's own, and their seed
   int threads = 0;
+  std::string processor;
 };
 
 /// The directory of a trade: what has been measured is kept there as it is measured, and another

@@ -8,8 +8,8 @@
 
 namespace parray::tradeoff {
 
-/// Writes DIR/plots/{convergence,front,budget,coverage}.{dat,gp}: data, and scripts that gnuplot
-/// makes SVG and PNG of (in that directory: `gnuplot front.gp`).
+/// Writes DIR/plots/{convergence,front,budget,coverage,farms}.{dat,gp}: data, and scripts that
+/// gnuplot makes SVG, PDF and PNG of (in that directory: `gnuplot front.gp`).
 void write_plot_scripts(const Findings& findings, const std::filesystem::path& directory);
 
 /// Runs gnuplot, found in the directories of `path`, on them. Returns a line for people when there

@@ -106,42 +106,83 @@ double Reference::rmse() const {
   return std::sqrt(sum / static_cast<double>(square_.size()));
 }
 
-Run Reference::compare(const DirectRender& picture) const {
-  const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
-  const ErrorEstimate estimate = estimate_error(picture.state());
+double Reference::variance(std::size_t i) const {
+  return std::max(square_[i] - mean(i) * mean(i), 0.0) / samples();
+}
+
+Run Reference::errors_of(const std::vector<float>& picture) const {
   Run run;
   double scatter = 0;
   for (std::size_t i = 0; i < square_.size(); ++i) {
-    const double value = image.rgb[i];
+    const double value = picture[i];
     const double coded = through_8bit(value);
     const double first = half_[0][i];
     const double second = half_[1][i];
-    const double mean = (first + second) / 2;
     run.mse += (value - first) * (value - second);
     run.mse_8bit += (coded - first) * (coded - second);
     run.quantisation += (coded - value) * (coded - value);
-    run.bias += value - mean;
-    const double of_reference = std::max(square_[i] - mean * mean, 0.0) / samples();
+    run.bias += value - mean(i);
     // Of (e - u)(e - w): u + w and uw have variances 4 and 4 times that of the mean, and its
     // square.
     const double square = std::max((value - first) * (value - second), 0.0);
-    scatter += 4 * (square + of_reference) * of_reference;
-    if (estimate.half_width.empty()) continue;
-    const double own = estimate.half_width[i] / normal_quantile[3];
-    const double deviation = std::sqrt(own * own + of_reference);
-    // Pixels of sky hold values that agree but for the last bit of a float.
-    const double error = std::max(std::abs(value - mean) - 1e-6 * mean, 0.0);
-    for (std::size_t p = 0; p < run.coverage.size(); ++p) {
-      run.coverage[p] += error <= normal_quantile[p] * deviation ? 1 : 0;
-    }
+    scatter += 4 * (square + variance(i)) * variance(i);
   }
   const auto values = static_cast<double>(square_.size());
   for (double* sum : {&run.mse, &run.mse_8bit, &run.quantisation, &run.bias}) *sum /= values;
-  for (double& share : run.coverage) share /= values;
   run.mse_scatter = std::sqrt(3 * scatter) / values;  // as if a pixel's channels were one
-  run.claimed = std::max(estimate.rmse, 0.0);
-  run.low = std::max(estimate.low, 0.0);
-  run.high = std::max(estimate.high, 0.0);
+  return run;
+}
+
+ByLevel Reference::coverage_of(const std::vector<float>& picture, const ErrorEstimate& estimate,
+                               const ErrorIntervals& intervals) const {
+  ByLevel hold{};
+  double asked = 0;
+  for (std::size_t i = 0; i < square_.size(); ++i) {
+    // Values that agree but for the last bit of a float have no noise that an interval could miss.
+    if (variance(i) * samples() <= 1e-12 * mean(i) * mean(i)) continue;
+    const double error = std::max(std::abs(picture[i] - mean(i)) - 1e-6 * mean(i), 0.0);
+    ++asked;
+    for (std::size_t level = 0; level < hold.size(); ++level) {
+      const double doubt = normal_half_widths.at(level) * std::sqrt(variance(i));
+      const double half_width = intervals.scale(level) * estimate.half_width[i];
+      hold.at(level) += error <= std::hypot(half_width, doubt) ? 1 : 0;
+    }
+  }
+  for (double& share : hold) share = asked > 0 ? share / asked : 1;
+  return hold;
+}
+
+Run Reference::compare(const DirectRender& picture) const {
+  const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
+  const ErrorEstimate estimate = estimate_error(picture.state());
+  Run run = errors_of(image.rgb);
+  if (!estimate.known()) return run;
+  const ErrorIntervals intervals(picture.state(), estimate);
+  run.coverage = coverage_of(image.rgb, estimate, intervals);
+  run.claimed = estimate.rmse;
+  run.low = estimate.low;
+  run.high = estimate.high;
+  for (std::size_t level = 0; level < run.claims.size(); ++level) {
+    const auto [low, high] = intervals.rmse(level);
+    run.claims.at(level) = claim_holds(run, low, high, level) ? 1 : 0;
+  }
+  return run;
+}
+
+Run Reference::compare(const Denoised& picture) const {
+  Run run = errors_of(picture.rgb);
+  run.claimed = picture.rmse;
+  run.low = picture.low;
+  run.high = picture.high;
+  // Of squares, in which the stated interval is symmetric.
+  const double square = picture.rmse * picture.rmse;
+  const double half_width = picture.high * picture.high - square;
+  for (std::size_t level = 0; level < run.claims.size(); ++level) {
+    const double scaled =
+        half_width * normal_half_widths.at(level) / normal_half_widths[stated_level];
+    const double low = std::sqrt(std::max(square - scaled, 0.0));
+    run.claims.at(level) = claim_holds(run, low, std::sqrt(square + scaled), level) ? 1 : 0;
+  }
   return run;
 }
 

@@ -7,6 +7,7 @@
 
 #include "cli/farm/direct_render.h"
 #include "cli/tradeoff/analysis.h"
+#include "common/denoise/denoise.h"
 
 namespace parray::tradeoff {
 
@@ -32,9 +33,12 @@ class Reference {
   /// Of the mean of both halves, from how they differ. Precondition: balanced().
   [[nodiscard]] double rmse() const;
 
-  /// The picture's errors; settings, time and work of the render are left open. Precondition:
-  /// balanced(), the same size.
+  /// The picture's errors, and how often what it states of them holds; settings, time and work of
+  /// the render are left open. Pixels without noise are not asked. Precondition: balanced(), the
+  /// same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
+  /// The same of a denoised picture, which says nothing of its pixels.
+  [[nodiscard]] Run compare(const Denoised& picture) const;
 
   /// An EXR file: the mean as RGB, both halves and the variance of a sample as further channels.
   void save(const std::filesystem::path& path) const;
@@ -42,6 +46,14 @@ class Reference {
   void load(const std::filesystem::path& path);
 
  private:
+  [[nodiscard]] double mean(std::size_t i) const { return (half_[0][i] + half_[1][i]) / 2; }
+  /// Of the mean.
+  [[nodiscard]] double variance(std::size_t i) const;
+  [[nodiscard]] Run errors_of(const std::vector<float>& picture) const;
+  [[nodiscard]] ByLevel coverage_of(const std::vector<float>& picture,
+                                    const ErrorEstimate& estimate,
+                                    const ErrorIntervals& intervals) const;
+
   std::uint32_t width_;
   std::uint32_t height_;
   std::array<std::vector<double>, 2> half_;  ///< mean of each value

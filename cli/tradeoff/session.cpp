@@ -1,13 +1,16 @@
 #include "cli/tradeoff/session.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
+#include "cli/output/processor.h"
 #include "cli/output/text.h"
 #include "cli/tradeoff/answer.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/trace/isa.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -25,12 +28,19 @@ constexpr std::uint32_t answer_runs = 8;
 /// How small the reference's error should be, relative to the smallest that is measured.
 constexpr double reference_to_smallest = 0.2;
 
+std::string date_text(std::chrono::system_clock::time_point when) {
+  const std::chrono::year_month_day date{std::chrono::floor<std::chrono::days>(when)};
+  return formatted("%04d-%02u-%02u", static_cast<int>(date.year()),
+                   static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
 json to_json(const Pilot& pilot) {
   json speeds = json::object();
   for (const auto& [kind, speed] : pilot.other_speeds) speeds[std::string(name_of(kind))] = speed;
   return {{"samples_per_second", pilot.samples_per_second},
           {"other_speeds", speeds},
           {"overhead", pilot.overhead},
+          {"denoise", pilot.denoise},
           {"error", pilot.error}};
 }
 
@@ -39,6 +49,7 @@ Pilot pilot_from(const json& map) {
   pilot.samples_per_second = map.at("samples_per_second").get<double>();
   pilot.overhead = map.at("overhead").get<double>();
   pilot.error = map.at("error").get<double>();
+  pilot.denoise = map.at("denoise").get<double>();
   for (const auto& [name, speed] : map.at("other_speeds").items()) {
     pilot.other_speeds[accelerator_from(name)] = speed.get<double>();
   }
@@ -97,8 +108,23 @@ Findings Session::measure() {
   findings.reference_rmse = reference_.rmse();
   refresh(findings);
   find_answer(findings);
+  findings.farms = farm_fronts_of(findings.rows, request_.scene, bench_.threads());
+  findings.occasion = occasion();
   add_notes(findings);
   return findings;
+}
+
+/// The date is that of the last measurement.
+Occasion Session::occasion() {
+  json& state = journal_.state();
+  const std::size_t runs = journal_.runs().size();
+  if (state.value("dated_runs", std::size_t{0}) != runs) {
+    state["dated_runs"] = runs;
+    state["date"] = date_text(std::chrono::system_clock::now());
+    journal_.keep_state();
+  }
+  const Isa isa = request_.base.isa == Isa::automatic ? best_isa() : request_.base.isa;
+  return {processor_model(), std::string(name_of(isa)), state.value("date", "")};
 }
 
 // ---- Pilot -------------------------------------------------------------------------------------
@@ -127,6 +153,7 @@ Pilot Session::pilot() {
   const DirectRender render = bench_.render(trial);
   pilot.overhead = to_seconds(clock_.now() - began) - render.seconds;
   pilot.error = std::max(estimate_rmse(render.state()).rmse, 0.0);
+  pilot.denoise = bench_.denoise(trial, render).effort.wall;
   const std::size_t spheres = bench_.scene().spheres.size();
   for (const auto& [kind, most] : {std::pair{AcceleratorKind::linear, most_linear},
                                    {AcceleratorKind::bvh, std::size_t{SIZE_MAX}},
@@ -181,24 +208,47 @@ void Session::make_reference() {
 
 // ---- Sweep -------------------------------------------------------------------------------------
 
-void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
-  RenderSettings seeded = settings;
-  seeded.seed = seed_of(settings, request_.base.seed, run);
-  const std::string options = options_of(settings);
-  if (journal_.has(options, seeded.seed)) return;
-  const DirectRender render = bench_.render(seeded);
-  Run measured = reference_.compare(render);
+/// Whether the sweep measures these settings with that seed.
+bool Session::planned(const RenderSettings& settings, std::uint32_t run) const {
+  return std::ranges::any_of(sweep_.variants, [&](const Variant& variant) {
+    return run < variant.runs && options_of(variant.settings) == options_of(settings);
+  });
+}
+
+/// `measured` has errors and times.
+void Session::keep(Run measured, const RenderSettings& settings, const DirectRender& render) {
   const TraceCounts& counts = render.framebuffer.counts();
   const auto samples = static_cast<double>(std::max<std::uint64_t>(counts.samples, 1));
-  measured.options = options;
-  measured.seed = seeded.seed;
-  measured.seconds = render.seconds;
-  measured.cpu_seconds = render.cpu_seconds;
+  measured.options = options_of(settings);
+  measured.seed = settings.seed;
+  measured.seconds += render.seconds;
+  measured.cpu_seconds += render.cpu_seconds;
   measured.samples = render.samples_per_pixel();
   measured.rays = static_cast<double>(counts.rays) / samples;
   measured.truncation =
       static_cast<double>(counts.lost) * TraceCounts::lost_unit / samples * render.largest_radiance;
+  measured.passes = std::max(static_cast<double>(render.passes.size()), 1.0);
   journal_.append(measured);
+}
+
+/// The raw picture and the denoised one come of one render, if both are wanted.
+void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
+  RenderSettings seeded = settings;
+  seeded.seed = seed_of(settings, request_.base.seed, run);
+  if (journal_.has(options_of(settings), seeded.seed)) return;
+  const DirectRender render = bench_.render(seeded);
+  const auto wanted = [&](bool denoised) {
+    const RenderSettings twin = with_denoise(settings, denoised);
+    return !journal_.has(options_of(twin), seeded.seed) &&
+           (denoised == settings.replicates || planned(twin, run));
+  };
+  if (wanted(false)) keep(reference_.compare(render), with_denoise(seeded, false), render);
+  if (!wanted(true)) return;
+  const DenoisedRender denoised = bench_.denoise(seeded, render);
+  Run measured = reference_.compare(denoised.picture);
+  measured.seconds = measured.denoise_seconds = denoised.effort.wall;
+  measured.cpu_seconds = denoised.effort.cpu;
+  keep(measured, with_denoise(seeded, true), render);
 }
 
 void Session::sweep() {
@@ -247,6 +297,7 @@ void Session::refresh(Findings& findings) const {
   findings.rows = rows_of(sweep_.variants, journal_.runs(), biases_, findings.timing);
   findings.convergence = convergence_of(findings.rows, request_.base);
   findings.calibration = calibration_of(findings.rows);
+  findings.spheres = bench_.scene().spheres.size();
 }
 
 /// Measures settings of the answer, if there is time, and returns their row, or null.

@@ -36,6 +36,10 @@ std::string sampler_options(const RenderSettings& settings) {
   return "--sampler " + std::string(name_of(settings.sampler)) + stop_options(settings);
 }
 
+std::string denoise_option(const RenderSettings& settings) {
+  return settings.replicates ? " --denoise" : "";
+}
+
 /// FNV-1a: names become numbers, everywhere the same.
 std::uint64_t hash_of(const std::string& text) {
   std::uint64_t hash = 0xCBF29CE484222325;
@@ -70,9 +74,12 @@ class Planner {
   bool add(Knob knob, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
     if (known_.count(options) > 0) return true;
-    const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second);
+    const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second) +
+                       (settings.replicates ? pilot_.denoise : 0);
     const bool first = knob != Knob::accelerator && begun_.insert({knob, settings.sampler}).second;
-    const std::uint32_t runs = runs_of(one, first || knob == Knob::also);
+    const bool needed = first || knob == Knob::also;
+    const std::uint32_t runs =
+        knob == Knob::denoise ? denoised_runs_of(one, needed) : runs_of(one, needed);
     if (runs == 0) {
       sweep_.left_out.push_back(options);
       known_.insert(options);
@@ -102,6 +109,10 @@ class Planner {
     if (16 * one <= seconds_ / 60) return 16;
     if (8 * one <= seconds_ / 25) return 8;
     return 4 * one <= seconds_ / 12 ? 4 : needed ? 2 : 0;
+  }
+  /// Denoising takes as long whatever the samples: all of its settings are dear.
+  [[nodiscard]] std::uint32_t denoised_runs_of(double one, bool needed) const {
+    return 4 * one <= seconds_ / 24 ? 4 : 2 * one <= seconds_ / 24 || needed ? 2 : 0;
   }
 
   const RenderSettings& base_;
@@ -151,18 +162,32 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
   }
 }
 
+/// Samples by quadrupling, and targets by halving, which is as much.
+void add_denoised(const RenderSettings& base, const Pilot& pilot, Planner& planner) {
+  for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 4) {
+    const RenderSettings settings = uniform(base, Sampler::sobol, samples);
+    if (!planner.add(Knob::denoise, with_denoise(settings, true), samples)) break;
+  }
+  if (!(pilot.error > 0)) return;
+  for (double share = 0.5; share > 1e-3; share /= 2) {
+    const RenderSettings settings = targeted(base, Sampler::sobol, rounded(pilot.error * share));
+    if (!planner.add(Knob::denoise, with_denoise(settings, true), expected_samples(share))) break;
+  }
+}
+
 }  // namespace
 
 std::string_view name_of(Knob knob) {
-  constexpr std::array<std::string_view, 8> names = {"scene", "also",      "spp",         "target",
-                                                     "depth", "precision", "accelerator", "answer"};
+  constexpr std::array<std::string_view, 9> names = {
+      "scene", "also", "spp", "target", "denoise", "depth", "precision", "accelerator", "answer"};
   return names.at(static_cast<std::size_t>(knob));
 }
 
 std::string options_of(const RenderSettings& settings) {
   return sampler_options(settings) + " --max-depth " + std::to_string(settings.max_depth) +
          " --precision " + std::string(name_of(settings.precision)) + " --accelerator " +
-         std::string(name_of(settings.accelerator)) + isa_options(settings);
+         std::string(name_of(settings.accelerator)) + isa_options(settings) +
+         denoise_option(settings);
 }
 
 std::string options_against(const RenderSettings& settings, const RenderSettings& base) {
@@ -176,7 +201,7 @@ std::string options_against(const RenderSettings& settings, const RenderSettings
   if (settings.accelerator != base.accelerator) {
     text += " --accelerator " + std::string(name_of(settings.accelerator));
   }
-  return text + isa_options(settings);
+  return text + isa_options(settings) + denoise_option(settings);
 }
 
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run) {
@@ -187,6 +212,11 @@ std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk) {
 }
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair) {
   return seed_for(2, base, pair);
+}
+
+RenderSettings with_denoise(RenderSettings settings, bool denoise) {
+  settings.replicates = denoise;
+  return settings;
 }
 
 RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height,
@@ -237,6 +267,7 @@ Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& 
     if (!any) break;
   }
   add_targets(base, pilot, planner);
+  add_denoised(base, pilot, planner);
   const std::uint32_t knob_samples = planner.knob_samples();
   RenderSettings turned = uniform(base, own, knob_samples);
   for (const std::uint32_t depth : depths_of(base.max_depth)) {

@@ -12,7 +12,17 @@
 namespace parray::tradeoff {
 
 /// Why settings are tried.
-enum class Knob : std::uint8_t { scene, also, spp, target, depth, precision, accelerator, answer };
+enum class Knob : std::uint8_t {
+  scene,
+  also,
+  spp,
+  target,
+  denoise,
+  depth,
+  precision,
+  accelerator,
+  answer
+};
 std::string_view name_of(Knob knob);
 
 /// Settings to be measured by several short renders with seeds of their own.
@@ -23,6 +33,7 @@ struct Variant {
 };
 
 /// The canonical form of settings, as options of `parray render`: what measurements are kept under.
+/// Settings that keep their replicates are those of pictures that are denoised (--denoise).
 std::string options_of(const RenderSettings& settings);
 
 /// The same, without what `base` has, too: what somebody has to type. --sampler and where to stop
@@ -30,10 +41,13 @@ std::string options_of(const RenderSettings& settings);
 std::string options_against(const RenderSettings& settings, const RenderSettings& base);
 
 /// Seeds of different uses are apart; `base` is the scene's. Settings that differ in nothing but
-/// depth, precision and accelerator share theirs, so that what they differ by shows.
+/// depth, precision, accelerator and --denoise share theirs, so that what they differ by shows.
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run);
 std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk);
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair);
+
+/// The same picture, denoised or not.
+RenderSettings with_denoise(RenderSettings settings, bool denoise);
 
 /// `settings` with the picture scaled down to 200 pixels on the shorter side at most, and further,
 /// to 2000 pixels at least, so that a picture with the scene's own samples fits a time of `seconds`
@@ -47,6 +61,7 @@ struct Pilot {
   std::map<AcceleratorKind, double> other_speeds;  ///< likewise; without those that would not end
   double overhead = 0;                             ///< seconds a render, without samples
   double error = 0;                                ///< RMSE at pilot_samples
+  double denoise = 0;                              ///< seconds that denoising takes
 };
 inline constexpr std::uint32_t pilot_samples = 16;
 /// More spheres than that are never searched one by one.
@@ -60,8 +75,9 @@ struct Sweep {
 };
 /// Not the product of all knobs, but a line along each through the scene's own settings `base`:
 /// samples a pixel from 16 on by doubling, of each sampler; targets of adaptive passes likewise;
-/// depths from 2 to twice the base's; precisions; accelerators. What takes longer than its share of
-/// `seconds` gets fewer runs (16, 8 or 4), or is left out; `base`, `also` and the
+/// some of both with Sobol samples, denoised; depths from 2 to twice the base's; precisions;
+/// accelerators. What takes longer than its share of
+/// `seconds` gets fewer runs (16, 8 or 4; denoised: 4 or 2), or is left out; `base`, `also` and the
 /// first settings of each knob but the last get 2 at least.
 Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
                  const Pilot& pilot, double seconds);

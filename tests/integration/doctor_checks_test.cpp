@@ -25,6 +25,7 @@
 #include "cli/doctor/scratch.h"
 #include "cli/doctor/sphere_errors.h"
 #include "cli/doctor/tracing.h"
+#include "cli/output/processor.h"
 #include "cli/process/child_process.h"
 #include "common/base/error.h"
 #include "common/math/float_mode.h"

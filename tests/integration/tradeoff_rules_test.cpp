@@ -3,8 +3,10 @@
 #include <cmath>
 #include <set>
 
+#include "cli/output/processor.h"
 #include "cli/tradeoff/answer.h"
 #include "cli/tradeoff/findings.h"
+#include "cli/tradeoff/gnuplot.h"
 #include "cli/tradeoff/journal.h"
 #include "cli/tradeoff/reference.h"
 
@@ -125,22 +127,37 @@ TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as the
   run.cpu_seconds = 4;
   run.mse = 0.01;
   run.claimed = 0.1;
-  run.low = 0.09;
-  run.high = 0.11;
+  run.claims = {0, 1, 1, 1, 1};
+  run.coverage = {0.5, 0.75, 0.9, 0.95, 1};
   Run other = run;
   other.seconds = 3;
-  other.mse = 0.03;  // outside of its claim
+  other.mse = 0.03;
+  other.claims[3] = 0;
   const std::vector<const Run*> runs = {&run, &other};
   const Row calm = row_of(variant, runs, {false, 2});
   CHECK(calm.mse == Approx(0.02));
   CHECK(calm.mse_deviation == Approx(std::sqrt(2.0) * 0.01));
   CHECK(calm.rmse == Approx(std::sqrt(0.02)));
-  CHECK(calm.claims_held == 0.5);
+  CHECK(calm.claims == ByLevel{0, 1, 1, 0.5, 1});
+  CHECK(calm.coverage == ByLevel{0.5, 0.75, 0.9, 0.95, 1});
   CHECK(calm.seconds.median == 2);
   CHECK(calm.ratio() == Approx(std::sqrt(0.5)));
   CHECK(row_of(variant, runs, {true, 2}).seconds.median == 2);  // 4 of both threads
-  other.mse_scatter = 0.02;                                     // the reference is no better
-  CHECK(row_of(variant, runs, {false, 2}).claims_held == 1);
+}
+
+TEST_CASE("trade: a claim holds from its low to its high, and as far as the reference may be off") {
+  Run run;
+  run.claimed = 0.1;
+  const auto holds = [&](double rmse) {
+    run.mse = rmse * rmse;
+    return claim_holds(run, 0.09, 0.11, stated_level);
+  };
+  CHECK(holds(0.0901));
+  CHECK(holds(0.1099));
+  CHECK_FALSE(holds(0.0899));
+  CHECK_FALSE(holds(0.1101));
+  run.mse_scatter = 0.02;  // the reference is no better
+  CHECK(holds(0.15));
 }
 
 TEST_CASE("trade: a machine is busy when threads do not get the processors that they ask for") {
@@ -255,8 +272,8 @@ TEST_CASE("trade: the sweep tries every knob, nothing twice, and leaves out what
     CHECK(variant.runs >= 2);
     CHECK(variant.runs <= 16);
   }
-  for (const Knob knob :
-       {Knob::scene, Knob::also, Knob::spp, Knob::target, Knob::depth, Knob::precision}) {
+  for (const Knob knob : {Knob::scene, Knob::also, Knob::spp, Knob::target, Knob::denoise,
+                          Knob::depth, Knob::precision}) {
     CHECK(knobs.count(knob) == 1);
   }
   CHECK(knobs.count(Knob::accelerator) == 0);  // 8 s a render
@@ -320,6 +337,142 @@ TEST_CASE("trade: a run comes back from its line, and a damaged line does not") 
   CHECK_THROWS(run_of_csv(line.substr(0, line.rfind(','))));
   CHECK_THROWS(run_of_csv(line + ",1"));
   CHECK_THROWS(run_of_csv(line + "x"));
+}
+
+TEST_CASE("trade: denoised pictures are few, from Sobol samples, of the very renders of raw ones") {
+  Pilot pilot;
+  pilot.samples_per_second = 1e6;
+  pilot.error = 0.1;
+  const auto denoised = [&](double seconds_of_filter) {
+    pilot.denoise = seconds_of_filter;
+    std::vector<Variant> found = plan_sweep(base_settings(), {}, pilot, 50).variants;
+    std::erase_if(found, [](const Variant& variant) { return variant.knob != Knob::denoise; });
+    return found;
+  };
+  const std::vector<Variant> quick = denoised(0.01);
+  CHECK(quick.size() >= 4);
+  for (const Variant& variant : quick) {
+    CHECK(variant.settings.replicates);
+    CHECK(variant.settings.sampler == Sampler::sobol);
+    CHECK(variant.runs <= 4);
+    const RenderSettings raw = with_denoise(variant.settings, false);
+    CHECK(options_of(variant.settings) == options_of(raw) + " --denoise");
+    CHECK(seed_of(variant.settings, 1, 3) == seed_of(raw, 1, 3));
+  }
+  const std::vector<Variant> slow = denoised(100);  // the first is tried all the same
+  REQUIRE(slow.size() == 1);
+  CHECK(slow[0].runs == 2);
+}
+
+TEST_CASE("trade: an answer may be denoised, at the samples that its own errors call for") {
+  // 1 s of filter, whatever the samples; an error of 0.5 / sqrt(samples).
+  std::vector<Row> rows;
+  for (const std::uint32_t samples : {16U, 64U, 256U}) {
+    const RenderSettings settings = with_denoise(sampled(Sampler::sobol, samples), true);
+    rows.push_back(row(settings, 1 + 1e-3 * samples, 0.5 / std::sqrt(samples), Knob::denoise));
+    rows.push_back(row(sampled(Sampler::sobol, samples), 0.1 * samples, 1 / std::sqrt(samples)));
+  }
+  const auto candidates = candidates_for(0.05, rows, base_settings(), {});
+  REQUIRE(candidates.size() == 2);
+  CHECK(options_against(candidates[0].settings, base_settings()) ==
+        "--sampler sobol --spp 100 --denoise");
+  CHECK(candidates[1].settings.samples_per_pixel == 400);
+}
+
+TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for pixels'") {
+  Row raw = row(sampled(Sampler::sobol, 64), 1, 0.1);
+  raw.coverage = {0.4, 0.8, 0.9, 0.95, 0.99};
+  raw.claims = {0.5, 0.75, 1, 1, 1};
+  Row clean = row(with_denoise(raw.settings, true), 1, 0.1, Knob::denoise);
+  clean.claims = {0.25, 1, 1, 1, 1};
+  Row turned = raw;  // the same random numbers again
+  turned.knob = Knob::precision;
+  turned.claims = {};
+  const auto found = calibration_of({raw, clean, turned});
+  REQUIRE(found.size() == 3);
+  CHECK(found[0].name == "all");
+  CHECK(found[0].pixels == raw.coverage);
+  CHECK(found[0].pictures == raw.claims);
+  CHECK(found[2].name == "sobol, denoised");
+  CHECK(found[2].pixel_runs == 0);
+  CHECK(found[2].pictures == clean.claims);
+}
+
+TEST_CASE("trade: more workers divide what is traced, and none of what one machine denoises") {
+  Row raw = row(sampled(Sampler::sobol, 64), 2, 0.1);
+  Row clean = row(with_denoise(raw.settings, true), 6, 0.05, Knob::denoise);
+  clean.denoise_seconds = 4;
+  RenderSettings scene = base_settings();
+  scene.width *= 10;
+  scene.height *= 10;
+  const auto fronts = farm_fronts_of({raw, clean, row(raw.settings, 1, 0)}, scene, 2);
+  REQUIRE(fronts.size() == 4);
+  for (const FarmFront& front : fronts) {
+    REQUIRE(front.points.size() == 2);  // without an error there is no point
+    const double traced = 200.0 / front.workers;
+    CHECK(front.points[0].seconds == Approx(traced).epsilon(0.02));
+    CHECK(front.points[1].seconds == Approx(traced + 400).epsilon(0.02));
+    CHECK(front.points[1].on_front);
+  }
+  CHECK(fronts[3].workers == 64);
+}
+
+TEST_CASE("trade: names of points stay inside, apart from each other and from all markers") {
+  const Box area{{400, 200}, 800, 400};
+  std::vector<Named> names;
+  std::vector<Box> markers;
+  for (int i = 0; i < 12; ++i) {  // a front, some of whose points nearly coincide
+    const Place at{200.0 + 35 * i - (i % 3) * 25, 60.0 + 20 * i};
+    names.push_back({at, 120, 14});
+    markers.push_back({at, 11, 11});
+  }
+  const auto places = place_names(names, markers, area, {-1, 0.7});
+  std::vector<Box> boxes;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    REQUIRE(places[i].has_value());
+    const Box box{*places[i], names[i].width, names[i].height};
+    CHECK(area.contains(box));
+    for (const Box& other : boxes) CHECK_FALSE(box.overlaps(other));
+    for (const Box& marker : markers) CHECK_FALSE(box.overlaps(marker));
+    boxes.push_back(box);
+  }
+  CHECK(places[0]->x < names[0].at.x);  // on the side that was asked for
+  CHECK(places[0]->y > names[0].at.y);
+  const Box tiny{{50, 20}, 100, 40};
+  CHECK_FALSE(place_names({{{50, 20}, 300, 14}}, {}, tiny, {1, 0})[0].has_value());
+}
+
+TEST_CASE("trade: an axis has room at its ends, and marks 1, 2 and 5") {
+  const LogAxis axis({0.01, 1, 0}, 0.5, 0);
+  CHECK(axis.range() == "[0.001:1]");
+  CHECK(axis.part(0.001) == Approx(0));
+  CHECK(axis.part(1) == Approx(1));
+  CHECK(axis.tics() == "(0.001,0.002,0.005,0.01,0.02,0.05,0.1,0.2,0.5,1)");
+}
+
+TEST_CASE("trade: a caption names scene, machine, version and date in one line") {
+  Findings findings;
+  findings.scene_file = "/somewhere/it's \"here\".json";
+  findings.spheres = 484;
+  findings.base = base_settings();
+  findings.timing.threads = 2;
+  findings.occasion = {"AMD EPYC 9V74 80-Core Processor", "avx512", "2026-11-22"};
+  CHECK(caption_of(findings) ==
+        "it's \"here\", 484 spheres, 100 x 50 pixels; AMD EPYC 9V74, 2 threads, avx512; "
+        "ParRay " PARRAY_VERSION ", 2026-11-22");
+  const std::string script = script_of({"front", "", "plot x"}, caption_of(findings));
+  CHECK(script.find("set label 'it''s \"here\", 484") != std::string::npos);
+  for (const char* kind : {"svg", "pdf", "png"}) {
+    CHECK(script.find(std::string("set output 'front.") + kind + "'") != std::string::npos);
+  }
+}
+
+TEST_CASE("trade: a processor's name without what says nothing") {
+  CHECK(short_processor("AMD EPYC 9V74 80-Core Processor") == "AMD EPYC 9V74");
+  CHECK(short_processor("Intel(R) Xeon(R) Platinum 8375C CPU @ 2.90GHz") ==
+        "Intel Xeon Platinum 8375C");
+  CHECK(short_processor("unknown processor") == "unknown processor");
+  CHECK(short_processor("Processor") == "Processor");
 }
 
 }  // namespace

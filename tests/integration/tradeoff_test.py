@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -63,15 +64,16 @@ class Tradeoff(unittest.TestCase):
             table = list(csv.DictReader(file))
         self.assertEqual([row["options"] for row in rows], [row["options"] for row in table])
         self.assertEqual({row["sampler"] for row in rows}, {"independent", "sobol"})
-        for knob in ("scene", "spp", "target", "depth", "precision"):
+        for knob in ("scene", "spp", "target", "denoise", "depth", "precision"):
             self.assertTrue(any(row["knob"] == knob for row in rows), knob)
         for row in rows:
             parts = [row[part] for part in ("eps_mc", "eps_depth", "eps_precision")]
             self.assertAlmostEqual(row["predicted_rmse"], math.sqrt(sum(p * p for p in parts)))
             # Of parts that are measured by themselves. The scatter of few runs of few pixels apart,
-            # they make up the whole.
-            self.assertAlmostEqual(row["predicted_to_rmse"], 1, delta=0.15, msg=row["options"])
-            self.assertAlmostEqual(row["predicted_to_rmse_8bit"], 1, delta=0.15, msg=row["options"])
+            # they make up the whole; of a filter's few pictures the stated error scatters more.
+            delta = 0.4 if row["denoised"] else 0.15
+            self.assertAlmostEqual(row["predicted_to_rmse"], 1, delta=delta, msg=row["options"])
+            self.assertAlmostEqual(row["predicted_to_rmse_8bit"], 1, delta=delta, msg=row["options"])
             self.assertEqual(row["on_front"], row["dominated_by"] == "", row["options"])
             faster = [other["options"] for other in rows
                       if other["seconds"] < row["seconds"] and other["rmse"] < row["rmse"]]
@@ -80,15 +82,63 @@ class Tradeoff(unittest.TestCase):
         self.assertGreater(shallow["eps_depth"], 5 * shallow["eps_mc"] / 10)
         self.assertLessEqual(abs(shallow["bias"]), shallow["depth_bound"] * 1.05)
         pooled = next(one for one in document["calibration"] if one["intervals"] == "all")
-        self.assertAlmostEqual(pooled["actual"][3], 0.95, delta=0.04)
+        for nominal, actual in zip(pooled["nominal"], pooled["pixels"]):
+            self.assertAlmostEqual(actual, nominal, delta=0.04)
         self.assertIn("For an RMSE of", document["sentence"])
         self.assertIn("--sampler", document["answer"]["options"])
         self.assertLessEqual(document["answer"]["rmse"], document["answer"]["error"] * 1.01)
         plots = {path.name for path in (self.output / "plots").iterdir()}
-        for name in ("convergence", "front", "budget", "coverage"):
+        for name in ("convergence", "front", "budget", "coverage", "farms"):
             self.assertLessEqual({name + ".dat", name + ".gp"}, plots)
+            script = (self.output / "plots" / (name + ".gp")).read_text()
+            self.assertIn(f"'scene, 4 spheres, {document['measured_settings']['width']} x", script)
+            for fact in (document["isa"], document["version"], document["date"]):
+                self.assertRegex(script, f"(?m)^set label 'scene, .*{re.escape(fact)}.*' at screen")
             if shutil.which("gnuplot"):
-                self.assertLessEqual({name + ".svg", name + ".png"}, plots)
+                self.assertLessEqual({name + ".svg", name + ".png", name + ".pdf"}, plots)
+                svg = (self.output / "plots" / (name + ".svg")).read_text()
+                self.assertEqual(set(re.findall(r'font-size="([0-9.]+)"', svg)), {"12.00"}, name)
+                self.assertEqual(set(re.findall(r'font-family="([^"]+)"', svg)), {"DejaVu Sans"}, name)
+                self.assertTrue((self.output / "plots" / (name + ".pdf")).read_bytes().startswith(b"%PDF-"))
+
+    def test_denoised_pictures_come_of_the_renders_of_raw_ones_and_are_held_to_what_they_state(self):
+        document = json.loads(self.trade("--json", "--also", "--sampler sobol --spp 24 --denoise").stdout)
+        rows = {row["options"]: row for row in document["rows"]}
+        denoised = [row for row in document["rows"] if row["denoised"]]
+        self.assertIn("also", {row["knob"] for row in denoised})
+        for row in denoised:
+            self.assertTrue(row["options"].endswith(" --denoise"))
+            self.assertGreater(row["denoise_seconds"], 0)
+            self.assertLess(row["denoise_seconds"], row["seconds"])
+            self.assertEqual((row["eps_mc"], row["coverage_50"]), (row["claimed_rmse"], None))
+        with open(self.output / "runs.csv", newline="") as file:
+            runs = {(run["options"], run["seed"]): run for run in csv.DictReader(file)}
+        pairs = [(run, runs[(options.removesuffix(" --denoise"), seed)]) for (options, seed), run in runs.items()
+                 if options.endswith(" --denoise") and (options.removesuffix(" --denoise"), seed) in runs]
+        self.assertGreater(len(pairs), 0)
+        for clean, raw in pairs:
+            self.assertEqual((clean["samples_per_pixel"], clean["rays_per_sample"]),
+                             (raw["samples_per_pixel"], raw["rays_per_sample"]))
+            self.assertGreater(float(clean["seconds"]), float(raw["seconds"]))
+        # Few samples: a filter takes much of their noise away.
+        clean = next(row for row in denoised if "--spp 16 " in row["options"])
+        self.assertLess(clean["rmse"], rows[clean["options"].removesuffix(" --denoise")]["rmse"])
+
+    def test_the_front_of_larger_farms_is_modelled_from_what_was_measured(self):
+        document = json.loads(self.trade("--json").stdout)
+        rows = {row["options"]: row for row in document["rows"]}
+        farms = document["farms"]
+        self.assertEqual([farm["workers"] for farm in farms], [1, 4, 16, 64])
+        here = {point["options"]: point for point in farms[0]["points"]}
+        scale = 64 * 48 / (document["measured_settings"]["width"] * document["measured_settings"]["height"])
+        for farm in farms:
+            for point in farm["points"]:
+                self.assertEqual(point["rmse"], rows[point["options"]]["rmse"])
+                self.assertLessEqual(point["modelled_seconds"], here[point["options"]]["modelled_seconds"] * 1.001)
+        for options, point in here.items():
+            self.assertAlmostEqual(point["modelled_seconds"] / (rows[options]["seconds"] * scale), 1, delta=0.05)
+        with open(self.output / "farms.csv", newline="") as file:
+            self.assertEqual(len(list(csv.DictReader(file))), sum(len(farm["points"]) for farm in farms))
 
     def test_the_answer_holds_when_it_is_tried(self):
         document = json.loads(self.trade("--json", "--error", 0.02).stdout)
@@ -174,6 +224,7 @@ class Tradeoff(unittest.TestCase):
         self.refused(self.scene, "-o", self.output, "--time-budget", "nan", mentions=["--time-budget"])
         self.refused(self.directory / "none.json", "-o", self.output, mentions=["none.json"])
         self.assertFalse(self.output.exists())
+        self.refused(self.scene, "-o", self.output, "--also", "--spp 1 --denoise", mentions=["two samples"])
         self.refused(self.scene, "-o", self.scene, mentions=["another directory"])
 
     def test_a_scene_without_noise_has_an_answer_too(self):

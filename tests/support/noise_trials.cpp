@@ -76,17 +76,31 @@ NoisyScene gaps() {
   return sized("gaps", std::move(scene), 6);
 }
 
-}  // namespace
-
-std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height) {
-  std::vector<NoisyScene> scenes = {from_file("one-weekend", "one-weekend-484.json"),
-                                    from_file("crevice", "regression/contact.json"),
-                                    from_file("shells", "shells.json"), grains(), gaps()};
+std::vector<NoisyScene> of_size(std::vector<NoisyScene> scenes, std::uint32_t width,
+                                std::uint32_t height) {
   for (NoisyScene& scene : scenes) {
     scene.settings.width = width;
     scene.settings.height = height;
   }
   return scenes;
+}
+
+}  // namespace
+
+std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height) {
+  return of_size({from_file("one-weekend", "one-weekend-484.json"),
+                  from_file("crevice", "regression/contact.json"),
+                  from_file("shells", "shells.json"), grains(), gaps()},
+                 width, height);
+}
+
+std::vector<NoisyScene> other_scenes(std::uint32_t width, std::uint32_t height) {
+  return of_size(
+      {from_file("glass", "glass.json"), from_file("coated-ball", "regression/coated-ball.json"),
+       from_file("one-weekend-20", "one-weekend-20.json"),
+       from_file("ball-lens", "regression/ball-lens.json"),
+       from_file("close-particles", "regression/close-particles.json")},
+      width, height);
 }
 
 GrowingPicture::GrowingPicture(const RenderSettings& settings, double largest)

@@ -19,6 +19,8 @@ struct NoisyScene {
 /// Many materials; a crevice; caustics of glass shells; particles smaller than a pixel; a room
 /// whose only light falls through rare small gaps.
 std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height);
+/// Shipped scenes, to check on what was found out with the ones above.
+std::vector<NoisyScene> other_scenes(std::uint32_t width, std::uint32_t height);
 
 /// A picture that grows by passes.
 struct GrowingPicture {
