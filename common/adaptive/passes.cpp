@@ -249,7 +249,9 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
     }
   }
   wanted.expected = traced + wanted.samples;
-  wanted.samples = part_of(wanted.samples, traced);
+  if (!settings.target_denoised) {
+    wanted.samples = part_of(wanted.samples, traced);
+  }
   const std::uint64_t pilot = pilot_samples * pixels;
   if (settings.adaptive && traced < pilot) {
     wanted.samples = std::min(wanted.samples, pilot - traced);
