@@ -22,7 +22,7 @@ namespace parray {
 inline constexpr std::uint32_t protocol_version = 4;
 
 /// Raised with every change to the bits of a sample.
-inline constexpr std::uint32_t trace_version = 3;
+inline constexpr std::uint32_t trace_version = 4;
 
 namespace msg {
 

@@ -62,18 +62,25 @@ struct Turn {
   F sin;
 };
 
-/// Cosine and sine of 2 pi u by Taylor polynomials around the nearest quarter turn.
+/// Cosine and sine of x in [-pi/4, pi/4] by Taylor polynomials.
 template <typename F>
-Turn<F> sincos_2pi(const F& u) {
-  const F quarters = 4 * u;
-  const Word<F> quadrant = lanes::truncate(quarters + 0.5F);
-  const F x = (quarters - lanes::to_float(quadrant)) * 1.57079633F;
+Turn<F> sincos_near_zero(const F& x) {
   const F xx = x * x;
   const F sine =
       x * (1 + xx * (-1.66666667e-1F +
                      xx * (8.33333333e-3F + xx * (-1.98412698e-4F + xx * 2.75573192e-6F))));
   const F cosine =
       1 + xx * (-0.5F + xx * (4.16666667e-2F + xx * (-1.38888889e-3F + xx * 2.48015873e-5F)));
+  return {cosine, sine};
+}
+
+/// Cosine and sine of 2 pi u, from the nearest quarter turn.
+template <typename F>
+Turn<F> sincos_2pi(const F& u) {
+  const F quarters = 4 * u;
+  const Word<F> quadrant = lanes::truncate(quarters + 0.5F);
+  const auto [cosine, sine] =
+      sincos_near_zero<F>((quarters - lanes::to_float(quadrant)) * 1.57079633F);
   const Mask<F> odd = (quadrant & 1) != 0;
   const F c = lanes::select(odd, sine, cosine);
   const F s = lanes::select(odd, cosine, sine);
@@ -85,7 +92,7 @@ template <typename F>
 Vec3<F> uniform_direction(const F& u, const F& v) {
   const F rho = 2 * lanes::square_root(u * (1 - u));
   const Turn<F> phi = sincos_2pi(v);
-  return {rho * phi.cos, rho * phi.sin, 1 - 2 * u};
+  return {rho * phi.sin, 1 - 2 * u, rho * phi.cos};
 }
 
 template <typename F>
@@ -123,10 +130,15 @@ class Lens {
     if (pinhole_) {
       return {splat<F>(origin_), unit_vector(direction)};
     }
-    const F radius = lanes::square_root(u.c);
-    const Turn<F> phi = sincos_2pi(u.d);
+    const F a = 2 * u.c - 1;
+    const F b = 2 * u.d - 1;
+    const Mask<F> steep = b * b > a * a;
+    const F radius = lanes::select(steep, b, a);
+    const F nonzero = lanes::select(radius == 0.0F, F{} + 1, radius);
+    const Turn<F> phi = sincos_near_zero<F>(lanes::select(steep, a, b) / nonzero * 0.785398163F);
     const Vec3<F> offset =
-        (radius * phi.cos) * splat<F>(lens_right_) + (radius * phi.sin) * splat<F>(lens_up_);
+        (radius * lanes::select(steep, phi.sin, phi.cos)) * splat<F>(lens_right_) +
+        (radius * lanes::select(steep, phi.cos, phi.sin)) * splat<F>(lens_up_);
     return {splat<F>(origin_) + offset, unit_vector(direction - (F{} + inverse_focus_) * offset)};
   }
 

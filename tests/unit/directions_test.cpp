@@ -163,17 +163,17 @@ TEST_CASE("a uniform direction is uniform on the sphere") {
     const auto u = draw<float>(i);
     const Vec3d d = vec_cast<double>(uniform_direction(u.a, u.b));
     moments.add(d);
-    cells.add((d.z + 1) / 2, turns_of(d.x, d.y));
+    cells.add((d.y + 1) / 2, turns_of(d.z, d.x));
   }
   CHECK(moments.worst_z(1.0 / 3, 1.0 / 5, 1.0 / 15) < z_limit);
   CHECK(std::abs(cells.z()) < z_limit);
 }
 
 TEST_CASE("the poles of a uniform direction are where their number says") {
-  CHECK(uniform_direction(0.0F, 0.3F) == Vec3<float>{0, 0, 1});
+  CHECK(uniform_direction(0.0F, 0.3F) == Vec3<float>{0, 1, 0});
   const Vec3<float> south = uniform_direction(1 - 0x1p-24F, 0.3F);
-  CHECK(south.z == -1 + 0x1p-23F);
-  CHECK(std::hypot(south.x, south.y) == doctest::Approx(0x1p-11).epsilon(1e-6));
+  CHECK(south.y == -1 + 0x1p-23F);
+  CHECK(std::hypot(south.x, south.z) == doctest::Approx(0x1p-11).epsilon(1e-6));
 }
 
 TEST_CASE("a point of the ball is uniform in volume and direction") {
@@ -225,6 +225,22 @@ TEST_CASE("a point of the disc is uniform in area") {
   CHECK(largest <= 1 + 0x1p-22);
 }
 
+TEST_CASE("squares become circles on the disc, and neighbours stay such") {
+  test::Dice dice(2);
+  double farthest = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const double u = dice.unit();
+    const double v = dice.unit();
+    const Disc<double> p = uniform_disc(u, v);
+    const double square = 2 * std::max(std::abs(u - 0.5), std::abs(v - 0.5));
+    CHECK(std::abs(std::hypot(p.x, p.y) - square) < 1e-15);
+    const double turn = 0.1 * (dice.unit() - 0.5);
+    const Disc<double> q = uniform_disc(std::clamp(u + turn, 0.0, 1.0), v);
+    farthest = std::max(farthest, std::hypot(p.x - q.x, p.y - q.y) / std::abs(turn));
+  }
+  CHECK(farthest < 3);  // of the map by radius and angle: any
+}
+
 TEST_CASE_TEMPLATE("the ends of the random numbers give finite points of ball and disc", Real,
                    float, double) {
   for (const double a : edges) {
@@ -240,7 +256,8 @@ TEST_CASE_TEMPLATE("the ends of the random numbers give finite points of ball an
     }
   }
   CHECK(uniform_ball(Real(0.3), Real(0.7), Real(0), Real(0), Real(0)) == Vec3<Real>{});
-  CHECK(uniform_disc(Real(0), Real(0.7)).x == 0);
+  CHECK(uniform_disc(Real(0.5), Real(0.5)).x == 0);
+  CHECK(uniform_disc(Real(0.5), Real(0.5)).y == 0);
 }
 
 }  // namespace parray
