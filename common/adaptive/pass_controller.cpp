@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/base/error.h"
-
 namespace parray {
 namespace {
 
@@ -43,7 +41,7 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
       begun_(std::move(begun)),
       judge_(std::move(judge)) {
   if (settings_.target_denoised && settings_.passes.empty() && !judge_) {
-    throw RunError("nobody here can tell the error of a denoised picture, which is the target");
+    throw std::logic_error("a denoised target without a judge");
   }
 }
 

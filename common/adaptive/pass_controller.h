@@ -27,7 +27,7 @@ class PassController {
   /// `begun`: samples of the passes that have begun in an earlier life of the job, all pixels
   /// together; they are repeated, not decided anew.
   /// `judge`: of the denoised picture, where the settings have that as their target. Throws
-  /// RunError where it is needed and missing.
+  /// std::logic_error where it is needed and missing.
   PassController(const RenderSettings& settings, double largest_radiance,
                  std::vector<std::uint64_t> begun = {}, PictureJudge judge = {});
 

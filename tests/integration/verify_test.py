@@ -15,7 +15,7 @@ from png import forge_png, read_text
 
 WIDTH, HEIGHT = SCENE["image"]["width"], SCENE["image"]["height"]
 PIXELS = WIDTH * HEIGHT
-ADAPTIVE = ["--target-error", "0.008"]
+ADAPTIVE = ["--target-error", "0.004"]
 
 
 def next_float(value):

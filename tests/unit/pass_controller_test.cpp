@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "common/base/error.h"
 #include "common/scene/largest_radiance.h"
 #include "tests/support/sample_scenes.h"
 
@@ -112,7 +112,7 @@ TEST_CASE(
   settings.samples_per_pixel = 1 << 20;
   settings.target_error = 0.1;
   settings.target_denoised = true;
-  CHECK_THROWS_AS(PassController(settings, 1), RunError);
+  CHECK_THROWS_AS(PassController(settings, 1), std::logic_error);
   int asked = 0;
   const auto judge = [&](const FramebufferView& state) {
     ++asked;

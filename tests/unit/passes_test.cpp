@@ -148,6 +148,28 @@ TEST_CASE("passes: adaptive ones follow the deviation, or the variance for equal
   }
 }
 
+TEST_CASE("passes: adaptive ones spread samples evenly where placing them does not pay") {
+  // As noisy everywhere; or half of it as noisy, where each sample takes many more rays.
+  for (const bool dear : {false, true}) {
+    RenderSettings settings = sized(64, 48, 1 << 10);
+    settings.adaptive = true;
+    GrowingPicture picture(settings, 1);
+    Dice dice(7);
+    picture.make_up(std::vector<std::uint32_t>(64 * 48, 32), [&](std::size_t i, auto) {
+      return grey(dear && i % 64 < 32 ? 0.5 : dice.unit());
+    });
+    FramebufferView state = picture.state();
+    const auto even = [&](double rays) {
+      state.rays_per_sample = rays;
+      const auto counts = counts_after_pass(state, settings, picture.samples());
+      return *std::min_element(counts.begin(), counts.end()) ==
+             *std::max_element(counts.begin(), counts.end());
+    };
+    CHECK(even(1) != dear);
+    CHECK(even(50));
+  }
+}
+
 TEST_CASE("passes: a target error is met, with little more than it takes") {
   for (const bool adaptive : {false, true}) {
     for (const double target : {0.02, 0.01, 0.004}) {
