@@ -1,5 +1,7 @@
 #include "coordinator/backroom.h"
 
+#include <omp.h>
+
 #include <utility>
 
 #include "common/math/float_mode.h"
@@ -114,6 +116,7 @@ std::size_t Backroom::backlog() const {
 
 void Backroom::lead() {
   const FloatMode ieee;
+  omp_set_num_threads(options_.threads);
   const SteadyClock clock;
   const auto after_idling = [&] {
     return options_.idle_commits == never ? never : clock.now() + options_.idle_commits;

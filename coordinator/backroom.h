@@ -38,6 +38,8 @@ class Backroom {
     Time commit_interval = milliseconds(100);
     /// How often to commit where nothing was put, for a store that has other things to do then.
     Time idle_commits = never;
+    /// That an errand may take (OpenMP's of its thread).
+    int threads = 1;
   };
   /// `store` may be null: nothing is kept, and everything counts as committed. It belongs to the
   /// errands from now on.

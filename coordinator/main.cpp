@@ -12,6 +12,7 @@
 #include <random>
 #include <utility>
 
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
@@ -230,6 +231,7 @@ int serve(Arguments& a) {
   a.options.limits.keep_seconds = a.keep_days * 24 * 3600;
   a.options.wall_clock = seconds_since_1970;
   a.options.backroom.wake = [&server] { server.link().wake(); };
+  a.options.backroom.threads = usable_cpus();
   if (keeper.replicates()) {
     log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
     a.options.backroom.idle_commits = seconds(1);

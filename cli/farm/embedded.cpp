@@ -133,6 +133,7 @@ class EmbeddedFarm::Impl {
   void run_coordinator() {
     CoordinatorOptions options = patient_options(fingerprint_);
     options.backroom.wake = [this] { hub_.coordinator().wake(); };
+    options.backroom.threads = static_cast<int>(threads_);
     if (judge_of_) {
       options.judge_of = [this](const JobRecord& job) { return judge_of_(job.scene); };
     }

@@ -295,16 +295,17 @@ class Prober {
   void measure_deciding(const FramebufferView& state, RenderSettings settings) {
     const Effort began = effort_now();
     const std::uint64_t more = 2 * pilot_samples * state.counts.size();
-    const std::vector<std::uint32_t> counts = counts_after_pass(state, settings, more);
+    const std::vector<std::uint32_t> counts = Placement(state, settings).counts(more);
     counting_ = effort_now() - began;
     // Again, with memory that was touched before, as in all passes but the first.
     const Effort again = effort_now();
-    counts_after_pass(state, settings, more);
+    Placement placement(state, settings);
     if (request_.error > 0) {
       settings.passes.clear();
       settings.target_error = ranges::target_error.least;
-      next_pass_size(state, settings, 1);
+      next_pass_size(state, settings, 1, placement);
     }
+    static_cast<void>(placement.counts(more));
     result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
   }

@@ -42,20 +42,22 @@ void expect(const NoiseNearby& row, const NoiseForecast& forecast, double larges
 
 /// The shares of `state`'s rows, and what else an Allocation keeps of them.
 SampleShares shares_of(const FramebufferView& state, bool equal_half_widths, std::size_t stride,
-                       std::vector<double>& own_squares, std::vector<bool>& quiet) {
+                       std::vector<double>& own_squares, std::vector<char>& quiet) {
   constexpr NeighbourhoodSize horizon = NeighbourhoodSize::windows;
   const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
                                       : NoiseModel(state, horizon);
-  NoiseForecast forecast(state.width);
-  std::vector<double> squares(std::size_t{3} * state.width);
-  std::vector<std::uint32_t> counts;
-  std::vector<double> weights;
+  const std::size_t bands = noise_bands(state.height);
+  std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
+  std::vector<std::vector<double>> expected(bands,
+                                            std::vector<double>(std::size_t{3} * state.width));
   const std::size_t size = (state.height + stride - 1) / stride * state.width;
-  counts.reserve(size);
-  weights.reserve(size);
-  own_squares.reserve(size);
-  quiet.reserve(size);
-  visit_noise(state, stride, horizon, [&](std::size_t y, const NoiseNearby& row) {
+  std::vector<std::uint32_t> counts(size);
+  std::vector<double> weights(size);
+  own_squares.resize(size);
+  quiet.resize(size);
+  visit_noise(state, stride, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
+    NoiseForecast& forecast = forecasts[band];
+    std::vector<double>& squares = expected[band];
     model.foresee(row, forecast);
     expect(row, forecast, state.largest_radiance, squares);
     for (std::size_t x = 0; x < state.width; ++x) {
@@ -69,10 +71,11 @@ SampleShares shares_of(const FramebufferView& state, bool equal_half_widths, std
         own += forecast.own[value];
         radiance += row.own.mean[value];
       }
-      counts.push_back(state.counts[y * state.width + x]);
-      weights.push_back(equal_half_widths ? most : std::sqrt(sum));
-      own_squares.push_back(own);
-      quiet.push_back(own <= quiet_share * radiance * radiance);
+      const std::size_t i = y / stride * state.width + x;
+      counts[i] = state.counts[y * state.width + x];
+      weights[i] = equal_half_widths ? most : std::sqrt(sum);
+      own_squares[i] = own;
+      quiet[i] = own <= quiet_share * radiance * radiance ? 1 : 0;
     }
   });
   return {std::move(counts), std::move(weights)};
@@ -126,14 +129,14 @@ double Allocation::relative_cost(double share, double rays) const {
     return 1;
   }
   const auto size = static_cast<double>(shares_.size());
-  const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), true));
+  const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), 1));
   const double noisy_rays =
       quiet < size ? std::max(1.0, (rays * size - quiet) / (size - quiet)) : 1;
   const double level = level_for_square_error(share);
   double placed = 0;
   double even = 0;
   for (std::size_t i = 0; i < shares_.size(); ++i) {
-    const double cost = quiet_[i] ? 1 : noisy_rays;
+    const double cost = quiet_[i] != 0 ? 1 : noisy_rays;
     placed += cost * (shares_.count_at(i, level) - shares_.count(i));
     even += cost * shares_.count(i) * (1 / share - 1);
   }

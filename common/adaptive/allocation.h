@@ -45,7 +45,7 @@ class Allocation {
   /// Mean square errors times counts by the pixels' own variances: each says little, their sum is
   /// right, since weights hardly know of their pixels' luck.
   std::vector<double> squares_;
-  std::vector<bool> quiet_;  ///< pixels with next to no noise
+  std::vector<char> quiet_;  ///< 1 for pixels with next to no noise
   SampleShares shares_;
 };
 

@@ -41,6 +41,16 @@ class MeanSquare {
     }
   }
 
+  MeanSquare& operator+=(const MeanSquare& other) {
+    squares_ += other.squares_;
+    variances_ += other.variances_;
+    scatter_ += other.scatter_;
+    seldom_ += other.seldom_;
+    samples_ += other.samples_;
+    values_ += other.values_;
+    return *this;
+  }
+
   void report(double largest, ErrorEstimate& error) const {
     // The sampler's gain turns s^2 for independent samples into that of these.
     const double gain = variances_ > 0 ? squares_ / variances_ : 0;
@@ -62,6 +72,12 @@ class MeanSquare {
   double samples_ = 0;
   double values_ = 0;
 };
+
+MeanSquare sum_of(const std::vector<MeanSquare>& bands) {
+  MeanSquare sum;
+  for (const MeanSquare& band : bands) sum += band;
+  return sum;
+}
 
 /// The values at two shares of the way up, of at least one; none is negative.
 std::array<float, 2> quantiles(std::span<const float> values, std::array<double, 2> shares) {
@@ -103,12 +119,14 @@ ErrorEstimate estimate_rmse(const FramebufferView& state) {
   if (!all_have_two(state)) {
     return error;
   }
-  NoiseRows rows(state, NeighbourhoodSize::neighbours);
-  MeanSquare mean_square;
-  for (std::size_t y = 0; y < state.height; ++y) {
-    mean_square.add(rows.own(y));
-  }
-  mean_square.report(state.largest_radiance, error);
+  std::vector<MeanSquare> bands(noise_bands(state.height));
+  for_noise_bands(state.height, [&](const NoiseBand& band) {
+    NoiseRows rows(state, NeighbourhoodSize::neighbours);
+    for (std::size_t y = band.begin; y < band.end; ++y) {
+      bands[band.number].add(rows.own(y));
+    }
+  });
+  sum_of(bands).report(state.largest_radiance, error);
   return error;
 }
 
@@ -119,16 +137,18 @@ ErrorEstimate estimate_error(const FramebufferView& state) {
   }
   constexpr NeighbourhoodSize horizon = NeighbourhoodSize::neighbours;
   const NoiseModel model(state, horizon);
-  NoiseForecast forecast(state.width);
-  MeanSquare mean_square;
+  const std::size_t bands = noise_bands(state.height);
+  std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
+  std::vector<MeanSquare> mean_squares(bands);
   error.half_width.resize(state.pixels.size() * 3);
   const std::size_t values = std::size_t{3} * state.width;
-  visit_noise(state, 1, horizon, [&](std::size_t y, const NoiseNearby& row) {
-    mean_square.add(row.own);
+  visit_noise(state, 1, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
+    NoiseForecast& forecast = forecasts[band];
+    mean_squares[band].add(row.own);
     model.foresee(row, forecast);
     half_widths(row.own.count, forecast, std::span(error.half_width).subspan(y * values, values));
   });
-  mean_square.report(state.largest_radiance, error);
+  sum_of(mean_squares).report(state.largest_radiance, error);
   const auto [middle, high] = quantiles(error.half_width, {0.5, 0.99});
   error.half_width_p50 = middle;
   error.half_width_p99 = high;

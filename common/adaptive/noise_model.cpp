@@ -52,12 +52,35 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
+NoiseModel::Findings& NoiseModel::Findings::operator+=(const Findings& other) {
+  for (std::size_t i = 0; i < places; ++i) {
+    Around& sum = around[i];
+    const Around& more = other.around[i];
+    if (more.values == 0) continue;
+    for (std::size_t ratio = 0; ratio < ratios; ++ratio) sum.found[ratio] += more.found[ratio];
+    sum.values += more.values;
+    sum.squares += more.squares;
+    sum.variances += more.variances;
+  }
+  for (std::size_t i = 0; i < levels; ++i) {
+    own[i].values += other.own[i].values;
+    own[i].differences += other.own[i].differences;
+    own[i].variances += other.own[i].variances;
+  }
+  samples += other.samples;
+  unseen_squares += other.unseen_squares;
+  unseen_values += other.unseen_values;
+  unseen_samples += other.unseen_samples;
+  return *this;
+}
+
 NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, std::size_t asked)
-    : unit_(state.largest_radiance * state.largest_radiance),
-      per_unit_(1 / unit_),
-      around_(places) {
+    : unit_(state.largest_radiance * state.largest_radiance), per_unit_(1 / unit_) {
   const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
-  visit_noise(state, stride, horizon, [&](std::size_t, const NoiseNearby& row) { add(row); });
+  std::vector<Findings> bands(noise_bands(state.height));
+  visit_noise(state, stride, horizon,
+              [&](std::size_t band, auto, const NoiseNearby& row) { add(row, bands[band]); });
+  for (const Findings& band : bands) found_ += band;
   for (std::size_t place = 1; place < places; ++place) {
     calibrate_around(place);
   }
@@ -66,8 +89,8 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, 
   }
   // Where no pixel around has seen anything: what the pixels themselves have, and what three
   // samples of all of them could still have hidden, 95 times of 100. Channels see the same things.
-  const double seen = unseen_values_ > 0 ? unseen_squares_ / unseen_values_ : 0;
-  const double samples = unseen_values_ > 0 ? unseen_samples_ : samples_;
+  const double seen = found_.unseen_values > 0 ? found_.unseen_squares / found_.unseen_values : 0;
+  const double samples = found_.unseen_values > 0 ? found_.unseen_samples : found_.samples;
   unseen_variance_ = seen + (samples > 0 ? 3 * unit_ / (samples / 3) : unit_);
   around_factors_[0] = {1, normal_95 * normal_95};
 }
@@ -85,26 +108,26 @@ inline std::size_t NoiseModel::place_of(double variance, double ridge) const {
   return level == 0 ? 0 : kind * levels + level;
 }
 
-void NoiseModel::add(const NoiseNearby& row) {
+void NoiseModel::add(const NoiseNearby& row, Findings& findings) const {
   for (std::size_t i = 0; i < row.own.count.size(); ++i) {
     const double count = row.own.count[i];
     const double square = row.own.difference[i] * row.own.difference[i];
     const double variance = row.around.mean[i];
-    Own& own = own_[level_of(row.own.variance[i])];
+    Own& own = findings.own[level_of(row.own.variance[i])];
     own.values += 1;
     own.differences += square;
     own.variances += row.own.variance[i] / count;
-    samples_ += count;
+    findings.samples += count;
     const std::size_t place = place_of(variance, row.around.ridge[i]);
     if (place == 0) {
-      unseen_squares_ += square * count;
-      unseen_values_ += 1;
-      unseen_samples_ += count;
+      findings.unseen_squares += square * count;
+      findings.unseen_values += 1;
+      findings.unseen_samples += count;
       continue;
     }
     const double ratio = std::abs(row.own.difference[i]) / std::sqrt(variance / count);
     const std::ptrdiff_t part = octave_part(ratio, ratio_bits, lowest_ratio);
-    Around& like = around_[place];
+    Around& like = findings.around[place];
     ++like.found[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(part, 0, ratios - 1))];
     like.values += 1;
     like.squares += square * count;
@@ -113,7 +136,7 @@ void NoiseModel::add(const NoiseNearby& row) {
 }
 
 void NoiseModel::calibrate_around(std::size_t place) {
-  const Around* const kind = around_.data() + place / levels * levels;
+  const Around* const kind = found_.around.data() + place / levels * levels;
   const auto [first, last] =
       enough_levels(place % levels, levels, [&](std::size_t i) { return kind[i].values; });
   std::array<double, ratios> found{};
@@ -149,14 +172,14 @@ void NoiseModel::calibrate_around(std::size_t place) {
 
 void NoiseModel::calibrate_own(std::size_t level) {
   const auto [first, last] =
-      enough_levels(level, levels, [&](std::size_t i) { return own_[i].values; });
+      enough_levels(level, levels, [&](std::size_t i) { return found_.own[i].values; });
   double differences = 0;
   double variances = 0;
   double values = 0;
   for (std::size_t i = first; i < last; ++i) {
-    differences += own_[i].differences;
-    variances += own_[i].variances;
-    values += own_[i].values;
+    differences += found_.own[i].differences;
+    variances += found_.own[i].variances;
+    values += found_.own[i].values;
   }
   const double gain = variances > 0 ? differences / variances : 1;
   own_factor_[level] = (gain * values + prior) / (values + prior);

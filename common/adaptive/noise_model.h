@@ -70,13 +70,26 @@ class NoiseModel {
     double variances = 0;    ///< sum, of means
   };
 
+  /// What is found in some of the rows.
+  struct Findings {
+    std::vector<Around> around = std::vector<Around>(places);
+    std::array<Own, levels> own{};
+    double samples = 0;  ///< of all values
+    // Level 0.
+    double unseen_squares = 0;  ///< of differences, times count
+    double unseen_values = 0;
+    double unseen_samples = 0;
+
+    Findings& operator+=(const Findings& other);
+  };
+
   /// Of independent samples of variance 1, by what surrounds a pixel.
   struct Factors {
     double expected = 0;    ///< mean square error
     double half_width = 0;  ///< its square
   };
 
-  void add(const NoiseNearby& row);
+  void add(const NoiseNearby& row, Findings& findings) const;
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
   void calibrate_around(std::size_t place);
@@ -84,16 +97,10 @@ class NoiseModel {
 
   double unit_;  ///< of variance: the largest radiance squared
   double per_unit_;
-  std::vector<Around> around_;
-  std::array<Own, levels> own_{};
+  Findings found_;
   std::array<Factors, places> around_factors_{};
   std::array<double, levels> own_factor_{};  ///< mean square error for variance 1
-  double samples_ = 0;                       ///< of all values
-  // Level 0.
-  double unseen_squares_ = 0;  ///< of differences, times count
-  double unseen_values_ = 0;
-  double unseen_samples_ = 0;
-  double unseen_variance_ = 0;
+  double unseen_variance_ = 0;               ///< of level 0
 };
 
 }  // namespace parray

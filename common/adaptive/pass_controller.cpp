@@ -79,19 +79,19 @@ Affordable PassController::affordable(const Framebuffer& framebuffer,
           samples_in(times.stating)};
 }
 
-std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer,
-                                            std::uint64_t samples) const {
+std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer, Placement& placement,
+                                            std::uint64_t samples) {
   std::vector<Stage> stages = lattices_of_pass(framebuffer.width(), framebuffer.height(),
                                                framebuffer.counts().samples, samples);
   if (!stages.empty()) {
     return Pass{std::move(stages), {}};
   }
-  const FramebufferView view = framebuffer.view(largest_radiance_);
-  return pass_to(framebuffer, counts_after_pass(view, settings_, samples));
+  return pass_to(framebuffer, placement.counts(samples));
 }
 
-PassSize PassController::decide(const Framebuffer& framebuffer, const PassTimes& times) const {
-  return next_pass_size(framebuffer.view(largest_radiance_), settings_, passes_,
+PassSize PassController::decide(const Framebuffer& framebuffer, Placement& placement,
+                                const PassTimes& times) const {
+  return next_pass_size(framebuffer.view(largest_radiance_), settings_, passes_, placement,
                         affordable(framebuffer, times), judge_);
 }
 
@@ -99,13 +99,14 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   if (!settings_.in_passes()) {
     return passes_++ == 0 ? std::optional(whole_picture()) : std::nullopt;
   }
+  Placement placement(framebuffer.view(largest_radiance_), settings_);
   repeats_ = passes_ < begun_.size();
   PassSize size;
   if (repeats_) {
     size.samples = begun_[passes_];
-    expected_ = passes_ == 0 ? decide(framebuffer, times).expected : expected_;
+    expected_ = passes_ == 0 ? decide(framebuffer, placement, times).expected : expected_;
   } else {
-    size = decide(framebuffer, times);
+    size = decide(framebuffer, placement, times);
     expected_ = size.samples > 0 ? size.expected : framebuffer.counts().samples;
     error_ = size.error.known() ? size.error : error_;
   }
@@ -113,7 +114,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   if (size.samples == 0) {
     return {};
   }
-  auto pass = pass_of(framebuffer, size.samples);
+  auto pass = pass_of(framebuffer, placement, size.samples);
   if (pass) {
     samples_before_ = framebuffer.counts().samples;
     ++passes_;

@@ -54,9 +54,10 @@ class PassController {
 
  private:
   [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer, const PassTimes& times) const;
-  [[nodiscard]] PassSize decide(const Framebuffer& framebuffer, const PassTimes& times) const;
-  [[nodiscard]] std::optional<Pass> pass_of(const Framebuffer& framebuffer,
-                                            std::uint64_t samples) const;
+  [[nodiscard]] PassSize decide(const Framebuffer& framebuffer, Placement& placement,
+                                const PassTimes& times) const;
+  [[nodiscard]] static std::optional<Pass> pass_of(const Framebuffer& framebuffer,
+                                                   Placement& placement, std::uint64_t samples);
   [[nodiscard]] Pass whole_picture() const;
 
   RenderSettings settings_;

@@ -5,9 +5,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "common/adaptive/allocation.h"
-#include "common/scene/limits.h"
-
 namespace parray {
 namespace {
 
@@ -17,63 +14,6 @@ std::uint64_t pixels_of(const FramebufferView& state) {
 
 std::uint64_t samples_of(const FramebufferView& state) {
   return std::accumulate(state.counts.begin(), state.counts.end(), std::uint64_t{0});
-}
-
-/// Where the samples of a pass go.
-enum class Placement : std::uint8_t {
-  even,
-  as_before,  ///< in the proportions that there are, which is good enough for a little
-  by_noise
-};
-
-Placement placement_of(const FramebufferView& state, const StopSettings& settings,
-                       std::uint64_t samples) {
-  if (!settings.adaptive) {
-    return Placement::even;
-  }
-  const auto [least, most] = std::minmax_element(state.counts.begin(), state.counts.end());
-  if (*least < pilot_samples) {
-    return Placement::even;
-  }
-  const bool half_widths = settings.target_half_width > 0;  // of the few worst pixels
-  const std::uint64_t traced = samples_of(state);
-  if (*least == *most) {
-    // To find out where they go takes as long as a few samples of each pixel.
-    const bool pays = half_widths || (samples >= traced / 2 && adaptive_pays(state));
-    return pays ? Placement::by_noise : Placement::even;
-  }
-  return half_widths || !is_little(samples, traced) ? Placement::by_noise : Placement::as_before;
-}
-
-/// The proportions that the samples of a picture have that were placed. Pixels with the fewest may
-/// have more than their share.
-SampleShares present_shares(const FramebufferView& state) {
-  std::vector<std::uint32_t> counts(state.counts.begin(), state.counts.end());
-  const std::uint32_t least = *std::min_element(counts.begin(), counts.end());
-  std::vector<double> weights(counts.size());
-  std::transform(counts.begin(), counts.end(), weights.begin(),
-                 [least](std::uint32_t count) { return count > least ? count : 0; });
-  return {std::move(counts), std::move(weights)};
-}
-
-/// Samples, all pixels together, at which the picture is expected to meet a target: its square is
-/// `share` of what there is.
-double expected_total(const FramebufferView& state, const StopSettings& settings, double share) {
-  const auto traced = static_cast<double>(samples_of(state));
-  constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
-  const double lacking = std::min(traced / share - traced, most);
-  switch (placement_of(state, settings, static_cast<std::uint64_t>(lacking))) {
-    case Placement::even:
-      return traced / share;
-    case Placement::as_before:
-      return present_shares(state).total_at(1 / share);
-    case Placement::by_noise:
-      break;
-  }
-  const bool half_widths = settings.target_half_width > 0;
-  const Allocation allocation(state, half_widths);
-  return half_widths ? allocation.total_for_square_half_width(share)
-                     : allocation.total_for_square_error(share);
 }
 
 /// What the picture still lacks for its denoised one to meet a target.
@@ -91,7 +31,7 @@ PassSize towards_denoised(const FramebufferView& state, double target, std::uint
 
 /// What the picture still lacks of the targets: samples, or why it is done.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
-                         std::uint64_t most, const PictureJudge& judge) {
+                         std::uint64_t most, const PictureJudge& judge, Placement& placement) {
   if (settings.target_denoised) {
     return towards_denoised(state, settings.target_error, most, judge);
   }
@@ -113,8 +53,7 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
     }
     share = std::max(share, settings.target_half_width / error.half_width_p99);
   }
-  const double total =
-      expected_total(state, settings, share_to_go_for(share * share, settings.sampler));
+  const double total = placement.total_for(share_to_go_for(share * share, settings.sampler));
   const auto traced = static_cast<double>(samples_of(state));
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking =
@@ -181,8 +120,6 @@ double lacking_for_error(double total, double traced) {
   return std::max((total - traced) * 1.01, traced / 64);
 }
 
-bool is_little(std::uint64_t samples, std::uint64_t traced) { return samples < traced / 3; }
-
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
   if (lacking > 7 * traced) {
     return 3 * traced;
@@ -216,6 +153,13 @@ std::string_view name_of(StopReason reason) {
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable,
                         const PictureJudge& judge) {
+  Placement placement(state, settings);
+  return next_pass_size(state, settings, pass, placement, affordable, judge);
+}
+
+PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
+                        std::uint32_t pass, Placement& placement, const Affordable& affordable,
+                        const PictureJudge& judge) {
   if (!settings.passes.empty()) {
     return {pass < settings.passes.size() ? settings.passes[pass] : 0, StopReason::passes,
             std::accumulate(settings.passes.begin(), settings.passes.end(), std::uint64_t{0})};
@@ -243,7 +187,7 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
   }
   PassSize wanted{left};
   if (targets) {
-    wanted = towards_targets(state, settings, left, judge);
+    wanted = towards_targets(state, settings, left, judge, placement);
     if (wanted.samples == 0) {
       return wanted;
     }
@@ -262,9 +206,8 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
     wanted.samples = within_time(wanted.samples, traced, can);
     wanted.stop = wanted.samples > 0 ? wanted.stop : StopReason::time;
   }
-  return placement_of(state, settings, wanted.samples) == Placement::even
-             ? whole_layers(wanted, settings, left, pixels, can)
-             : pairs(wanted);
+  return placement.is_even(wanted.samples) ? whole_layers(wanted, settings, left, pixels, can)
+                                           : pairs(wanted);
 }
 
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
@@ -284,29 +227,6 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
     end += lattice.pixels(width, height);
   }
   return stages;
-}
-
-std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,
-                                             const StopSettings& settings, std::uint64_t samples) {
-  const std::uint64_t total = samples_of(state) + samples;
-  switch (placement_of(state, settings, samples)) {
-    case Placement::by_noise:
-      return Allocation(state, settings.target_half_width > 0)
-          .shares()
-          .counts_of(static_cast<double>(total));
-    case Placement::as_before:
-      return present_shares(state).counts_of(static_cast<double>(total));
-    case Placement::even:
-      break;
-  }
-  const std::uint64_t pixels = pixels_of(state);
-  const std::uint64_t each =
-      std::min<std::uint64_t>((total + pixels - 1) / pixels, limits::max_samples_per_pixel);
-  std::vector<std::uint32_t> counts(state.counts.begin(), state.counts.end());
-  for (std::uint32_t& count : counts) {
-    count = std::max(count, static_cast<std::uint32_t>(each));
-  }
-  return counts;
 }
 
 }  // namespace parray

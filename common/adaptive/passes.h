@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/adaptive/error_estimate.h"
+#include "common/adaptive/placement.h"
 #include "common/image/framebuffer.h"
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
@@ -43,9 +44,6 @@ double share_to_go_for(double share, Sampler sampler);
 /// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some, lest the
 /// last little bit takes many passes.
 double lacking_for_error(double total, double traced);
-/// Whether `samples` more are so few that a picture of `traced`, once it is adaptive, keeps to the
-/// proportions that it has.
-bool is_little(std::uint64_t samples, std::uint64_t traced);
 /// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
 /// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
@@ -81,26 +79,21 @@ struct Affordable {
 /// then two, or go to several at once where time allows. No pass takes more than half of the time
 /// left, at the speed of the one before; there is none when it would be too small to matter.
 ///
-/// A pass adds exactly that many samples (see counts_after_pass()), so that settings.passes from a
+/// A pass adds exactly that many samples (see Placement::counts()), so that settings.passes from a
 /// report repeats the picture, if `adaptive` and which target is set are the same.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable = {},
                         const PictureJudge& judge = {});
+/// The same with a Placement of `state` and `settings`, which the pass's counts can be had from.
+PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
+                        std::uint32_t pass, Placement& placement, const Affordable& affordable = {},
+                        const PictureJudge& judge = {});
 
 /// The pass of `samples` where it leaves some pixels with one sample, or two, fewer than others:
-/// lattices that have not been traced yet. Empty: it does not; counts_after_pass() says which.
+/// lattices that have not been traced yet. Empty: it does not; Placement::counts() says which.
 /// `traced`: samples before it, all pixels together. More samples than asked for where a lattice
 /// has more.
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
-
-/// Samples that each pixel has after a pass of `samples` more, all pixels together; none has fewer
-/// than before. Equal counts for all pixels unless settings.adaptive; then from pilot_samples on,
-/// and where adaptive_pays(), as common/adaptive/allocation.h says, for equal half-widths with a
-/// target_half_width and for the least RMSE without. A pass that adds little keeps to the
-/// proportions that there are. More samples than asked for, where equal counts need them. A
-/// function of its arguments alone, in arithmetic that is the same everywhere.
-std::vector<std::uint32_t> counts_after_pass(const FramebufferView& state,
-                                             const StopSettings& settings, std::uint64_t samples);
 
 }  // namespace parray

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+
+#include "common/math/float_mode.h"
 
 namespace parray {
 namespace {
@@ -114,6 +117,29 @@ std::span<const double> inner(const std::vector<double>& values) {
 
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale) {
   return CountFactors(count, scale).noise_of(pixel);
+}
+
+std::size_t noise_bands(std::size_t height) {
+  // A band looks at up to 32 rows beyond it, which its neighbours look at, too.
+  constexpr std::size_t least_rows = 128;
+  constexpr std::size_t most = 16;
+  return std::clamp<std::size_t>(height / least_rows, 1, most);
+}
+
+void for_noise_bands(std::size_t height, const std::function<void(const NoiseBand&)>& work) {
+  const std::size_t bands = noise_bands(height);
+  std::exception_ptr failure;
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t band = 0; band < bands; ++band) {
+    const FloatMode ieee;
+    try {
+      work({band, height * band / bands, height * (band + 1) / bands});
+    } catch (...) {
+#pragma omp critical(noise_band_failure)
+      failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 NoiseWindow::NoiseWindow(std::size_t reach, std::size_t width)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -159,14 +160,28 @@ class NoiseRows {
   Values seen_;
 };
 
-/// Calls visit(y, NoiseNearby) for every `stride`-th row, in order.
+/// Rows of a picture that one thread goes through. How many bands there are depends on the picture
+/// alone: sums over each, added up in their order, have the same bits for any number of threads.
+struct NoiseBand {
+  std::size_t number = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+std::size_t noise_bands(std::size_t height);
+/// Calls work(NoiseBand) for all bands, on as many threads as OpenMP gives the caller. Throws what
+/// one of them has thrown.
+void for_noise_bands(std::size_t height, const std::function<void(const NoiseBand&)>& work);
+
+/// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.
 template <typename Visit>
 void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
                  Visit&& visit) {
-  NoiseRows rows(state, horizon);
-  for (std::size_t y = 0; y < state.height; y += stride) {
-    visit(y, rows.row(y));
-  }
+  for_noise_bands(state.height, [&](const NoiseBand& band) {
+    NoiseRows rows(state, horizon);
+    for (std::size_t y = (band.begin + stride - 1) / stride * stride; y < band.end; y += stride) {
+      visit(band.number, y, rows.row(y));
+    }
+  });
 }
 
 }  // namespace parray

@@ -26,9 +26,13 @@ void put_means(const FramebufferView& state, Replicates& out) {
 
 void put_noise(const FramebufferView& state, std::vector<float>& out) {
   std::vector<double> independent(out.size());  // square errors, if samples were independent
-  double squares = 0;
-  double variances = 0;
-  visit_noise(state, 1, NeighbourhoodSize::windows, [&](std::size_t y, const NoiseNearby& row) {
+  struct Sums {
+    double squares = 0;
+    double variances = 0;
+  };
+  std::vector<Sums> bands(noise_bands(state.height));
+  const auto visit = [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
+    auto& [squares, variances] = bands[band];
     for (std::size_t x = 0; x < state.width; ++x) {
       const double count = row.own.count[3 * x];
       double around = 0;
@@ -39,7 +43,14 @@ void put_noise(const FramebufferView& state, std::vector<float>& out) {
       }
       independent[y * state.width + x] = around / 3 * 2 / count;  // a half has count / 2
     }
-  });
+  };
+  visit_noise(state, 1, NeighbourhoodSize::windows, visit);
+  double squares = 0;
+  double variances = 0;
+  for (const Sums& band : bands) {
+    squares += band.squares;
+    variances += band.variances;
+  }
   // By how much the sampler does better than independent samples.
   const double gain = variances > 0 ? squares / variances : 0;
   for (std::size_t i = 0; i < out.size(); ++i) {

@@ -58,7 +58,7 @@ StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& pictur
     if (size.samples == 0) {
       return size.stop;
     }
-    grow(counts_after_pass(picture.state(), settings, size.samples));
+    grow(Placement(picture.state(), settings).counts(size.samples));
   }
 }
 

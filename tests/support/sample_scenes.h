@@ -71,7 +71,7 @@ inline std::string reference_passes_sha256(const Scene& scene, RenderSettings se
     if (size.samples == 0) {
       return image_sha256(resolve_image(framebuffer, largest));
     }
-    const auto targets = counts_after_pass(framebuffer.view(largest), settings, size.samples);
+    const auto targets = Placement(framebuffer.view(largest), settings).counts(size.samples);
     std::vector<SampleRange> ranges;
     for (std::size_t i = 0; i < targets.size(); ++i) {
       ranges.push_back({framebuffer.samples()[i], targets[i]});

@@ -46,7 +46,7 @@ const Rules& room_may_include() {
       {"common/scene", {"common/base", "common/math"}},
       {"common/image", {"common/base", "common/math", "common/scene"}},
       {"common/schedule", {"common/base", "common/image", "common/scene"}},
-      {"common/adaptive", {"common/image", "common/scene", "common/schedule"}},
+      {"common/adaptive", {"common/math", "common/image", "common/scene", "common/schedule"}},
       {"common/trace", {"common/base", "common/math", "common/scene", "common/image"}},
       {"common/denoise",
        {"common/base", "common/math", "common/scene", "common/image", "common/adaptive",

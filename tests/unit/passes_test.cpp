@@ -1,6 +1,7 @@
 #include "common/adaptive/passes.h"
 
 #include <doctest/doctest.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <bit>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "common/adaptive/error_estimate.h"
+#include "common/adaptive/pixel_noise.h"
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
@@ -59,7 +61,7 @@ TEST_CASE("passes: without targets the picture is done in one, with all samples"
   GrowingPicture picture(settings, 1);
   const PassSize first = next_pass_size(picture.state(), settings, 0);
   CHECK(first.samples == 7 * 5 * 13);
-  const auto counts = counts_after_pass(picture.state(), settings, first.samples);
+  const auto counts = Placement(picture.state(), settings).counts(first.samples);
   CHECK(counts == std::vector<std::uint32_t>(35, 13));
   picture.counts = counts;
   const PassSize second = next_pass_size(picture.state(), settings, 1);
@@ -161,7 +163,7 @@ TEST_CASE("passes: adaptive ones spread samples evenly where placing them does n
     FramebufferView state = picture.state();
     const auto even = [&](double rays) {
       state.rays_per_sample = rays;
-      const auto counts = counts_after_pass(state, settings, picture.samples());
+      const auto counts = Placement(state, settings).counts(picture.samples());
       return *std::min_element(counts.begin(), counts.end()) ==
              *std::max_element(counts.begin(), counts.end());
     };
@@ -234,7 +236,7 @@ TEST_CASE("passes: with a time limit never more than there is time for, and near
         CHECK(size.stop == StopReason::time);
         break;
       }
-      const auto until = counts_after_pass(picture.state(), settings, size.samples);
+      const auto until = Placement(picture.state(), settings).counts(size.samples);
       CHECK(sum(until) - picture.samples() <= left);
       picture.make_up(until, halves);
     }
@@ -279,7 +281,7 @@ TEST_CASE("passes: what a full pixel leaves goes to others") {
   Dice dice(4);
   picture.make_up({32, 32}, [&](std::size_t i, auto) { return grey(i == 0 ? 0.5 : dice.unit()); });
   const std::uint64_t whole = 2ULL * limits::max_samples_per_pixel;
-  CHECK(counts_after_pass(picture.state(), settings, whole - 64) ==
+  CHECK(Placement(picture.state(), settings).counts(whole - 64) ==
         std::vector<std::uint32_t>(2, limits::max_samples_per_pixel));
 }
 
@@ -305,6 +307,32 @@ TEST_CASE("passes: counts and half-widths have the same bits with every compiler
   CHECK(hash == 16418724157342381624U);
 }
 
+TEST_CASE("passes: counts and errors have the same bits with any number of threads") {
+  RenderSettings settings = sized(30, 500, 200);  // several bands of rows
+  settings.adaptive = true;
+  REQUIRE(noise_bands(settings.height) == 3);
+  const int threads_before = omp_get_max_threads();
+  std::vector<std::vector<double>> found;
+  for (const int threads : {1, 2, 5}) {
+    omp_set_num_threads(threads);
+    GrowingPicture picture(settings, 1);
+    Dice dice(8);
+    grow_in_passes(settings, picture, [&](const std::vector<std::uint32_t>& until) {
+      picture.make_up(until, [&](std::size_t pixel, auto) {
+        return grey(dice.unit() * static_cast<double>(pixel % 30) / 30);
+      });
+    });
+    const ErrorEstimate error = estimate_error(picture.state());
+    std::vector<double> numbers(error.half_width.begin(), error.half_width.end());
+    numbers.insert(numbers.end(), picture.counts.begin(), picture.counts.end());
+    numbers.insert(numbers.end(), {error.rmse, error.low, error.high});
+    found.push_back(std::move(numbers));
+  }
+  omp_set_num_threads(threads_before);
+  CHECK(found[1] == found[0]);
+  CHECK(found[2] == found[0]);
+}
+
 TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
   RenderSettings settings = sized(64, 48, 1000);
   settings.adaptive = true;
@@ -316,7 +344,7 @@ TEST_CASE("passes: how many samples a pixel gets is not up to its own") {
       const double other = dice.unit() < 0.003 ? 1 : 0;
       return grey(i == pixel ? (sample % 2 == 0 && sample / 2 < own ? 1 : 0) : other);
     });
-    return counts_after_pass(picture.state(), settings, 64 * 48 * 400)[pixel];
+    return Placement(picture.state(), settings).counts(64 * 48 * 400)[pixel];
   };
   const double without = count_with(0);
   CHECK(without > 100);

@@ -63,7 +63,7 @@ struct Noise {
 std::vector<Noise> all_of(const GrowingPicture& picture, NeighbourhoodSize horizon,
                           std::size_t stride) {
   std::vector<Noise> all;
-  visit_noise(picture.state(), stride, horizon, [&](auto, const NoiseNearby& row) {
+  visit_noise(picture.state(), stride, horizon, [&](auto, auto, const NoiseNearby& row) {
     for (std::size_t i = 0; i < row.own.variance.size(); ++i) {
       const std::size_t channel = i % 3;
       Noise& noise = channel == 0 ? all.emplace_back() : all.back();

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/adaptive/allocation.h"
+#include "common/image/framebuffer.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// Whether `samples` more are so few that a picture of `traced`, once it is adaptive, keeps to the
+/// proportions that it has.
+bool is_little(std::uint64_t samples, std::uint64_t traced);
+
+/// Where the samples of a picture's next pass go: a function of the picture's state and of what it
+/// is to stop at, in arithmetic that is the same everywhere. What is found out for one question is
+/// kept for the next.
+///
+/// All pixels get the same unless settings.adaptive; then from pilot_samples on, and where
+/// adaptive_pays(), as common/adaptive/allocation.h says, for equal half-widths with a
+/// target_half_width and for the least RMSE without. A pass that adds little keeps to the
+/// proportions that there are.
+class Placement {
+ public:
+  /// Refers to `state`, which has pixels.
+  Placement(const FramebufferView& state, const StopSettings& settings);
+
+  /// Whether a pass of `samples`, all pixels together, gives every pixel the same.
+  [[nodiscard]] bool is_even(std::uint64_t samples) { return kind_of(samples) == Kind::even; }
+  /// Samples, all pixels together, with which the mean square error, or the square of the
+  /// half-width of 99 % of the pixels, is expected to be `share` of what it is, 0 < share <= 1.
+  [[nodiscard]] double total_for(double share);
+  /// Samples that each pixel has after a pass of `samples` more; none has fewer than before. More
+  /// than asked for, where equal counts need them.
+  [[nodiscard]] std::vector<std::uint32_t> counts(std::uint64_t samples);
+
+ private:
+  enum class Kind : std::uint8_t { even, as_before, by_noise };
+
+  [[nodiscard]] Kind kind_of(std::uint64_t samples);
+  [[nodiscard]] const Allocation& allocation();
+
+  FramebufferView state_;
+  bool adaptive_;
+  bool half_widths_;
+  std::uint64_t traced_;
+  std::uint32_t least_ = 0;  ///< of a pixel
+  std::uint32_t most_ = 0;
+  std::optional<bool> pays_;
+  std::optional<Allocation> allocation_;
+};
+
+}  // namespace parray
