@@ -309,6 +309,12 @@ void Coordinator::ask_another(Job& job, Dispute& dispute) {
 
 void Coordinator::decide_dispute(Job& job, std::size_t index, const Merged& merged) {
   Dispute& dispute = job.work->disputes[index];
+  if (std::ranges::any_of(dispute.claims, [&](const auto& claim) {
+        return claim.tracer == merged.tracer;  // who says it again is not a second one
+      })) {
+    ++tally_.duplicate;
+    return;
+  }
   const std::vector<std::uint64_t>& digests = merged.digests;
   const bool agrees =
       std::any_of(dispute.claims.begin(), dispute.claims.end(),

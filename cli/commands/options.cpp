@@ -158,8 +158,8 @@ void RenderOptions::add_limits_to(Command& command) {
     add_real_number(command, name, range, target, description).group(limits_group);
   };
   limit("--target-error", ranges::target_error, target_error_,
-        "Until the picture's RMSE, as estimated, is at most X, in linear radiance; with --denoise "
-        "that of the denoised picture");
+        "Until the picture's RMSE, as estimated, is at most X, in linear radiance; if it is "
+        "denoised, that of the denoised picture");
   limit("--target-half-width", ranges::target_error, target_half_width_,
         "Until the 95 % intervals of 99 % of all pixels reach at most X to either side");
   limit("--time-limit", ranges::time_limit, time_limit_,

@@ -204,6 +204,43 @@ TEST_CASE("the copies near the end are compared, too") {
   }
 }
 
+TEST_CASE("a liar that is asked twice about the same samples is one voice, not two") {
+  Service service(with_checks(1));
+  Hand slow(service, "slow", 1);
+  Hand ann(service, "ann");
+  Hand liar(service, "liar");
+  const JobId job = service.submit(small_scene(), many_leases());
+  service.turn();
+  std::optional<msg::Grant> late;
+  for (int round = 0; round < 200; ++round) {
+    service.turn();
+    for (Hand* hand : {&slow, &ann, &liar}) {
+      hand->listen();
+      hand->beat();
+    }
+    if (!liar.held.empty() && !late) {
+      late = liar.held.begin()->second;
+    }
+    const bool copy = late && !ann.held.empty() && ann.held.begin()->first.second == late->epoch;
+    if (!ann.held.empty()) {
+      ann.send_honest(ann.put_down());
+    }
+    if (copy) break;
+  }
+  // Its own result of the lease comes late; then it gets the spot check of the same cells.
+  REQUIRE(late);
+  liar.held.erase({late->job, late->epoch});
+  liar.send_lie(*late);
+  work(service, {{&ann, honest}, {&liar, lying}}, job, 60);  // the slow one is lost
+  CHECK(service.tally().mismatch > 0);
+  CHECK(service.worker("ann").at("state") == "ready");
+  Hand bob(service, "bob");
+  Hand cid(service, "cid");
+  work(service, {{&ann, honest}, {&liar, lying}, {&bob, honest}, {&cid, honest}}, job);
+  CHECK(service.worker("ann").at("state") == "ready");
+  check_mended(service, job, many_leases());
+}
+
 TEST_CASE("spot checks find a liar in the middle of a job, and all that it has done is undone") {
   for (const double share : {0.25, 0.5, 1.0}) {
     CAPTURE(share);
