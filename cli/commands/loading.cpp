@@ -1,6 +1,7 @@
 #include "cli/commands/loading.h"
 
 #include "cli/commands/printing.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/input/particles/expand.h"
@@ -43,7 +44,7 @@ SceneFile load_scene(const std::string& file, const RenderOptions& options,
   SceneFile scene = read_any(file, options, change);
   if (change.camera) scene.scene.camera = *change.camera;
   // Reading has looked at the spheres of the file itself; now its particles are among them.
-  const Duplicates more = remove_duplicates(scene.scene);
+  const Duplicates more = remove_duplicates(scene.scene, usable_cpus());
   if (scene.duplicates.count == 0) {
     scene.duplicates = more;
   } else {
