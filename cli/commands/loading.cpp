@@ -28,11 +28,11 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 SceneFile read_any(const std::string& file, const RenderOptions& options,
                    const FrameChange& change) {
   if (is_particle_file(file)) {
-    return portrait_scene(file, {}, {}, options.over(portrait_settings())).file;
+    return portrait_scene(file, {}, {}, options.over(portrait_settings()), usable_cpus()).file;
   }
   SceneFile scene = read_scene_file(file);
   if (change.particles) choose_frame(scene, *change.particles, file);
-  expand_particles(scene, file);
+  expand_particles(scene, file, usable_cpus());
   scene.settings = options.over(scene.settings);
   return scene;
 }

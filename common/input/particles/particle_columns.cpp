@@ -1,8 +1,10 @@
 #include "common/input/particles/particle_columns.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "common/base/huge_pages.h"
 #include "common/base/printable.h"
 #include "common/input/particles/srgb8.h"
 #include "common/scene/limits.h"
@@ -13,8 +15,14 @@ namespace {
 /// Appends without growing step by step where the final size is known.
 template <typename T>
 void append(std::vector<T>& column, const T& value, std::size_t expected) {
-  if (column.empty()) column.reserve(expected);
+  if (column.empty()) reserve_large(column, expected);
   column.push_back(value);
+}
+
+template <typename T>
+void resize_column(std::vector<T>& column, std::size_t count, std::size_t expected) {
+  if (column.empty()) reserve_large(column, std::max(count, expected));
+  column.resize(count);
 }
 
 template <typename Predicate>
@@ -44,6 +52,12 @@ void ParticleColumns::position(const Vec3d& position) {
     place_->fail("more than " + std::to_string(limits::max_spheres) + " particles: split the file");
   }
   append(particles_.positions, position, expected_);
+}
+
+void ParticleColumns::resize(std::size_t count, bool have_radii, bool have_colors) {
+  resize_column(particles_.positions, count, expected_);
+  if (have_radii) resize_column(particles_.radii, count, expected_);
+  if (have_colors) resize_column(particles_.colors, count, expected_);
 }
 
 void ParticleColumns::move(std::size_t index, const Vec3d& position) {
