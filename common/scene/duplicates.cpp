@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/bands.h"
-#include "common/base/huge_pages.h"
 
 namespace parray {
 namespace {
@@ -50,9 +49,8 @@ class Parts {
   Parts(const std::vector<Sphere>& spheres, int threads)
       : spheres_(spheres),
         bits_(std::min(static_cast<int>(std::bit_width(spheres.size() / usual_size)), most_bits)),
-        bands_(spheres.size(), threads) {
-    reserve_large(entries_, spheres.size());
-    entries_.resize(spheres.size());
+        bands_(spheres.size(), threads),
+        entries_(spheres.size()) {
     enter();
   }
 
@@ -93,9 +91,7 @@ class Parts {
 
   /// Counts what each band has for each part, which says where it goes, and puts it there.
   void enter() {
-    std::vector<std::uint32_t> tags;
-    reserve_large(tags, spheres_.size());
-    tags.resize(spheres_.size());
+    std::vector<std::uint32_t> tags(spheres_.size());
     std::vector<std::vector<std::size_t>> next(bands_.count(), std::vector<std::size_t>(count()));
     bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

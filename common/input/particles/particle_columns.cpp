@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/huge_pages.h"
 #include "common/base/printable.h"
 #include "common/input/particles/srgb8.h"
 #include "common/scene/limits.h"
@@ -15,13 +14,13 @@ namespace {
 /// Appends without growing step by step where the final size is known.
 template <typename T>
 void append(std::vector<T>& column, const T& value, std::size_t expected) {
-  if (column.empty()) reserve_large(column, expected);
+  if (column.empty()) column.reserve(expected);
   column.push_back(value);
 }
 
 template <typename T>
 void resize_column(std::vector<T>& column, std::size_t count, std::size_t expected) {
-  if (column.empty()) reserve_large(column, std::max(count, expected));
+  if (column.empty()) column.reserve(std::max(count, expected));
   column.resize(count);
 }
 

@@ -7,7 +7,6 @@
 
 #include "common/base/bands.h"
 #include "common/base/error.h"
-#include "common/base/huge_pages.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/input/material_table.h"
@@ -59,7 +58,7 @@ class Surfaces {
     const bool one = material_.rule == MaterialRule::named;
     constexpr std::size_t atomic_numbers = 256;
     if (by_color) {
-      reserve_large(numbers_, particles_.count());
+      numbers_.reserve(particles_.count());
     } else {
       numbers_.resize(
           material_.rule == MaterialRule::by_type ? particles_.type_names.size() : atomic_numbers,
@@ -232,7 +231,6 @@ void append_spheres(Particles particles, const ParticleSource& source,
                   " distinct materials in the scene: round the file's colours");
   }
   const std::size_t first = scene.spheres.size();
-  reserve_large(scene.spheres, first + count);
   scene.spheres.resize(first + count);
   Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
