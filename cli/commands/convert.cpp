@@ -60,7 +60,7 @@ SceneFile converted(const ConvertCommand& command) {
         printable(command.in, 4096) +
         " is not a file of particles: --material, --radius and --expand are for those");
   }
-  SceneFile scene = read_scene_file(command.in);
+  SceneFile scene = read_scene_file(command.in, usable_cpus());
   expand_particles(scene, command.in, usable_cpus());
   return scene;
 }

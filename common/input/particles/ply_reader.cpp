@@ -106,11 +106,13 @@ class BinaryReader {
   /// The others are left to be read one by one, which finds out what is wrong, and where.
   std::uint64_t add_blocks(const PlyElement& vertex, const RowLayout& layout,
                            ParticleColumns& columns, int threads) {
-    constexpr std::uint64_t usual_rows = 1U << 17;
+    constexpr std::uint64_t usual_bytes = 1U << 21;
     const bool has_lists = std::ranges::any_of(vertex.properties, &is_list);
+    if (has_lists || vertex.count == 0) return 0;
     const PlyRows rows(vertex, layout, swapped_);
+    const std::uint64_t usual_rows = usual_bytes / rows.row_bytes() + 1;
     std::uint64_t done = 0;
-    while (!has_lists && done < vertex.count) {
+    while (done < vertex.count) {
       const auto count = static_cast<std::size_t>(std::min(usual_rows, vertex.count - done));
       const char* const data = input_->peek_bytes(count * rows.row_bytes());
       if (data == nullptr || !add_block(rows, data, count, layout, columns, threads)) break;
