@@ -9,6 +9,7 @@
 #include "cli/commands/options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/text.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -49,8 +50,8 @@ std::string reference_to(const fs::path& file, const fs::path& scene) {
 
 SceneFile converted(const ConvertCommand& command) {
   if (is_particle_file(command.in)) {
-    PortraitScene portrait =
-        portrait_scene(command.in, command.material, command.radius, portrait_settings());
+    PortraitScene portrait = portrait_scene(command.in, command.material, command.radius,
+                                            portrait_settings(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
@@ -59,8 +60,8 @@ SceneFile converted(const ConvertCommand& command) {
         printable(command.in, 4096) +
         " is not a file of particles: --material, --radius and --expand are for those");
   }
-  SceneFile scene = read_scene_file(command.in);
-  expand_particles(scene, command.in);
+  SceneFile scene = read_scene_file(command.in, usable_cpus());
+  expand_particles(scene, command.in, usable_cpus());
   return scene;
 }
 

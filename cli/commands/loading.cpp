@@ -1,6 +1,7 @@
 #include "cli/commands/loading.h"
 
 #include "cli/commands/printing.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/input/particles/expand.h"
@@ -24,14 +25,30 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
   }
 }
 
-SceneFile read_any(const std::string& file, const RenderOptions& options,
-                   const FrameChange& change) {
-  if (is_particle_file(file)) {
-    return portrait_scene(file, {}, {}, options.over(portrait_settings())).file;
+/// Looks for duplicates where spheres have been added since the reader of the scene file has.
+void remove_more_duplicates(SceneFile& scene, int threads) {
+  const Duplicates more = remove_duplicates(scene.scene, threads);
+  if (scene.duplicates.count == 0) {
+    scene.duplicates = more;
+  } else {
+    scene.duplicates.count += more.count;
   }
-  SceneFile scene = read_scene_file(file);
+}
+
+SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
+                   int threads) {
+  if (is_particle_file(file)) {
+    SceneFile portrait =
+        portrait_scene(file, {}, {}, options.over(portrait_settings()), threads).file;
+    remove_more_duplicates(portrait, threads);
+    return portrait;
+  }
+  SceneFile scene = read_scene_file(file, threads);
   if (change.particles) choose_frame(scene, *change.particles, file);
-  expand_particles(scene, file);
+  if (!scene.particles.empty()) {
+    expand_particles(scene, file, threads);
+    remove_more_duplicates(scene, threads);
+  }
   scene.settings = options.over(scene.settings);
   return scene;
 }
@@ -40,15 +57,8 @@ SceneFile read_any(const std::string& file, const RenderOptions& options,
 
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change) {
-  SceneFile scene = read_any(file, options, change);
+  SceneFile scene = read_any(file, options, change, usable_cpus());
   if (change.camera) scene.scene.camera = *change.camera;
-  // Reading has looked at the spheres of the file itself; now its particles are among them.
-  const Duplicates more = remove_duplicates(scene.scene);
-  if (scene.duplicates.count == 0) {
-    scene.duplicates = more;
-  } else {
-    scene.duplicates.count += more.count;
-  }
   warn_of_duplicates(scene.duplicates, file);
   return scene;
 }

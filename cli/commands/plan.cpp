@@ -252,7 +252,8 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
   const Effort began = effort_now();
   const SceneFile file = load_scene(command.scene, command.render);
   Plan plan;
-  plan.settings = resolve_settings(requirements_of(file.scene), file.settings).settings;
+  plan.settings =
+      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings).settings;
   check_isa(plan.settings.isa);
   plan.load = effort_now() - began;
   plan.threads = static_cast<int>(command.threads.value_or(usable_cpus()));

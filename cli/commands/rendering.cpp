@@ -10,6 +10,7 @@
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
+#include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
@@ -63,7 +64,8 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   const SteadyClock clock;
   const Time begin = clock.now();
   SceneFile file = load_like(scene_file, options, change);
-  const ResolvedSettings resolved = resolve_settings(requirements_of(file.scene), file.settings);
+  const ResolvedSettings resolved =
+      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
   Submission submission;
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));
   submission.name = printable(std::filesystem::path(scene_file).filename().string(), 100);

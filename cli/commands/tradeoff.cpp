@@ -82,7 +82,9 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   RenderSettings settings;
   try {
     line.parse(options);
-    settings = resolve_settings(requirements_of(file.scene), render.over(file.settings)).settings;
+    settings =
+        resolve_settings(requirements_of(file.scene, usable_cpus()), render.over(file.settings))
+            .settings;
   } catch (const UsageError& error) {
     throw InputError("--also '" + printable(options, 200) + "': " + printable(error.what(), 300));
   } catch (const InputError& error) {
@@ -105,7 +107,8 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
 
 tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& file) {
   tradeoff::Request request;
-  request.scene = resolve_settings(requirements_of(file.scene), file.settings).settings;
+  request.scene =
+      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings).settings;
   request.base = tradeoff::with_size(request.scene, command.width, command.height, command.seconds);
   const auto before = tradeoff::size_in(command.directory);
   if (before && command.width == 0 && command.height == 0 && !command.restart) {

@@ -5,6 +5,7 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
 #include "cli/output/text.h"
+#include "common/base/cpu_count.h"
 #include "common/base/printable.h"
 #include "common/input/particles/particles.h"
 #include "common/scene/requirements.h"
@@ -35,7 +36,7 @@ std::string format_text(const json& format) {
 /// Everything that the command says.
 json facts_of(const ValidateCommand& command) {
   const SceneFile file = load_scene(command.scene, command.render);
-  const Requirements needs = requirements_of(file.scene);
+  const Requirements needs = requirements_of(file.scene, usable_cpus());
   const ResolvedSettings resolved = resolve_settings(needs, file.settings);
   const RenderSettings& settings = resolved.settings;
   return {{"file", command.scene},

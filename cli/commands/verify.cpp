@@ -241,7 +241,8 @@ void trace_again(const VerifyCommand& command, const Subject& subject, Verdict& 
   verdict.seed = command.seed.value_or(std::random_device()());
   std::vector<RetracedPixel> pixels = choose_pixels(command, subject, verdict.seed);
   const auto threads = static_cast<int>(command.threads.value_or(usable_cpus()));
-  const auto settings = resolve_settings(requirements_of(file.scene), file.settings).settings;
+  const auto settings =
+      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings).settings;
   const auto tracer = make_path_tracer(file.scene, settings, {.threads = threads});
   const RadianceScale scale(largest_radiance(file.scene));
   const auto has_none = [](const RetracedPixel& pixel) { return pixel.samples == 0; };

@@ -5,6 +5,7 @@
 #include <istream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace parray {
@@ -36,6 +37,17 @@ class ByteSource {
     if (c == '\0') fail_zero_byte();
   }
 
+  /// The next bytes, at least `least` of them unless the stream ends before.
+  std::string_view ahead(std::size_t least);
+
+  /// Goes over bytes that ahead() has shown: JSON text that does not end with a newline.
+  void skip(std::size_t bytes, std::size_t newlines) {
+    line_ += newlines + (after_newline_ ? 1 : 0);
+    after_newline_ = false;
+    next_ += bytes;
+    mark_token();
+  }
+
   /// Line of the byte last read, counted from 1.
   std::uint64_t line() const { return line_; }
 
@@ -46,6 +58,7 @@ class ByteSource {
 
  private:
   bool refill();
+  void load();
   [[noreturn]] void fail_zero_byte() const;
 
   std::istream* stream_;

@@ -160,7 +160,9 @@ bool SaxHandler::put(JsonValue value) {
     sink_.on_member({parent.key, parent.key_line, std::move(value)});
     values_ = 0;
   } else if (is_child()) {
+    const bool is_object = value.kind == JsonKind::object;  // whose end is all that has been read
     sink_.on_child({parent.key, parent.key_line, std::move(value)});
+    if (is_object && delivery_ == JsonDelivery::by_item) parent.count += sink_.take_items(source_);
     values_ = 0;
   } else if (parent.value.kind == JsonKind::array) {
     if (parent.value.items.empty()) parent.value.items.reserve(3);  // most are vectors

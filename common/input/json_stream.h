@@ -9,6 +9,8 @@
 
 namespace parray {
 
+class ByteSource;
+
 /// How the value of a top-level key is handed over.
 enum class JsonDelivery : std::uint8_t {
   whole,     ///< once, when it is complete
@@ -32,6 +34,10 @@ class JsonSink {
   /// The next item or member of the section that on_key() named last; `child.key` is empty for an
   /// item.
   virtual void on_child(const JsonMember& child) = 0;
+
+  /// After on_child() with an item that is an object: may take more of the text, each time a comma
+  /// and an item, all of them without fault; returns how many. What it leaves comes as usual.
+  virtual std::size_t take_items(ByteSource& /*source*/) { return 0; }
 };
 
 /// A delivered value holds at most so many values, itself included: the scene's largest has 13.

@@ -24,6 +24,12 @@ std::uint32_t MaterialNames::use(const std::string& name, std::size_t sphere, st
   return number;
 }
 
+std::optional<std::uint32_t> MaterialNames::used(std::string_view name) const {
+  const auto found = numbers_.find(name);
+  if (found == numbers_.end() || entries_[found->second].first_line == 0) return {};
+  return found->second;
+}
+
 bool MaterialNames::define(const std::string& name, const Material& material) {
   Entry& entry = entries_[number_of(name)];
   if (entry.value) return false;

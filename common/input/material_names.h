@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,6 +32,9 @@ class MaterialNames {
   /// The number of `name`, which sphere `sphere` uses on `line`.
   std::uint32_t use(const std::string& name, std::size_t sphere, std::uint64_t line);
 
+  /// The number of a name that a sphere has used already.
+  std::optional<std::uint32_t> used(std::string_view name) const;
+
   /// False when the name is defined already.
   bool define(const std::string& name, const Material& material);
 
@@ -50,7 +54,10 @@ class MaterialNames {
  private:
   std::uint32_t number_of(const std::string& name);
 
-  std::unordered_map<std::string, std::uint32_t> numbers_;
+  struct Hash : std::hash<std::string_view> {
+    using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
+  };
+  std::unordered_map<std::string, std::uint32_t, Hash, std::equal_to<>> numbers_;
   std::vector<Entry> entries_;
 };
 

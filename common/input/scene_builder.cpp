@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "common/base/printable.h"
+#include "common/input/byte_source.h"
 #include "common/input/json_fields.h"
 #include "common/input/scene_sections.h"
 #include "common/input/seed_format.h"
+#include "common/input/sphere_text.h"
 #include "common/scene/limits.h"
 
 namespace parray {
@@ -80,6 +82,23 @@ void SceneBuilder::on_child(const JsonMember& child) {
   } else {
     add_sphere(child.value);
   }
+}
+
+/// Spheres of materials that others have used before, as most files write them.
+std::size_t SceneBuilder::take_items(ByteSource& source) {
+  if (keys_.back() != "spheres" || format_ != Format::version_1) return 0;
+  constexpr std::size_t usual_bytes = 4096;
+  std::vector<Sphere>& spheres = out_.scene.spheres;
+  const std::size_t before = spheres.size();
+  while (spheres.size() < limits::max_spheres) {
+    const std::optional<SphereText> text = next_sphere_text(source.ahead(usual_bytes));
+    const auto material = text ? names_.used(text->material) : std::nullopt;
+    if (!material) break;
+    spheres.push_back(text->sphere);
+    spheres.back().material = *material;
+    source.skip(text->bytes, text->newlines);
+  }
+  return spheres.size() - before;
 }
 
 void SceneBuilder::add_material(const JsonMember& member) {

@@ -24,6 +24,7 @@ class SceneBuilder final : public JsonSink {
   JsonDelivery on_key(const std::string& key, std::uint64_t line) override;
   void on_member(const JsonMember& member) override;
   void on_child(const JsonMember& child) override;
+  std::size_t take_items(ByteSource& source) override;
 
   /// Once, after the last piece. `start_line` is where the document starts.
   SceneFile finish(std::uint64_t start_line);

@@ -31,10 +31,11 @@ struct SceneFile {
 /// Strict: unknown, missing and duplicate keys, wrong types, numbers out of range and impossible
 /// cameras are errors. Spheres in the same place as an earlier one are left out, so that every
 /// command, and the scene's identity, has the same scene. Streams: the spheres are never held as
-/// JSON. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
-SceneFile read_scene_file(const std::filesystem::path& path);
+/// JSON. The same for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem:
+/// remedy".
+SceneFile read_scene_file(const std::filesystem::path& path, int threads = 1);
 
 /// The same from an open stream; `name` stands for the file in messages.
-SceneFile read_scene(std::istream& input, const std::string& name);
+SceneFile read_scene(std::istream& input, const std::string& name, int threads = 1);
 
 }  // namespace parray

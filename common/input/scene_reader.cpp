@@ -37,15 +37,15 @@ void check_file(const std::filesystem::path& path, const std::string& name) {
 
 }  // namespace
 
-SceneFile read_scene(std::istream& input, const std::string& name) {
+SceneFile read_scene(std::istream& input, const std::string& name, int threads) {
   SceneBuilder builder(name);
   const std::uint64_t start_line = parse_json(input, name, builder);
   SceneFile file = builder.finish(start_line);
-  file.duplicates = remove_duplicates(file.scene);
+  file.duplicates = remove_duplicates(file.scene, threads);
   return file;
 }
 
-SceneFile read_scene_file(const std::filesystem::path& path) {
+SceneFile read_scene_file(const std::filesystem::path& path, int threads) {
   const std::string name = path.string();
   check_file(path, name);
   errno = 0;
@@ -54,7 +54,7 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
     fail_file(name, "cannot be opened (" + std::generic_category().message(errno) +
                         "): check its permissions");
   }
-  return read_scene(input, name);
+  return read_scene(input, name, threads);
 }
 
 }  // namespace parray

@@ -1,10 +1,14 @@
 #include "common/scene/duplicates.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
+
+#include "common/base/bands.h"
 
 namespace parray {
 namespace {
@@ -26,39 +30,126 @@ std::uint64_t hash_of(const Sphere& sphere) {
   return hash;
 }
 
-/// Open-addressing table of places in a list of spheres.
-class PlaceTable {
- public:
-  explicit PlaceTable(const std::vector<Sphere>& spheres)
-      : spheres_(spheres), slots_(std::bit_ceil(spheres.size() + spheres.size() / 2 + 1)) {}
+/// A sphere as it is compared: most others are told apart without a look at it.
+struct Entry {
+  std::uint32_t tag;  ///< of its hash
+  std::uint32_t place;
+};
 
-  /// The place in the table of the sphere in the same place as `sphere`; puts `place` there if
-  /// there is none.
-  std::uint32_t find_or_add(const Sphere& sphere, std::uint32_t place) {
-    const std::uint64_t hash = hash_of(sphere);
-    const auto tag = static_cast<std::uint32_t>(hash >> 32);
-    for (std::size_t i = hash & (slots_.size() - 1);; i = (i + 1) & (slots_.size() - 1)) {
-      Slot& slot = slots_[i];
-      if (slot.place == empty) {
-        slot = {tag, place};
-        return place;
+/// A sphere in the place of an earlier one.
+struct Repeat {
+  std::uint32_t place;
+  std::uint32_t of;
+};
+
+/// The spheres by the first bits of their tags: spheres in one place are in one part, and a part is
+/// small enough for a table that stays in the cache. Within a part they keep their order.
+class Parts {
+ public:
+  Parts(const std::vector<Sphere>& spheres, int threads)
+      : spheres_(spheres),
+        bits_(std::min(static_cast<int>(std::bit_width(spheres.size() / usual_size)), most_bits)),
+        bands_(spheres.size(), threads),
+        entries_(spheres.size()) {
+    enter();
+  }
+
+  [[nodiscard]] std::size_t count() const { return std::size_t{1} << bits_; }
+
+  /// Adds what repeats an earlier sphere of the part. `table`: room to use, and to use again.
+  void find_repeats(std::size_t part, std::vector<std::uint32_t>& table,
+                    std::vector<Repeat>& repeats) const {
+    const auto entries =
+        std::span(entries_).subspan(begins_[part], begins_[part + 1] - begins_[part]);
+    table.assign(std::bit_ceil(2 * entries.size() + 1), empty);
+    for (std::uint32_t i = 0; i < entries.size(); ++i) {
+      const std::size_t mask = table.size() - 1;
+      std::size_t slot = entries[i].tag & mask;
+      while (table[slot] != empty && !alike(entries[table[slot]], entries[i])) {
+        slot = (slot + 1) & mask;
       }
-      if (slot.tag == tag && same_place(spheres_[slot.place], sphere)) {
-        return slot.place;
+      if (table[slot] == empty) {
+        table[slot] = i;
+      } else {
+        repeats.push_back({entries[i].place, entries[table[slot]].place});
       }
     }
   }
 
  private:
+  static constexpr std::size_t usual_size = 1U << 13;
+  static constexpr int most_bits = 12;
   static constexpr std::uint32_t empty = std::numeric_limits<std::uint32_t>::max();
-  struct Slot {
-    std::uint32_t tag = 0;  ///< of the hash: most others are told apart without a look at them
-    std::uint32_t place = empty;
-  };
+
+  [[nodiscard]] std::size_t part_of(std::uint32_t tag) const {
+    return static_cast<std::size_t>(std::uint64_t{tag} >> (32 - bits_));
+  }
+
+  [[nodiscard]] bool alike(const Entry& a, const Entry& b) const {
+    return a.tag == b.tag && same_place(spheres_[a.place], spheres_[b.place]);
+  }
+
+  /// Counts what each band has for each part, which says where it goes, and puts it there.
+  void enter() {
+    std::vector<std::uint32_t> tags(spheres_.size());
+    std::vector<std::vector<std::size_t>> next(bands_.count(), std::vector<std::size_t>(count()));
+    bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        tags[i] = static_cast<std::uint32_t>(hash_of(spheres_[i]) >> 32);
+        ++next[band][part_of(tags[i])];
+      }
+    });
+    std::size_t sum = 0;
+    for (std::size_t part = 0; part < count(); ++part) {
+      begins_.push_back(sum);
+      for (std::vector<std::size_t>& of_band : next) {
+        sum += std::exchange(of_band[part], sum);
+      }
+    }
+    begins_.push_back(sum);
+    bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        entries_[next[band][part_of(tags[i])]++] = {tags[i], static_cast<std::uint32_t>(i)};
+      }
+    });
+  }
 
   const std::vector<Sphere>& spheres_;
-  std::vector<Slot> slots_;
+  int bits_;
+  Bands bands_;
+  std::vector<Entry> entries_;
+  std::vector<std::size_t> begins_;  // of the parts, and the end of the last
 };
+
+/// In the order of their places.
+std::vector<Repeat> repeats_in(const std::vector<Sphere>& spheres, int threads) {
+  const Parts parts(spheres, threads);
+  const Bands bands(spheres.size(), threads);  // a part for each of the threads' shares
+  std::vector<std::vector<Repeat>> found(bands.count());
+  bands.run([&](std::size_t band, std::size_t /*begin*/, std::size_t /*end*/) {
+    std::vector<std::uint32_t> table;
+    for (std::size_t part = band; part < parts.count(); part += bands.count()) {
+      parts.find_repeats(part, table, found[band]);
+    }
+  });
+  std::vector<Repeat> all;
+  for (const std::vector<Repeat>& some : found) all.insert(all.end(), some.begin(), some.end());
+  std::ranges::sort(all, {}, &Repeat::place);
+  return all;
+}
+
+void erase(const std::vector<Repeat>& repeats, std::vector<Sphere>& spheres) {
+  auto next = repeats.begin();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    if (next != repeats.end() && next->place == i) {
+      ++next;
+    } else {
+      spheres[kept++] = spheres[i];
+    }
+  }
+  spheres.resize(kept);
+}
 
 /// Keeps the materials that spheres use, in the order in which they first do.
 void drop_unused_materials(Scene& scene) {
@@ -78,26 +169,12 @@ void drop_unused_materials(Scene& scene) {
 
 }  // namespace
 
-Duplicates remove_duplicates(Scene& scene) {
-  Duplicates result;
-  std::vector<Sphere>& spheres = scene.spheres;
-  PlaceTable table(spheres);
-  std::uint32_t kept = 0;
-  for (std::size_t i = 0; i < spheres.size(); ++i) {
-    const Sphere sphere = spheres[i];
-    const std::uint32_t place = table.find_or_add(sphere, kept);
-    if (place == kept) {
-      spheres[kept++] = sphere;
-    } else if (++result.count == 1) {
-      result.first = i;
-      result.first_of = place;  // nothing before it has moved
-    }
-  }
-  if (result.count > 0) {
-    spheres.resize(kept);
-    drop_unused_materials(scene);
-  }
-  return result;
+Duplicates remove_duplicates(Scene& scene, int threads) {
+  const std::vector<Repeat> repeats = repeats_in(scene.spheres, threads);
+  if (repeats.empty()) return {};
+  erase(repeats, scene.spheres);
+  drop_unused_materials(scene);
+  return {repeats.size(), repeats.front().place, repeats.front().of};
 }
 
 }  // namespace parray

@@ -22,7 +22,7 @@ struct Duplicates {
 /// two comes first. That holds for glass as well: two spheres in one place count as one, refracting
 /// once. A coat on a sphere needs a radius of its own.
 ///
-/// About O(n); takes less than 32 bytes a sphere while it runs.
-Duplicates remove_duplicates(Scene& scene);
+/// About O(n); takes less than 32 bytes a sphere while it runs. The same for any number of threads.
+Duplicates remove_duplicates(Scene& scene, int threads = 1);
 
 }  // namespace parray

@@ -2,53 +2,112 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "common/base/bands.h"
 #include "common/math/largest_component.h"
 
 namespace parray {
 namespace {
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Medians of a value of each sphere, whose value is `Value(sphere)`. Not of some spheres: which
+/// ones would depend on their order.
+template <typename Value>
+class Median {
+ public:
+  Median(const std::vector<Sphere>& spheres, const Value& value, int threads)
+      : spheres_(spheres), value_(value), bands_(spheres.size(), threads) {}
+
+  /// A sample says about where it is; then those values alone are looked at that are there.
+  /// Whatever the sample says, the result is exact.
+  double find() const {
+    const Bracket bracket = sampled();
+    if (const std::optional<double> found = within(bracket)) return *found;
+    return *within({});
+  }
+
+ private:
+  struct Bracket {
+    double least = -std::numeric_limits<double>::infinity();
+    double most = std::numeric_limits<double>::infinity();
+  };
+  /// What lies below a bracket, and in it.
+  struct Part {
+    std::size_t below = 0;
+    std::vector<double> inside;
+  };
+
+  /// Holds the median unless chance, one in ten thousand, or some regularity is against it.
+  [[nodiscard]] Bracket sampled() const {
+    constexpr std::size_t size = 4096;
+    constexpr std::size_t reach = 128;  // four standard deviations of the sample's median
+    const std::size_t step = spheres_.size() / size;
+    if (step < 2) return {};
+    std::vector<double> sample;
+    for (std::size_t i = 0; i < size; ++i) sample.push_back(value_(spheres_[i * step]));
+    std::ranges::sort(sample);
+    return {sample[size / 2 - reach], sample[size / 2 + reach]};
+  }
+
+  /// The median, if it is there.
+  [[nodiscard]] std::optional<double> within(const Bracket& bracket) const {
+    std::vector<Part> parts(bands_.count());
+    bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+      Part part;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double value = value_(spheres_[i]);
+        part.below += value < bracket.least ? 1U : 0U;
+        if (value >= bracket.least && value <= bracket.most) part.inside.push_back(value);
+      }
+      parts[band] = std::move(part);
+    });
+    const std::size_t rank = spheres_.size() / 2;
+    std::size_t below = 0;
+    std::vector<double> inside;
+    for (const Part& part : parts) {
+      below += part.below;
+      inside.insert(inside.end(), part.inside.begin(), part.inside.end());
+    }
+    if (rank < below || rank - below >= inside.size()) return {};
+    const auto middle = inside.begin() + static_cast<std::ptrdiff_t>(rank - below);
+    std::nth_element(inside.begin(), middle, inside.end());
+    return *middle;
+  }
+
+  const std::vector<Sphere>& spheres_;
+  const Value& value_;
+  Bands bands_;
+};
+
+template <typename Value>
+double median_of(const Scene& scene, int threads, const Value& value) {
+  return Median(scene.spheres, value, threads).find();
 }
 
 /// How far from `origin` the camera and half of the spheres lie.
-double reach(const Scene& scene, const Vec3d& origin) {
-  std::vector<double> distances;
-  distances.reserve(scene.spheres.size());
-  for (const Sphere& sphere : scene.spheres) {
-    distances.push_back(largest_component(sphere.center - origin));
-  }
-  return std::max(median(std::move(distances)), largest_component(scene.camera.look_from - origin));
-}
-
-/// Of all centres, not of some: which ones would depend on the order of the spheres.
-double middle_of(const Scene& scene, double Vec3d::*axis) {
-  std::vector<double> values;
-  values.reserve(scene.spheres.size());
-  for (const Sphere& sphere : scene.spheres) {
-    values.push_back(sphere.center.*axis);
-  }
-  return median(std::move(values));
+double reach(const Scene& scene, const Vec3d& origin, int threads) {
+  const auto distance = [&](const Sphere& s) { return largest_component(s.center - origin); };
+  return std::max(median_of(scene, threads, distance),
+                  largest_component(scene.camera.look_from - origin));
 }
 
 }  // namespace
 
-Vec3d scene_origin(const Scene& scene) {
+Vec3d scene_origin(const Scene& scene, int threads) {
   if (scene.spheres.empty()) {
     return {};
   }
-  const Vec3d middle{middle_of(scene, &Vec3d::x), middle_of(scene, &Vec3d::y),
-                     middle_of(scene, &Vec3d::z)};
+  const Vec3d middle{median_of(scene, threads, [](const Sphere& s) { return s.center.x; }),
+                     median_of(scene, threads, [](const Sphere& s) { return s.center.y; }),
+                     median_of(scene, threads, [](const Sphere& s) { return s.center.z; })};
   // By the triangle inequality no scene is four times nearer then, and most end here.
   if (3 * largest_component(scene.camera.look_from - middle) > largest_component(middle)) {
     return {};
   }
-  return 4 * reach(scene, middle) <= reach(scene, {}) ? middle : Vec3d{};
+  return 4 * reach(scene, middle, threads) <= reach(scene, {}, threads) ? middle : Vec3d{};
 }
 
 }  // namespace parray

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "common/base/bands.h"
 #include "common/math/largest_component.h"
 #include "common/scene/origin.h"
 
@@ -73,26 +74,48 @@ void add_conditioning(const Vec3d& center, double radius, const Vec3d& eye, Requ
   result.nearest = std::min(result.nearest, std::abs(length(center - eye) - radius));
 }
 
+void add_sphere(const Sphere& sphere, const Scene& scene, const Vec3d& eye, Requirements& result) {
+  const Material& material = scene.materials[sphere.material];
+  result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
+  result.metal += material.type == MaterialType::metal ? 1U : 0U;
+  result.dielectric += material.type == MaterialType::dielectric ? 1U : 0U;
+  result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
+  result.smallest_radius = std::min(result.smallest_radius, sphere.radius);
+  result.largest_radius = std::max(result.largest_radius, sphere.radius);
+  add_conditioning(sphere.center - result.origin, sphere.radius, eye, result);
+}
+
+/// What spheres of `part` add to those of `whole`: counts and extremes, in whatever order.
+void add_part(const Requirements& part, Requirements& whole) {
+  whole.diffuse += part.diffuse;
+  whole.metal += part.metal;
+  whole.dielectric += part.dielectric;
+  whole.fuzz = whole.fuzz || part.fuzz;
+  whole.smallest_radius = std::min(whole.smallest_radius, part.smallest_radius);
+  whole.largest_radius = std::max(whole.largest_radius, part.largest_radius);
+  whole.extent = std::max(whole.extent, part.extent);
+  whole.stored_shift = std::max(whole.stored_shift, part.stored_shift);
+  whole.nearest = std::min(whole.nearest, part.nearest);
+}
+
 }  // namespace
 
-Requirements requirements_of(const Scene& scene) {
+Requirements requirements_of(const Scene& scene, int threads) {
   Requirements result;
   result.spheres = scene.spheres.size();
   result.lens = scene.camera.aperture > 0;
-  result.origin = scene_origin(scene);
+  result.origin = scene_origin(scene, threads);
   const Vec3d eye = scene.camera.look_from - result.origin;
   result.extent = largest_component(eye) + scene.camera.aperture / 2;
   result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
-  for (const Sphere& sphere : scene.spheres) {
-    const Material& material = scene.materials[sphere.material];
-    result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
-    result.metal += material.type == MaterialType::metal ? 1U : 0U;
-    result.dielectric += material.type == MaterialType::dielectric ? 1U : 0U;
-    result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
-    result.smallest_radius = std::min(result.smallest_radius, sphere.radius);
-    result.largest_radius = std::max(result.largest_radius, sphere.radius);
-    add_conditioning(sphere.center - result.origin, sphere.radius, eye, result);
-  }
+  const Bands bands(scene.spheres.size(), threads);
+  std::vector<Requirements> parts(bands.count(), result);
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    Requirements part = result;
+    for (std::size_t i = begin; i < end; ++i) add_sphere(scene.spheres[i], scene, eye, part);
+    parts[band] = part;
+  });
+  for (const Requirements& part : parts) add_part(part, result);
   if (scene.spheres.empty()) {
     result.smallest_radius = result.nearest = 0;
   }

@@ -37,7 +37,8 @@ struct Requirements {
   [[nodiscard]] std::vector<std::string> features() const;
 };
 
-Requirements requirements_of(const Scene& scene);
+/// The same for any number of threads.
+Requirements requirements_of(const Scene& scene, int threads = 1);
 
 /// Settings with every `automatic` decided, and why.
 struct ResolvedSettings {

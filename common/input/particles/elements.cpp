@@ -1,9 +1,8 @@
 #include "common/input/particles/elements.h"
 
 #include <array>
-#include <string>
+#include <optional>
 
-#include "common/input/particles/particle_text.h"
 #include "common/input/particles/srgb8.h"
 
 namespace parray {
@@ -87,6 +86,34 @@ std::array<Element, periodic_table.size()> elements_of_rows() {
   return elements;
 }
 
+constexpr std::size_t letters = 26;
+constexpr std::size_t symbol_places = letters * (letters + 1);
+
+/// 0 to 25, whatever its case.
+std::optional<std::size_t> letter_in(char c) {
+  if (c >= 'A' && c <= 'Z') return static_cast<std::size_t>(c - 'A');
+  if (c >= 'a' && c <= 'z') return static_cast<std::size_t>(c - 'a');
+  return {};
+}
+
+/// Of one or two letters, in a table of all of them.
+std::optional<std::size_t> place_of(std::string_view symbol) {
+  if (symbol.empty() || symbol.size() > 2) return {};
+  const auto first = letter_in(symbol[0]);
+  const auto second = symbol.size() == 2 ? letter_in(symbol[1]) : letters;
+  if (!first || !second) return {};
+  return *first * (letters + 1) + *second;
+}
+
+std::array<std::uint8_t, symbol_places> numbers_by_symbol() {
+  std::array<std::uint8_t, symbol_places> numbers{};
+  for (std::uint8_t i = 1; i <= last_element; ++i) {
+    numbers[*place_of(periodic_table[i].symbol)] = i;
+  }
+  numbers[*place_of("D")] = numbers[*place_of("T")] = 1;
+  return numbers;
+}
+
 }  // namespace
 
 const Element& element(std::uint8_t atomic_number) {
@@ -95,14 +122,9 @@ const Element& element(std::uint8_t atomic_number) {
 }
 
 std::uint8_t atomic_number_of(std::string_view symbol) {
-  constexpr std::size_t longest = 2;
-  if (symbol.empty() || symbol.size() > longest) return 0;
-  const std::string wanted = lower_case(symbol);
-  if (wanted == "d" || wanted == "t") return 1;
-  for (std::uint8_t i = 1; i <= last_element; ++i) {
-    if (lower_case(periodic_table[i].symbol) == wanted) return i;
-  }
-  return 0;
+  static const std::array<std::uint8_t, symbol_places> numbers = numbers_by_symbol();
+  const std::optional<std::size_t> place = place_of(symbol);
+  return place ? numbers[*place] : 0;
 }
 
 }  // namespace parray

@@ -20,9 +20,9 @@ auto with_context(const ParticleSource& source, const JsonPlace& place, const Wo
 }
 
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
-            SceneFile& file) {
+            SceneFile& file, int threads) {
   Particles particles = with_context(source, place, [&] {
-    return read_particles(folder / source.file, source.frame.value_or(0));
+    return read_particles(folder / source.file, source.frame.value_or(0), threads);
   });
   source.material = decided(source.material, particles);
   source.radius = decided(source.radius, particles);
@@ -30,18 +30,19 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   if (!problem.empty()) place.at("material").fail(source.material_line, problem);
   problem = problem_with(source.radius, particles, source.file);
   if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
-  with_context(source, place,
-               [&] { append_spheres(std::move(particles), source, file.materials, file.scene); });
+  with_context(source, place, [&] {
+    append_spheres(std::move(particles), source, file.materials, file.scene, threads);
+  });
 }
 
 }  // namespace
 
-void expand_particles(SceneFile& file, const std::filesystem::path& scene_path) {
+void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads) {
   const std::string name = scene_path.string();
   const JsonPlace root(name);
   const JsonPlace section = root.at("particles");
   for (std::size_t i = 0; i < file.particles.size(); ++i) {
-    expand(file.particles[i], section.at(i), scene_path.parent_path(), file);
+    expand(file.particles[i], section.at(i), scene_path.parent_path(), file, threads);
   }
   file.particles.clear();
 }

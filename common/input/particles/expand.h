@@ -11,6 +11,6 @@ namespace parray {
 /// particle files' names are relative to its folder.
 ///
 /// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy".
-void expand_particles(SceneFile& file, const std::filesystem::path& scene_path);
+void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads = 1);
 
 }  // namespace parray

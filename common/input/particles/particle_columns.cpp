@@ -1,5 +1,6 @@
 #include "common/input/particles/particle_columns.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -15,6 +16,12 @@ template <typename T>
 void append(std::vector<T>& column, const T& value, std::size_t expected) {
   if (column.empty()) column.reserve(expected);
   column.push_back(value);
+}
+
+template <typename T>
+void resize_column(std::vector<T>& column, std::size_t count, std::size_t expected) {
+  if (column.empty()) column.reserve(std::max(count, expected));
+  column.resize(count);
 }
 
 template <typename Predicate>
@@ -44,6 +51,12 @@ void ParticleColumns::position(const Vec3d& position) {
     place_->fail("more than " + std::to_string(limits::max_spheres) + " particles: split the file");
   }
   append(particles_.positions, position, expected_);
+}
+
+void ParticleColumns::resize(std::size_t count, bool have_radii, bool have_colors) {
+  resize_column(particles_.positions, count, expected_);
+  if (have_radii) resize_column(particles_.radii, count, expected_);
+  if (have_colors) resize_column(particles_.colors, count, expected_);
 }
 
 void ParticleColumns::move(std::size_t index, const Vec3d& position) {

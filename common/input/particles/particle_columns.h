@@ -33,6 +33,17 @@ class ParticleColumns {
   void expect(std::uint64_t count) { expected_ = static_cast<std::size_t>(count); }
 
   void position(const Vec3d& position);
+  /// Adds `count` particles at once: `write(particles, first)` puts their positions, and radii and
+  /// colours if they are to have any, into the columns from `first` on. False, and none is added,
+  /// when it returns false, which it does when one of them would be refused.
+  template <typename Write>
+  bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
+    const std::size_t first = this->count();
+    resize(first + count, have_radii, have_colors);
+    if (write(particles_, first)) return true;
+    resize(first, have_radii, have_colors);
+    return false;
+  }
   /// Another position for a particle that is there.
   void move(std::size_t index, const Vec3d& position);
   void radius(double radius);
@@ -49,6 +60,7 @@ class ParticleColumns {
  private:
   void check_position(const Vec3d& position) const;
   void check_scale(const Vec3d& color);
+  void resize(std::size_t count, bool have_radii, bool have_colors);
 
   struct Hash : std::hash<std::string_view> {
     using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name

@@ -68,6 +68,11 @@ bool ParticleInput::fill(std::size_t count) {
   return true;
 }
 
+const char* ParticleInput::peek_bytes(std::size_t count) {
+  if (count > block_.size()) block_.resize(count);
+  return fill(count) ? block_.data() + next_ : nullptr;
+}
+
 bool ParticleInput::skip_bytes(std::uint64_t count) {
   while (count > 0) {
     const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(count, max_bytes_at_once));

@@ -40,6 +40,14 @@ class ParticleInput {
     taken_ += count;
     return bytes;
   }
+  /// The next `count` bytes, as many as memory holds, which stay to be taken; nullptr when the file
+  /// ends before them. Valid until any other call.
+  const char* peek_bytes(std::size_t count);
+  /// Takes the next `count` bytes, which have been looked at.
+  void take_peeked(std::size_t count) {
+    next_ += count;
+    taken_ += count;
+  }
   /// Passes over `count` bytes; false when the file ends before them.
   bool skip_bytes(std::uint64_t count);
 

@@ -1,9 +1,11 @@
 #include "common/input/particles/particle_spheres.h"
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <utility>
 
+#include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -42,31 +44,61 @@ void release(Column& column) {
   Column().swap(column);
 }
 
-/// The numbers of the particles' materials, each looked up once.
-class SurfacePicker {
+/// The numbers of the particles' materials, in the order in which the particles first use them;
+/// each is looked up once.
+class Surfaces {
  public:
-  SurfacePicker(const Particles& particles, const ParticleMaterial& material,
-                const MaterialNames& names, MaterialTable& table)
-      : particles_(particles), material_(material), names_(names), table_(table) {
+  Surfaces(const Particles& particles, const ParticleMaterial& material, const MaterialNames& names,
+           MaterialTable& table)
+      : particles_(particles), material_(material), names_(names), table_(table) {}
+
+  /// False: there are too many materials.
+  bool find_all() {
+    const bool by_color = material_.rule == MaterialRule::column;
+    const bool one = material_.rule == MaterialRule::named;
     constexpr std::size_t atomic_numbers = 256;
-    known_.resize(material.rule == MaterialRule::by_type ? particles.type_names.size()
-                                                         : atomic_numbers);
+    if (by_color) {
+      numbers_.reserve(particles_.count());
+    } else {
+      numbers_.resize(
+          material_.rule == MaterialRule::by_type ? particles_.type_names.size() : atomic_numbers,
+          unknown);
+    }
+    for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
+      const std::size_t kind = kind_of(i);
+      if (!by_color && numbers_[kind] != unknown) continue;
+      const auto number =
+          table_.intern(by_color ? diffuse(particles_.colors[i]) : material_of(kind));
+      if (!number) return false;
+      if (by_color) {
+        numbers_.push_back(*number);
+      } else {
+        numbers_[kind] = *number;
+      }
+    }
+    return true;
   }
 
-  /// Nothing: there are too many materials.
-  std::optional<std::uint32_t> pick(std::size_t particle) {
-    if (material_.rule == MaterialRule::column) {
-      return table_.intern(diffuse(particles_.colors[particle]));
-    }
-    const std::size_t kind = kind_of(particle);
-    if (!known_[kind]) known_[kind] = table_.intern(material_of(kind));
-    return known_[kind];
+  /// Of what find_all() has found.
+  [[nodiscard]] std::uint32_t operator[](std::size_t particle) const {
+    return numbers_[kind_of(particle)];
   }
 
  private:
+  static constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
+
+  /// Of particles of one kind, the material is looked up once.
   [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
-    if (material_.rule == MaterialRule::by_element) return particles_.elements[particle];
-    return material_.rule == MaterialRule::by_type ? particles_.types[particle] : 0;
+    switch (material_.rule) {
+      case MaterialRule::by_element:
+        return particles_.elements[particle];
+      case MaterialRule::by_type:
+        return particles_.types[particle];
+      case MaterialRule::column:
+        return particle;
+      default:
+        return 0;
+    }
   }
 
   [[nodiscard]] Material material_of(std::size_t kind) const {
@@ -82,7 +114,7 @@ class SurfacePicker {
   const ParticleMaterial& material_;
   const MaterialNames& names_;
   MaterialTable& table_;
-  std::vector<std::optional<std::uint32_t>> known_;  // by atomic number, by type, or one for all
+  std::vector<std::uint32_t> numbers_;  // by kind
 };
 
 double radius_of(const Particles& particles, const ParticleRadius& radius, std::size_t particle) {
@@ -182,27 +214,30 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
 }
 
 void append_spheres(Particles particles, const ParticleSource& source,
-                    const MaterialNames& materials, Scene& scene) {
+                    const MaterialNames& materials, Scene& scene, int threads) {
   const std::size_t count = particles.count();
   if (count > limits::max_spheres - scene.spheres.size()) {
     fail_too_many(source, limits::max_spheres, " spheres in all: split the scene");
   }
+  if (count == 0) return;
   if (source.material.rule != MaterialRule::column) release(particles.colors);
   if (source.material.rule != MaterialRule::by_type) release(particles.types);
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
-  SurfacePicker surfaces(particles, source.material, materials, table);
-  scene.spheres.reserve(scene.spheres.size() + count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::optional<std::uint32_t> material = surfaces.pick(i);
-    if (!material) {
-      fail_too_many(source, limits::max_materials,
-                    " distinct materials in the scene: round the file's colours");
-    }
-    scene.spheres.push_back({without_negative_zero(particles.positions[i]),
-                             radius_of(particles, source.radius, i), *material});
+  Surfaces surfaces(particles, source.material, materials, table);
+  if (!surfaces.find_all()) {
+    fail_too_many(source, limits::max_materials,
+                  " distinct materials in the scene: round the file's colours");
   }
+  const std::size_t first = scene.spheres.size();
+  scene.spheres.resize(first + count);
+  Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      scene.spheres[first + i] = {without_negative_zero(particles.positions[i]),
+                                  radius_of(particles, source.radius, i), surfaces[i]};
+    }
+  });
   scene.materials = table.take();
 }
 

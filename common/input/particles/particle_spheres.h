@@ -31,6 +31,6 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
 /// problem: remedy" when spheres or distinct materials are more than limits.h allows; `scene` is
 /// then of no use.
 void append_spheres(Particles particles, const ParticleSource& source,
-                    const MaterialNames& materials, Scene& scene);
+                    const MaterialNames& materials, Scene& scene, int threads = 1);
 
 }  // namespace parray

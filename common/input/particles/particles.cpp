@@ -58,7 +58,7 @@ bool may_hold_frames(const std::filesystem::path& path) {
          format == ParticleFormat::pdb;
 }
 
-Particles read_particles(const std::filesystem::path& path, std::uint64_t frame) {
+Particles read_particles(const std::filesystem::path& path, std::uint64_t frame, int threads) {
   const ParticleFormat format = particle_format_of(path);
   if (frame > 0 && !may_hold_frames(path)) {
     FilePlace{path.string()}.fail("no frame " + std::to_string(frame) +
@@ -69,7 +69,7 @@ Particles read_particles(const std::filesystem::path& path, std::uint64_t frame)
   ParticleInput input(file);
   switch (format) {
     case ParticleFormat::ply:
-      return read_ply(input);
+      return read_ply(input, threads);
     case ParticleFormat::csv:
       return read_csv(input);
     case ParticleFormat::xyz:

@@ -40,6 +40,8 @@ bool may_hold_frames(const std::filesystem::path& path);
 /// what counts in each format. A file without particles is an error. Strict: what is not a number,
 /// not finite, out of range or missing is InputError "FILE:LINE: problem: remedy" (a byte offset
 /// for binary files). Streams: beside the columns, memory does not grow with the file.
-Particles read_particles(const std::filesystem::path& path, std::uint64_t frame = 0);
+/// The same, errors too, for any number of threads.
+Particles read_particles(const std::filesystem::path& path, std::uint64_t frame = 0,
+                         int threads = 1);
 
 }  // namespace parray

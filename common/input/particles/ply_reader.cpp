@@ -1,44 +1,18 @@
 #include <algorithm>
+#include <atomic>
 #include <bit>
-#include <cstring>
 
+#include "common/base/bands.h"
 #include "common/base/printable.h"
 #include "common/input/particles/particle_text.h"
 #include "common/input/particles/ply_header.h"
+#include "common/input/particles/ply_rows.h"
+#include "common/input/particles/ply_value.h"
 #include "common/input/particles/readers.h"
 #include "common/input/particles/row_layout.h"
 
 namespace parray {
 namespace {
-
-template <typename T>
-double value_of(const char* bytes, bool swapped) {
-  std::array<char, sizeof(T)> own{};
-  std::memcpy(own.data(), bytes, sizeof(T));
-  if (swapped) std::reverse(own.begin(), own.end());
-  return static_cast<double>(std::bit_cast<T>(own));
-}
-
-double value_of(const char* bytes, PlyType type, bool swapped) {
-  switch (type) {
-    case PlyType::int8:
-      return value_of<std::int8_t>(bytes, swapped);
-    case PlyType::uint8:
-      return value_of<std::uint8_t>(bytes, swapped);
-    case PlyType::int16:
-      return value_of<std::int16_t>(bytes, swapped);
-    case PlyType::uint16:
-      return value_of<std::uint16_t>(bytes, swapped);
-    case PlyType::int32:
-      return value_of<std::int32_t>(bytes, swapped);
-    case PlyType::uint32:
-      return value_of<std::uint32_t>(bytes, swapped);
-    case PlyType::float32:
-      return value_of<float>(bytes, swapped);
-    default:
-      return value_of<double>(bytes, swapped);
-  }
-}
 
 [[noreturn]] void fail_end(const ParticleInput& input, const PlyElement& element) {
   input.fail("the file ends within its elements '" + printable(element.name) +
@@ -78,6 +52,11 @@ class AsciiReader {
   /// Of a property that is no list.
   [[nodiscard]] double value(std::size_t property) const {
     return number_field(texts_[property], "value", input_->place());
+  }
+
+  /// Text is read line by line.
+  static std::uint64_t add_blocks(const PlyElement&, const RowLayout&, ParticleColumns&, int) {
+    return 0;
   }
 
   void check_end() {
@@ -123,6 +102,26 @@ class BinaryReader {
   /// Of a property that is no list.
   [[nodiscard]] double value(std::size_t property) const { return values_[property]; }
 
+  /// Adds vertices in blocks, side by side, as long as all of a block are good; returns how many.
+  /// The others are left to be read one by one, which finds out what is wrong, and where.
+  std::uint64_t add_blocks(const PlyElement& vertex, const RowLayout& layout,
+                           ParticleColumns& columns, int threads) {
+    constexpr std::uint64_t usual_bytes = 1U << 21;
+    const bool has_lists = std::ranges::any_of(vertex.properties, &is_list);
+    if (has_lists || vertex.count == 0) return 0;
+    const PlyRows rows(vertex, layout, swapped_);
+    const std::uint64_t usual_rows = usual_bytes / rows.row_bytes() + 1;
+    std::uint64_t done = 0;
+    while (done < vertex.count) {
+      const auto count = static_cast<std::size_t>(std::min(usual_rows, vertex.count - done));
+      const char* const data = input_->peek_bytes(count * rows.row_bytes());
+      if (data == nullptr || !add_block(rows, data, count, layout, columns, threads)) break;
+      input_->take_peeked(count * rows.row_bytes());
+      done += count;
+    }
+    return done;
+  }
+
   void check_end() {
     if (input_->next_bytes(1) != nullptr) {
       input_->fail("data after the last element: are the counts in the header right?");
@@ -130,10 +129,29 @@ class BinaryReader {
   }
 
  private:
+  static bool is_list(const PlyProperty& property) { return property.list_size.has_value(); }
+
+  static bool add_block(const PlyRows& rows, const char* data, std::size_t count,
+                        const RowLayout& layout, ParticleColumns& columns, int threads) {
+    return columns.rows(
+        count, layout.radius.has_value(), layout.color.has_value(),
+        [&](Particles& particles, std::size_t first) {
+          std::atomic<bool> good = true;
+          Bands(count, threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
+            if (!rows.read(data + begin * rows.row_bytes(), end - begin, particles,
+                           first + begin)) {
+              good = false;
+            }
+          });
+          return good.load();
+        });
+  }
+
   double next_value(PlyType type, const PlyElement& element) {
     const char* bytes = input_->next_bytes(size_of(type));
     if (bytes == nullptr) fail_end(*input_, element);
-    return value_of(bytes, type, swapped_);
+    return with_ply_type(type,
+                         [&](auto value) { return ply_value<decltype(value)>(bytes, swapped_); });
   }
 
   ParticleInput* input_;
@@ -177,6 +195,8 @@ class VertexLayout {
     if (layout_.color) check_color(vertex, place);
   }
 
+  [[nodiscard]] const RowLayout& rows() const { return layout_; }
+
   /// Adds the vertex that `reader` stands at.
   template <typename Reader>
   void add(const Reader& reader, ParticleColumns& columns) const {
@@ -219,15 +239,17 @@ const PlyElement& vertex_of(const PlyHeader& header, const FilePlace& place) {
 }
 
 template <typename Reader>
-Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader) {
+Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader, int threads) {
   const PlyElement& vertex = vertex_of(header, input.place());
   const VertexLayout layout(vertex, input.place());
   ParticleColumns columns(input.place());
   if (input.bytes_left()) columns.expect(vertex.count);  // check_size() has seen it
   for (const PlyElement& element : header.elements) {
-    for (std::uint64_t i = 0; i < element.count; ++i) {
+    const bool is_vertex = &element == &vertex;
+    std::uint64_t i = is_vertex ? reader.add_blocks(vertex, layout.rows(), columns, threads) : 0;
+    for (; i < element.count; ++i) {
       reader.next(element);
-      if (&element == &vertex) layout.add(reader, columns);
+      if (is_vertex) layout.add(reader, columns);
     }
   }
   reader.check_end();
@@ -236,11 +258,13 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
 
 }  // namespace
 
-Particles read_ply(ParticleInput& input) {
+Particles read_ply(ParticleInput& input, int threads) {
   const PlyHeader header = read_ply_header(input);
   check_size(header, input);
-  if (header.format == PlyFormat::ascii) return read_elements(header, input, AsciiReader(input));
-  return read_elements(header, input, BinaryReader(input, header.format));
+  if (header.format == PlyFormat::ascii) {
+    return read_elements(header, input, AsciiReader(input), threads);
+  }
+  return read_elements(header, input, BinaryReader(input, header.format), threads);
 }
 
 }  // namespace parray

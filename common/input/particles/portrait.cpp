@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
+#include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/input/particles/principal_axes.h"
@@ -48,6 +50,10 @@ struct Wedge {
     right = std::max(right, x + depth);
     left = std::max(left, depth - x);
   }
+  void add(const Wedge& other) {
+    right = std::max(right, other.right);
+    left = std::max(left, other.left);
+  }
   /// Nearest z of an eye that has everything in the wedge; and the x that centres it.
   [[nodiscard]] double distance() const { return (right + left) / (2 * t); }
   [[nodiscard]] double middle() const { return (right - left) / 2; }
@@ -58,18 +64,61 @@ struct Wedge {
   double left = -infinity;
 };
 
-Camera camera_for(std::span<const Sphere> spheres, const Frame& view, double aspect) {
-  Camera camera;
-  camera.vfov = vfov;
-  camera.tan_half_vfov = tan_half_of(vfov);
-  Wedge vertical(filled * camera.tan_half_vfov);
-  Wedge horizontal(filled * camera.tan_half_vfov * aspect);
-  for (const Sphere& sphere : spheres) {
+/// What the portrait needs to know of all spheres: extremes, which are the same in any order.
+struct Outline {
+  Outline(double tangent, double aspect) : vertical(tangent), horizontal(tangent * aspect) {}
+
+  void add(const Sphere& sphere, const Frame& frame, const Frame& view) {
     const Vec3d p = sphere.center - view.center;
     const double z = dot(p, view.back);
     horizontal.add(dot(p, view.right), z, sphere.radius);
     vertical.add(dot(p, view.up), z, sphere.radius);
+    reach = std::max(reach, length(p) + sphere.radius);
+    const double low = dot(p, frame.up) - sphere.radius;
+    if (low < bottom) {
+      bottom = low;
+      lowest = &sphere;
+    }
   }
+  /// `later`: of spheres after those of this one.
+  void add(const Outline& later) {
+    horizontal.add(later.horizontal);
+    vertical.add(later.vertical);
+    reach = std::max(reach, later.reach);
+    if (later.bottom < bottom) {
+      bottom = later.bottom;
+      lowest = later.lowest;
+    }
+  }
+
+  Wedge vertical;
+  Wedge horizontal;
+  double reach = 0;  ///< radius, around the frame's centre, of a ball that holds all spheres
+  double bottom = infinity;
+  const Sphere* lowest = nullptr;  ///< the first of the lowest
+};
+
+Outline outline_of(std::span<const Sphere> spheres, const Frame& frame, const Frame& view,
+                   double aspect, int threads) {
+  const Outline none(filled * tan_half_of(vfov), aspect);
+  const Bands bands(spheres.size(), threads);
+  std::vector<Outline> parts(bands.count(), none);
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    Outline part = none;
+    for (const Sphere& sphere : spheres.subspan(begin, end - begin)) part.add(sphere, frame, view);
+    parts[band] = part;
+  });
+  Outline whole = none;
+  for (const Outline& part : parts) whole.add(part);
+  return whole;
+}
+
+Camera camera_for(const Outline& outline, const Frame& view) {
+  Camera camera;
+  camera.vfov = vfov;
+  camera.tan_half_vfov = tan_half_of(vfov);
+  const Wedge& horizontal = outline.horizontal;
+  const Wedge& vertical = outline.vertical;
   camera.focus_distance = std::max(horizontal.distance(), vertical.distance());
   camera.look_at = view.center + horizontal.middle() * view.right + vertical.middle() * view.up;
   camera.look_from = camera.look_at + camera.focus_distance * view.back;
@@ -78,20 +127,7 @@ Camera camera_for(std::span<const Sphere> spheres, const Frame& view, double asp
   return camera;
 }
 
-/// Radius, around the frame's centre, of a ball that holds all spheres.
-double reach_of(std::span<const Sphere> spheres, const Frame& frame) {
-  double reach = 0;
-  for (const Sphere& sphere : spheres) {
-    reach = std::max(reach, length(sphere.center - frame.center) + sphere.radius);
-  }
-  return reach;
-}
-
-Sphere ground_below(std::span<const Sphere> spheres, const Frame& frame, double reach) {
-  const auto bottom = [&](const Sphere& sphere) {
-    return dot(sphere.center - frame.center, frame.up) - sphere.radius;
-  };
-  const Sphere& lowest = *std::ranges::min_element(spheres, {}, bottom);
+Sphere ground_below(const Sphere& lowest, const Frame& frame, double reach) {
   // Tangent to the plane that the lowest sphere stands on: all others are above that.
   const double radius = ground_radius * reach;
   return {lowest.center - (lowest.radius + radius) * frame.up, radius, 0};
@@ -127,15 +163,15 @@ void check(const Portrait& portrait) {
 
 }  // namespace
 
-Portrait portrait_of(std::span<const Sphere> spheres, double aspect) {
+Portrait portrait_of(std::span<const Sphere> spheres, double aspect, int threads) {
   const Frame frame = principal_axes(spheres);
   const Frame view = turned(frame);
-  const double reach = reach_of(spheres, frame);
+  const Outline outline = outline_of(spheres, frame, view, aspect, threads);
   Portrait portrait;
-  portrait.camera = camera_for(spheres, view, aspect);
+  portrait.camera = camera_for(outline, view);
   portrait.sky.horizon = portrait.sky.zenith = {sky_radiance, sky_radiance, sky_radiance};
-  portrait.ground = ground_below(spheres, frame, reach);
-  portrait.flag = flag_beside(view, reach);
+  portrait.ground = ground_below(*outline.lowest, frame, outline.reach);
+  portrait.flag = flag_beside(view, outline.reach);
   check(portrait);
   return portrait;
 }

@@ -31,6 +31,6 @@ inline constexpr Material portrait_plain{MaterialType::diffuse, {0.35, 0.48, 0.6
 /// Throws InputError, without a file's name, when camera or ground would lie beyond
 /// limits::max_length, or the group is so far from the origin that the digits do not tell the
 /// camera's place from what it looks at.
-Portrait portrait_of(std::span<const Sphere> spheres, double aspect);
+Portrait portrait_of(std::span<const Sphere> spheres, double aspect, int threads = 1);
 
 }  // namespace parray

@@ -50,8 +50,9 @@ RenderSettings portrait_settings() {
 }
 
 PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMaterial& material,
-                             const ParticleRadius& radius, const RenderSettings& settings) {
-  Particles particles = read_particles(path);
+                             const ParticleRadius& radius, const RenderSettings& settings,
+                             int threads) {
+  Particles particles = read_particles(path, 0, threads);
   PortraitScene out;
   out.source.file = path.string();
   out.source.material = material;
@@ -65,7 +66,7 @@ PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMa
   Scene& scene = out.file.scene;
   scene.materials = {portrait_ground, portrait_flag};
   scene.spheres.resize(helpers);
-  append_spheres(std::move(particles), out.source, names, scene);
+  append_spheres(std::move(particles), out.source, names, scene, threads);
   const auto shown = std::span(scene.spheres).subspan(helpers);
   if (radius_is_open) {
     out.source.radius.value = lattice_radius(shown);
@@ -73,7 +74,7 @@ PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMa
   }
   try {
     const Portrait portrait =
-        portrait_of(shown, static_cast<double>(settings.width) / settings.height);
+        portrait_of(shown, static_cast<double>(settings.width) / settings.height, threads);
     scene.camera = portrait.camera;
     scene.sky = portrait.sky;
     scene.spheres[0] = portrait.ground;

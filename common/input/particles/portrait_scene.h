@@ -25,7 +25,8 @@ struct PortraitScene {
 ///
 /// Throws InputError "FILE: problem: remedy".
 PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMaterial& material,
-                             const ParticleRadius& radius, const RenderSettings& settings);
+                             const ParticleRadius& radius, const RenderSettings& settings,
+                             int threads = 1);
 
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);

@@ -14,7 +14,7 @@ namespace parray {
 /// radius (or r, where there is no g and b); red, green, blue (or r, g, b): uchar is 8-bit sRGB,
 /// float and double are linear from 0 to 1. Other properties and elements are passed over. `scale`
 /// is passed over too: programs write lengths, factors and logarithms under that name.
-Particles read_ply(ParticleInput& input);
+Particles read_ply(ParticleInput& input, int threads);
 
 /// A table with one header line; the columns are those of layout_of(), letter case aside. The first
 /// comma, semicolon or tab of the header separates fields; where it has none, blanks do. Fields may
