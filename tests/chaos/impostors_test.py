@@ -40,7 +40,8 @@ class Impostors(unittest.TestCase):
                 self.assertEqual(report["image_sha256"], json.loads(expected.read_text())["image_sha256"])
                 states = {worker["name"]: worker["state"] for worker in farm.workers()}
                 self.assertEqual(states, {"impostor": "quarantined", "ann": "ready", "bob": "ready"})
-                self.assertRegex(farm.job(job)["flag"], "worker 'impostor' returned wrong bits: ")
+                # Of a liar whose results were only second opinions there is nothing to trace again.
+                self.assertRegex(farm.job(job)["flag"], "'impostor'.* returned (wrong|different) bits")
 
     def test_a_worker_of_another_release_is_refused_with_a_word(self):
         with Farm() as farm:
