@@ -52,6 +52,11 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge) {
         "--target-error with --denoise: the error of the denoised picture is known to parray "
         "render alone while it renders: use that, or give --spp");
   }
+  if (settings.target_half_width > 0) {
+    throw InputError(
+        "--target-error with --denoise and --target-half-width: a denoised picture states no "
+        "half-widths: leave one of them out");
+  }
   if (settings.time_limit > 0) {
     throw InputError(
         "--target-error with --denoise and --time-limit: how long it takes to tell the error of "

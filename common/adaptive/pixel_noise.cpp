@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 
+#include "common/base/bands.h"
 #include "common/math/float_mode.h"
 
 namespace parray {
@@ -128,18 +128,10 @@ std::size_t noise_bands(std::size_t height) {
 
 void for_noise_bands(std::size_t height, const std::function<void(const NoiseBand&)>& work) {
   const std::size_t bands = noise_bands(height);
-  std::exception_ptr failure;
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t band = 0; band < bands; ++band) {
+  side_by_side(bands, 0, [&](std::size_t band) {
     const FloatMode ieee;
-    try {
-      work({band, height * band / bands, height * (band + 1) / bands});
-    } catch (...) {
-#pragma omp critical(noise_band_failure)
-      failure = std::current_exception();
-    }
-  }
-  if (failure) std::rethrow_exception(failure);
+    work({band, height * band / bands, height * (band + 1) / bands});
+  });
 }
 
 NoiseWindow::NoiseWindow(std::size_t reach, std::size_t width)

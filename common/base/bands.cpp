@@ -11,6 +11,31 @@ constexpr std::size_t least_items = 1U << 14;
 
 }  // namespace
 
+void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
+  if (count == 1) {
+    work(0);
+    return;
+  }
+  std::vector<std::exception_ptr> failures(count);
+  const auto caught = [&](std::size_t i) {
+    try {
+      work(i);
+    } catch (...) {
+      failures[i] = std::current_exception();
+    }
+  };
+  if (threads > 0) {
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (std::size_t i = 0; i < count; ++i) caught(i);
+  } else {
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t i = 0; i < count; ++i) caught(i);
+  }
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+}
+
 Bands::Bands(std::size_t items, int threads)
     : items_(items),
       count_(std::clamp<std::size_t>(items / least_items, 1,
@@ -21,22 +46,8 @@ std::size_t Bands::begin(std::size_t band) const {
 }
 
 void Bands::run(const Work& work) const {
-  if (count_ == 1) {
-    work(0, 0, items_);
-    return;
-  }
-  std::vector<std::exception_ptr> failures(count_);
-#pragma omp parallel for num_threads(static_cast <int>(count_)) schedule(static, 1)
-  for (std::size_t band = 0; band < count_; ++band) {
-    try {
-      work(band, begin(band), end(band));
-    } catch (...) {
-      failures[band] = std::current_exception();
-    }
-  }
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
+  side_by_side(count_, static_cast<int>(count_),
+               [&](std::size_t band) { work(band, begin(band), end(band)); });
 }
 
 }  // namespace parray

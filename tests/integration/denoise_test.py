@@ -71,7 +71,8 @@ class Denoise(CliTest):
 
     def test_a_target_of_the_denoised_picture_is_refused_where_nobody_can_tell_it(self):
         options = ["--denoise", "--target-error", "0.02", "-o", self.path("a.exr")]
-        for command in (["submit", self.scene, "--wait"], ["render", self.scene, "--time-limit", "5"]):
+        for command in (["submit", self.scene, "--wait"], ["render", self.scene, "--time-limit", "5"],
+                        ["render", self.scene, "--target-half-width", "0.05"]):
             with self.subTest(command=command):
                 result = run(*command, *options)
                 self.assertEqual(result.returncode, 2)

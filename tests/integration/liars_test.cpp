@@ -157,6 +157,30 @@ TEST_CASE("of two that differ a third decides, whoever came first; what the liar
   }
 }
 
+/// `ann` does everything but what the slow one and the liar hold, which do nothing, until it holds
+/// a copy of the liar's lease, which is returned.
+static msg::Grant work_until_copied(Service& service, Hand& slow, Hand& ann, Hand& liar) {
+  std::optional<msg::Grant> lies;
+  for (int round = 0; round < 200; ++round) {
+    service.turn();
+    for (Hand* hand : {&slow, &ann, &liar}) {
+      hand->listen();
+      hand->beat();
+    }
+    if (!liar.held.empty() && !lies) {
+      lies = liar.held.begin()->second;
+    }
+    if (!ann.held.empty() && lies && ann.held.begin()->first.second == lies->epoch) {
+      return *lies;
+    }
+    if (!ann.held.empty()) {
+      ann.send_honest(ann.put_down());
+    }
+  }
+  FAIL("no copy was made");
+  return {};
+}
+
 TEST_CASE("the copies near the end are compared, too") {
   for (const bool liar_first : {true, false}) {
     CAPTURE(liar_first);
@@ -166,35 +190,16 @@ TEST_CASE("the copies near the end are compared, too") {
     Hand liar(service, "liar");
     const JobId job = service.submit(small_scene(), many_leases());
     service.turn();
-    // Everything but what the slow one holds, and what the liar holds.
-    std::optional<msg::Grant> lies;
-    for (int round = 0; round < 200; ++round) {
-      service.turn();
-      for (Hand* hand : {&slow, &ann, &liar}) {
-        hand->listen();
-        hand->beat();
-      }
-      if (!liar.held.empty() && !lies) {
-        lies = liar.held.begin()->second;
-      }
-      if (!ann.held.empty() && ann.held.begin()->first.second == lies->epoch) {
-        break;  // a copy
-      }
-      if (!ann.held.empty()) {
-        ann.send_honest(ann.put_down());
-      }
-    }
-    REQUIRE_FALSE(ann.held.empty());
-    REQUIRE(ann.held.begin()->first.second == lies->epoch);
+    const msg::Grant lies = work_until_copied(service, slow, ann, liar);
     const msg::Grant copy = ann.put_down();
     if (liar_first) {
-      liar.send_lie(*lies);
+      liar.send_lie(lies);
       service.turn();
       ann.send_honest(copy);
     } else {
       ann.send_honest(copy);
       service.turn();
-      liar.send_lie(*lies);
+      liar.send_lie(lies);
     }
     service.turn();
     CHECK(service.tally().mismatch == 1);
@@ -211,26 +216,11 @@ TEST_CASE("a liar that is asked twice about the same samples is one voice, not t
   Hand liar(service, "liar");
   const JobId job = service.submit(small_scene(), many_leases());
   service.turn();
-  std::optional<msg::Grant> late;
-  for (int round = 0; round < 200; ++round) {
-    service.turn();
-    for (Hand* hand : {&slow, &ann, &liar}) {
-      hand->listen();
-      hand->beat();
-    }
-    if (!liar.held.empty() && !late) {
-      late = liar.held.begin()->second;
-    }
-    const bool copy = late && !ann.held.empty() && ann.held.begin()->first.second == late->epoch;
-    if (!ann.held.empty()) {
-      ann.send_honest(ann.put_down());
-    }
-    if (copy) break;
-  }
+  const msg::Grant late = work_until_copied(service, slow, ann, liar);
+  ann.send_honest(ann.put_down());
   // Its own result of the lease comes late; then it gets the spot check of the same cells.
-  REQUIRE(late);
-  liar.held.erase({late->job, late->epoch});
-  liar.send_lie(*late);
+  liar.held.erase({late.job, late.epoch});
+  liar.send_lie(late);
   work(service, {{&ann, honest}, {&liar, lying}}, job, 60);  // the slow one is lost
   CHECK(service.tally().mismatch > 0);
   CHECK(service.worker("ann").at("state") == "ready");
