@@ -54,7 +54,6 @@ class LaneSearchOf final : public LaneSearch<Real> {
         slot_of_(spheres.size()) {
     scene_.features.sides = sides;
     scene_.bvh = tables_.view();
-    scene_.bvh.prefetch = false;
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
       if (tables_.input_index()[slot] != no_sphere) {
         slot_of_.at(tables_.input_index()[slot]) = slot;
@@ -66,9 +65,6 @@ class LaneSearchOf final : public LaneSearch<Real> {
     std::memset(space_->stack_t, 0xA5, sizeof space_->stack_t);
     std::memset(space_->stack_child, 0xA5, sizeof space_->stack_child);
   }
-
-  /// As where the tables are larger than the caches.
-  void prefetch() { scene_.bvh.prefetch = true; }
 
   std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) override {
     space_->inside.clear();
@@ -151,17 +147,12 @@ auto with_kernels_of(Isa isa, Function function) {
 template <typename P>
 std::unique_ptr<LaneSearch<typename P::Real>> lane_search(Isa isa,
                                                           const Spheres<typename P::Store>& spheres,
-                                                          bool tree, bool sides,
-                                                          bool prefetch = false) {
+                                                          bool tree, bool sides) {
   using Real = typename P::Real;
   using Store = typename P::Store;
   return with_kernels_of<P>(isa, [&](auto width, auto find) -> std::unique_ptr<LaneSearch<Real>> {
     using Search = LaneSearchOf<Real, Store, decltype(width)::value>;
-    auto search = std::make_unique<Search>(find, spheres, tree, sides);
-    if (prefetch) {
-      search->prefetch();
-    }
-    return search;
+    return std::make_unique<Search>(find, spheres, tree, sides);
   });
 }
 

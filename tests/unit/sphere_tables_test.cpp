@@ -85,7 +85,7 @@ class Walk {
   static Box box_of(const WideNode<Store, F::width>& node, int k) {
     Box box;
     for (std::size_t p = 0; p < 6; ++p) {
-      box[p] = node.planes[p][k];
+      box[p] = node.planes[p % 3][p / 3][k];
     }
     return box;
   }
@@ -248,14 +248,14 @@ TEST_CASE_TEMPLATE("every octant's order names each child once, farther ones fir
         double before = std::numeric_limits<double>::infinity();
         for (const std::uint8_t k : node.order[octant]) {
           ++met.at(k);
-          if (node.planes[0][k] > node.planes[3][k]) {
+          if (node.planes[0][0][k] > node.planes[0][1][k]) {
             continue;
           }
           double along = 0;  // of the middle, in the direction that the octant's rays take
           double size = 0;
           for (int axis = 0; axis < 3; ++axis) {
-            const double lo = node.planes[axis][k];
-            const double hi = node.planes[axis + 3][k];
+            const double lo = node.planes[axis][0][k];
+            const double hi = node.planes[axis][1][k];
             along += (octant >> axis & 1) != 0 ? -(lo + hi) : lo + hi;
             size += std::abs(lo) + std::abs(hi);
           }

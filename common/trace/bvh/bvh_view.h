@@ -37,11 +37,10 @@ PARRAY_INLINE SphereShape<Real> sphere_at(const SphereBlock<Store, W>* blocks, s
           Real(block.radius[lane])};
 }
 
-/// A node with up to W children. Bounds of absent children are empty: no ray meets them, unless it
-/// is not a number; that one ends there.
+/// A node with up to W children. Bounds of absent children are empty, so that no ray meets them.
 template <typename Store, int W>
 struct alignas(64) WideNode {
-  Store planes[6][W];        ///< lower x, y, z, then upper x, y, z of each child
+  Store planes[3][2][W];     ///< lower and upper x of each child, then y, then z
   std::uint32_t child[W];    ///< see ChildRef
   std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
 };
@@ -54,7 +53,6 @@ struct BvhView {
   std::uint32_t node_count = 0;
   std::uint32_t open_spheres = 0;  ///< in the first blocks, in input order
   std::uint32_t stack_size = 0;    ///< pending children that a ray can have
-  bool prefetch = false;           ///< the tables are larger than the caches
 };
 
 }  // namespace parray

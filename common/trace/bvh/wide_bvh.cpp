@@ -10,9 +10,6 @@ namespace {
 /// Spheres this many times larger than the median one stand outside the tree.
 constexpr double giant = 32;
 
-/// Tables of this size stay in a core's own cache.
-constexpr std::size_t cache_bytes = std::size_t{512} << 10;
-
 template <typename Store>
 Store half_area(const Bounds<Store>& box) {
   const Vec3<Store> d = box.hi - box.lo;
@@ -80,9 +77,11 @@ Bounds<Store> inflated(const Bounds<Store>& box) {
 
 template <typename Store, int W>
 void set_bounds(WideNode<Store, W>& node, int child, const Bounds<Store>& box) {
-  const Store planes[6] = {box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z};
-  for (int p = 0; p < 6; ++p) {
-    node.planes[p][child] = planes[p];
+  const Vec3<Store> bounds[2] = {box.lo, box.hi};
+  for (int side = 0; side < 2; ++side) {
+    node.planes[0][side][child] = bounds[side].x;
+    node.planes[1][side][child] = bounds[side].y;
+    node.planes[2][side][child] = bounds[side].z;
   }
 }
 
@@ -96,7 +95,7 @@ void set_order(WideNode<Store, W>& node, int children) {
       order[k] = static_cast<std::uint8_t>(k);
       nearness[k] = 0;
       for (int axis = 0; axis < 3 && k < children; ++axis) {
-        const Store middle = node.planes[axis][k] + node.planes[axis + 3][k];
+        const Store middle = node.planes[axis][0][k] + node.planes[axis][1][k];
         nearness[k] += (octant >> axis & 1) != 0 ? middle : -middle;
       }
     }
@@ -132,8 +131,7 @@ WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool t
 
 template <typename Store, int W>
 BvhView<Store, W> WideBvh<Store, W>::view() const {
-  return {nodes(),        blocks(),     input_index(),        node_count(),
-          open_spheres(), stack_size(), bytes() > cache_bytes};
+  return {nodes(), blocks(), input_index(), node_count(), open_spheres(), stack_size()};
 }
 
 template <typename Store, int W>
@@ -200,15 +198,15 @@ void WideBvh<Store, W>::count_wide(const BinaryTree<Store>& tree, std::uint32_t 
 template <typename Store, int W>
 std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree, std::uint32_t root,
                                       const BuildSphere<Store>* spheres, std::uint32_t level) {
-  constexpr Store inf = std::numeric_limits<Store>::infinity();
+  constexpr Store most = std::numeric_limits<Store>::max();
   depth_ = std::max(depth_, level);
   const std::uint32_t made = next_node_++;
   WideNode<Store, W>& node = nodes_[made];
   const Children<Store, W> children(tree, root);
   for (int k = 0; k < W; ++k) {
     if (k >= children.count) {
-      set_bounds(node, k, {{inf, inf, inf}, {-inf, -inf, -inf}});
-      node.child[k] = ChildRef::is_end;  // only a ray that is not a number gets here: it is lost
+      set_bounds(node, k, {{most, most, most}, {-most, -most, -most}});
+      node.child[k] = ChildRef::is_end;  // nothing gets here
       continue;
     }
     const BinaryNode<Store>& child = tree.nodes[children.node[k]];

@@ -60,11 +60,10 @@ struct SampleBatch {
   alignas(64) std::uint32_t sample[column_size] = {};  ///< its number within the pixel
 };
 
-/// Radiance of each sample of a batch, in the fixed point of RadianceScale: as fixed_of() takes it;
-/// NaN where it is not finite.
+/// Radiance of each sample of a batch, red, green, blue and 0, in the fixed point of RadianceScale:
+/// as fixed_of() takes it; NaN where it is not finite.
 struct BatchRadiance {
-  std::uint64_t lost = 0;  ///< added to: see TraceCounts
-  alignas(64) double channel[3][SampleBatch::most];
+  alignas(64) double of[SampleBatch::most][4];
 };
 
 }  // namespace parray

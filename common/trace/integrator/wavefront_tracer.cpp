@@ -26,7 +26,7 @@ KernelFeatures features_of(const Scene& scene) {
 /// The kernels of one instruction set: see isa_kernels.h.
 template <typename Real, typename Store, int W>
 struct Kernels {
-  std::uint64_t (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, BatchRadiance&);
+  void (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, PixelSums*, TraceCounts&);
   void (*begin)(const KernelScene<Real, Store, W>&, const SampleBatch&, Workspace<Real, Store>&);
   void (*find)(const KernelScene<Real, Store, W>&, Workspace<Real, Store>&);
 };
@@ -123,10 +123,8 @@ class WavefrontTracer final : public PathTracer {
                  TraceCounts& counts) const override {
     SampleBatch batch;
     batch.y = run.y;
-    BatchRadiance radiance;
     const auto trace_batch = [&] {
-      counts.rays += kernels_.trace(tables_, batch, radiance);
-      add(radiance, batch, sums.data() - run.x_begin, counts);
+      kernels_.trace(tables_, batch, sums.data() - run.x_begin, counts);
       batch.count = 0;
     };
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
@@ -142,7 +140,6 @@ class WavefrontTracer final : public PathTracer {
     if (batch.count > 0) {
       trace_batch();
     }
-    counts.lost += radiance.lost;
   }
 
   void first_hits(const PixelRun& run, const SampleRange& samples,
@@ -166,20 +163,6 @@ class WavefrontTracer final : public PathTracer {
   }
 
  private:
-  /// `pixels` are those of the whole row.
-  static void add(const BatchRadiance& radiance, const SampleBatch& batch, PixelSums* pixels,
-                  TraceCounts& counts) {
-    for (std::uint32_t i = 0; i < batch.count;) {
-      const std::uint32_t x = batch.column[i];
-      PixelSums pixel;  // in registers
-      for (; i < batch.count && batch.column[i] == x; ++i) {
-        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]},
-                  batch.sample[i], pixel, counts);
-      }
-      pixels[x] += pixel;
-    }
-  }
-
   /// What find() has found for a path.
   FirstHit found(const Space& space, std::uint32_t i) const {
     const std::uint32_t slot = space.queries.slot[i];
