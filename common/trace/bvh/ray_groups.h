@@ -46,8 +46,8 @@ struct RayGroup {
 /// the shifts for planes on its near and far side, moved by `margin` so that the first appear
 /// nearer and the second farther (see wide_bvh.h). Where a shift overflows or is not a number,
 /// because the ray runs along the planes, the axis constrains nothing. Rounding, of products that
-/// are fused or not, moves a plane by 4 roundoffs of its coordinate and the origin's at most: a part
-/// of what boxes and margins are grown by.
+/// are fused or not, moves a plane by 4 roundoffs of its coordinate and the origin's at most: a
+/// part of what boxes and margins are grown by.
 template <typename B>
 struct Slab {
   using Store = typename B::Scalar;
