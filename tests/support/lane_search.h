@@ -55,8 +55,8 @@ class LaneSearchOf final : public LaneSearch<Real> {
     scene_.features.sides = sides;
     scene_.bvh = tables_.view();
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
-      if (tables_.input_index()[slot] != no_sphere) {
-        slot_of_.at(tables_.input_index()[slot]) = slot;
+      if (tables_.input_index(slot) != no_sphere) {
+        slot_of_.at(tables_.input_index(slot)) = slot;
       }
     }
     // No answer may depend on what scratch memory holds.
@@ -77,7 +77,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     for (std::uint32_t i = 0; i < queries.size(); ++i) {
       const std::uint32_t slot = space_->queries.slot[i];
       hits.push_back({space_->queries.t[i],
-                      slot == no_sphere ? no_sphere : tables_.input_index()[slot],
+                      slot == no_sphere ? no_sphere : tables_.input_index(slot),
                       space_->queries.leaving[i] != 0});
     }
     return hits;

@@ -56,7 +56,8 @@ class Builder {
   Builder(std::span<Sphere> spheres, std::uint32_t leaf_size)
       : spheres_(spheres), leaf_size_(leaf_size) {
     // Mostly never touched, and therefore never there.
-    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(2 * spheres.size());
+    tree_.capacity = 2 * spheres.size();
+    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(tree_.capacity);
     scratch_ = AlignedArray<Sphere>(spheres.size());
   }
 

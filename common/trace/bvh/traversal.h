@@ -27,7 +27,7 @@ class Traversal {
                           Space& space)
       : nodes_(bvh.nodes),
         blocks_(bvh.blocks),
-        input_index_(bvh.input_index),
+        labels_(bvh.labels),
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
         stack_size_(bvh.stack_size),
@@ -182,7 +182,7 @@ class Traversal {
   }
 
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    return other == no_sphere || input_index_[slot] < input_index_[other];
+    return other == no_sphere || labels_.index(slot) < labels_.index(other);
   }
 
   /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
@@ -461,7 +461,7 @@ class Traversal {
   // Copies, so that they stay in registers whatever is stored.
   const WideNode<Store, width>* nodes_;
   const SphereBlock<Store, width>* blocks_;
-  const std::uint32_t* input_index_;
+  SlotLabels labels_;
   std::uint32_t node_count_;
   std::uint32_t open_spheres_;
   std::uint32_t stack_size_;

@@ -107,13 +107,13 @@ class Wavefront {
     const MaskOf<L> met = t < L(std::numeric_limits<Real>::infinity());
     const std::uint32_t hit = bits_of(met) & present;
     const Uint slot = select(met, Uint::load(&space_.queries.slot[i]), Uint(0U));
-    const Uint material = Uint::gather(scene_.material_of, slot);
-    const Uint type = material >> MaterialRef::type_bit;
+    const Uint material = Uint::gather(scene_.material_of, slot) >> scene_.material_bit;
+    const Uint type = material & Uint(MaterialRef::type);
     move_to_sky(i, present & ~hit);
     for (std::uint32_t kind = 0; kind < Space::sky; ++kind) {
       const std::uint32_t moved = bits_of(equal(type, Uint(kind))) & hit;
       if (moved != 0) {
-        move(space_.hits[kind], i, moved, slot, material & Uint(MaterialRef::number));
+        move(space_.hits[kind], i, moved, slot, material >> MaterialRef::type_bits);
       }
     }
   }

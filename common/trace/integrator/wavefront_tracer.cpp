@@ -1,6 +1,7 @@
 #include "common/trace/integrator/wavefront_tracer.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 #include <vector>
 
@@ -43,15 +44,16 @@ class WavefrontAccelerator final : public Accelerator {
         spheres_(stored_shapes<Store>(scene, origin()), kind != AcceleratorKind::linear,
                  options.threads),
         surfaces_(stored_materials<Real>(scene)),
-        material_of_(spheres_.slot_count()),
         features_(features_of(scene)),
         kernels_(kernels) {
+    const auto bits = static_cast<int>(std::bit_width(scene.materials.size()));
+    if (bits + MaterialRef::type_bits > spheres_.tag_bits()) {
+      material_of_.resize(spheres_.slot_count());
+    }
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
-      const std::uint32_t index = spheres_.input_index()[slot];
+      const std::uint32_t index = spheres_.input_index(slot);
       if (index != no_sphere) {
-        const std::uint32_t material = scene.spheres[index].material;
-        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
-        material_of_[slot] = material | type << MaterialRef::type_bit;
+        note_material(slot, scene, scene.spheres[index].material);
       }
     }
   }
@@ -82,9 +84,19 @@ class WavefrontAccelerator final : public Accelerator {
     return slots;
   }
 
+  void note_material(std::uint32_t slot, const Scene& scene, std::uint32_t material) {
+    const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+    const std::uint32_t reference = material << MaterialRef::type_bits | type;
+    if (material_of_.empty()) {
+      spheres_.set_tag(slot, reference);
+    } else {
+      material_of_[slot] = reference;
+    }
+  }
+
   WideBvh<Store, W> spheres_;
   std::vector<MaterialParameters<Real>> surfaces_;
-  std::vector<std::uint32_t> material_of_;  ///< by slot
+  std::vector<std::uint32_t> material_of_;  ///< by slot; empty where the slots' tags have room
   KernelFeatures features_;
   Kernels<Real, Store, W> kernels_;
 };
@@ -114,7 +126,9 @@ class WavefrontTracer final : public PathTracer {
     }
     tables_.bvh = scene.spheres_.view();
     tables_.surfaces = scene.surfaces_.data();
-    tables_.material_of = scene.material_of_.data();
+    const bool apart = !scene.material_of_.empty();
+    tables_.material_of = apart ? scene.material_of_.data() : tables_.bvh.labels.at;
+    tables_.material_bit = apart ? 0 : 32 - scene.spheres_.tag_bits();
     tables_.around_lens = around_lens_.data();
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
@@ -169,7 +183,7 @@ class WavefrontTracer final : public PathTracer {
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
     if (slot == no_sphere) return first_sky(ray);
-    const Hit<Real> hit{space.queries.t[i], tables_.bvh.input_index[slot],
+    const Hit<Real> hit{space.queries.t[i], tables_.bvh.labels.index(slot),
                         space.queries.leaving[i] != 0};
     return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));
   }
