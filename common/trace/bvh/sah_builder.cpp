@@ -113,7 +113,8 @@ class Builder {
       }
       if (range.count() > one_axis_from) {
         longest = 0;
-        for (int axis = 1; axis < 3; ++axis) longest = extent[axis] > extent[longest] ? axis : longest;
+        for (int axis = 1; axis < 3; ++axis)
+          longest = extent[axis] > extent[longest] ? axis : longest;
         for (int axis = 0; axis < 3; ++axis) useful[axis] = useful[axis] && axis == longest;
       }
     }

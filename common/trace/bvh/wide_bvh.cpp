@@ -102,7 +102,7 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
   const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
   if (open == spheres.size()) {
     blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
-    labels_.resize(blocks_.size() * W);
+    labels_ = AlignedArray<std::uint32_t>(blocks_.size() * W);
     fill_block(0, nullptr, 0);  // without spheres too there is a slot 0 to load
     fill_open_blocks(spheres);
     return;
@@ -114,7 +114,7 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
   const std::uint32_t block_count = open_blocks + next_block_;
   blocks_ = AlignedArray<SphereBlock<Store, W>>(block_count);
   nodes_ = AlignedArray<WideNode<Store, W>>(next_node_);
-  labels_.resize(std::size_t{block_count} * W);
+  labels_ = AlignedArray<std::uint32_t>(std::size_t{block_count} * W);
   fill_open_blocks(spheres);
   next_block_ = open_blocks;
   next_node_ = 0;

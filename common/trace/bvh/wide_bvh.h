@@ -50,7 +50,7 @@ class WideBvh {
   [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {
-    return blocks_.bytes() + nodes_.bytes() + labels_.size() * sizeof(std::uint32_t);
+    return blocks_.bytes() + nodes_.bytes() + labels_.bytes();
   }
 
  private:
@@ -67,8 +67,8 @@ class WideBvh {
 
   AlignedArray<SphereBlock<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
-  std::vector<std::uint32_t> labels_;  ///< see SlotLabels
-  int index_bits_;                     ///< 1 .. 27
+  AlignedArray<std::uint32_t> labels_;  ///< see SlotLabels
+  int index_bits_;                      ///< 1 .. 27
   std::uint32_t open_spheres_ = 0;
   std::uint32_t depth_ = 0;
   std::uint32_t next_block_ = 0;
