@@ -158,8 +158,10 @@ class Questioner {
   Real near_zero() {
     constexpr auto denormal = static_cast<Real>(std::numeric_limits<Store>::denorm_min());
     constexpr Real least = std::numeric_limits<Real>::denorm_min();
-    const std::array<Real, 7> values{Real(0),   -Real(0),    least,       -least,
-                                     -denormal, Real(1e-30), Real(-1e-30)};
+    // Its reciprocal is finite, and what that is multiplied by is not.
+    constexpr auto edge = static_cast<Real>(Store(1.1) / std::numeric_limits<Store>::max());
+    const std::array<Real, 9> values{Real(0),     -Real(0),     least, -least, -denormal,
+                                     Real(1e-30), Real(-1e-30), edge,  -edge};
     return values[dice_.below(values.size())];
   }
 
