@@ -16,7 +16,8 @@ bool PreviewPace::due(double elapsed, bool whole) const {
 }
 
 void PreviewPace::wrote(double elapsed, bool whole, double cost) {
-  spent_ += cost;
+  const bool first = !latest_ || (whole && !shown_whole_);
+  spent_ += first ? 0 : cost;
   latest_cost_ = cost;
   latest_ = elapsed;
   shown_whole_ = shown_whole_ || whole;

@@ -20,7 +20,7 @@ struct Following {
 
 /// When to write previews: the first as soon as every pixel has a sample, or after a tenth of a
 /// second of what there is, if that takes longer, and then when every pixel has one; later ones ten
-/// times a second at most, and such that all of them take a fiftieth of the time.
+/// times a second at most, and such that they take a fiftieth of the time.
 ///
 /// Arithmetic on seconds alone.
 class PreviewPace {
@@ -32,7 +32,7 @@ class PreviewPace {
   void wrote(double elapsed, bool whole, double cost);
 
  private:
-  double spent_ = 0;
+  double spent_ = 0;  ///< but for the first, and the first of all pixels
   double latest_cost_ = 0;
   std::optional<double> latest_;
   bool shown_whole_ = false;
