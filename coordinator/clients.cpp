@@ -309,7 +309,7 @@ void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Jo
   backroom_.give([this, peer, request = m.request,
                   picture = job.work->picture]() -> Backroom::Outcome {
     auto parts = std::make_shared<PictureParts>();
-    parts->image = resolve_image(picture->framebuffer(), picture->scene().largest_radiance);
+    parts->image = shown_image(*picture).image;
     const json report = {{"partial", true}, {"samples", picture->framebuffer().counts().samples}};
     const auto answer = std::make_shared<msg::ImageData>(
         msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,

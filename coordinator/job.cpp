@@ -35,7 +35,7 @@ double Job::progress(Time now) const {
     return 0;
   }
   const RenderSettings& s = record.settings;
-  if (!s.in_passes()) {
+  if (!s.has_passes()) {
     return static_cast<double>(work->cells) / static_cast<double>(work->plan->cells());
   }
   double share = work->expected_samples == 0 ? 0

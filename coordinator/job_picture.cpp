@@ -47,7 +47,7 @@ bool JobPicture::begin_pass(const PassTimes& times) {
 }
 
 JobPicture::Retraction JobPicture::retract(TracerKey tracer) {
-  if (!settings_.in_passes()) {
+  if (!settings_.has_passes()) {
     return {collector_->retract(tracer), false};
   }
   restart();

@@ -292,14 +292,14 @@ void Coordinator::end_pass_if_done(Job& job) {
                     job.work->unchecked);
     note(job, job.record.flag);
   }
-  if (job.record.settings.in_passes()) {
+  if (job.record.settings.has_passes()) {
     next_pass(job);
   } else {
     finish_job(job);
   }
 }
 
-/// The sums of one pass decide the next.
+/// The sums of one pass may decide the next.
 void Coordinator::next_pass(Job& job) {
   job.phase = JobPhase::preparing;
   job.work->pass_ended = now_;

@@ -122,11 +122,17 @@ PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, do
   return {elapsed + resolving * pixels, 0, adaptive ? deciding * pixels : 0, stating * pixels};
 }
 
+ShownImage shown_image(const JobPicture& picture) {
+  const Framebuffer& framebuffer = picture.framebuffer();
+  ShownImage shown{resolve_image(framebuffer, picture.scene().largest_radiance), {}};
+  if (!framebuffer.whole()) shown.fill = fill_untraced(shown.image, framebuffer.samples());
+  return shown;
+}
+
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts) {
-  Image image = resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
+  auto [image, fill] = shown_image(picture);
   const auto samples = picture.framebuffer().samples();
-  const Fill fill = picture.framebuffer().whole() ? Fill{} : fill_untraced(image, samples);
   ErrorEstimate estimate = estimate_error(picture.view());
   const json report = make_report(picture, record, facts, image_sha256(image), estimate, fill);
   estimate.half_width.resize(image.rgb.size(), std::numeric_limits<float>::infinity());

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "common/adaptive/error_estimate.h"
+#include "common/image/image.h"
+#include "common/image/lattice.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/job_picture.h"
 #include "coordinator/store/job_record.h"
@@ -26,6 +28,13 @@ struct RenderFacts {
 /// `elapsed` seconds have gone, and it has `samples`. From the number of pixels, at what one costs
 /// on a core of about 2 GHz, with a margin.
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed);
+
+/// The image as far as it has been traced; pixels without a sample are filled.
+struct ShownImage {
+  Image image;
+  Fill fill;
+};
+ShownImage shown_image(const JobPicture& picture);
 
 /// A picture that is complete.
 struct FinishedPicture {

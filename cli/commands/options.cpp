@@ -322,7 +322,7 @@ void add_following(Command& command, Following& following) {
   add_quiet(command, following.quiet);
   command
       .option("--preview", following.preview,
-              "Picture file that shows what there is, until all is done")
+              "Picture file that shows what there is, and ends as the picture")
       .type_name("FILE")
       .forbid_empty();
   command

@@ -104,7 +104,10 @@ class OutputOptions {
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
-  [[nodiscard]] OutputPaths paths() const { return {image_, report_, aovs_, denoise_, error_map_}; }
+  /// With the preview of `following`.
+  [[nodiscard]] OutputPaths paths(const Following& following = {}) const {
+    return {image_, report_, aovs_, denoise_, error_map_, following.preview};
+  }
 
  private:
   std::string image_;

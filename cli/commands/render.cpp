@@ -2,7 +2,6 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
@@ -10,7 +9,6 @@
 #include "cli/farm/embedded.h"
 #include "cli/output/denoising.h"
 #include "common/base/cpu_count.h"
-#include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -37,31 +35,29 @@ Client::Options client_options(const EmbeddedFarm& farm) {
 int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
-  check_outputs(command.output.paths(), command.scene);
+  const OutputPaths outputs = command.output.paths(command.following);
+  check_outputs(outputs, command.scene);
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
-  const Preview preview(command.following.preview);  // before any work
-  submission.settings.progressive = preview.wanted();
-  if (command.output.paths().denoise) ask_for_denoising(submission.settings, true);
+  submission.settings.progressive = !outputs.preview.empty();
+  if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
-  ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
-                                       submission.scene, static_cast<int>(threads));
-  std::jthread loading;  // only now: while a library is loaded, no thread can be made
+  ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
+                                       static_cast<int>(threads));
   EmbeddedFarm farm(
-      threads, [&loading] { loading = std::jthread(load_image_library); },
-      [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
+      threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
-    submission.reserved_seconds = reserve_time(command.output.paths(), submission.settings,
-                                               to_seconds(clock.now() - started));
+    submission.reserved_seconds =
+        reserve_time(outputs, submission.settings, to_seconds(clock.now() - started));
   }
   const auto link = farm.connect();
   Client client(*link, clock, client_options(farm));
   try {
     const Time submitted = clock.now();
     const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, command.output.paths(), command.following, extra,
+    return wait_and_deliver(client, job, outputs, command.following, extra,
                             CommandTimes{started, to_seconds(clock.now() - submitted), true});
   } catch (const Interrupted&) {
     if (!farm.stop(milliseconds(500))) {

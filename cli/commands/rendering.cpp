@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <thread>
 #include <utility>
 
 #include "cli/commands/end_command.h"
@@ -97,9 +98,10 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
   const PictureSize size{settings.width, settings.height, settings.adaptive ? 1U : 0U};
   const double writing = write_seconds(outputs.image, size, false);
   const bool haste = writing > settings.time_limit / 10;
-  const double reserved = elapsed + outside +
-                          outside_a_pixel * static_cast<double>(size.width * size.height) +
-                          (haste ? write_seconds(outputs.image, size, true) : writing);
+  const double reserved =
+      elapsed + outside + outside_a_pixel * static_cast<double>(size.width * size.height) +
+      (haste ? write_seconds(outputs.image, size, true) : writing) +
+      (outputs.preview.empty() ? 0 : write_seconds(outputs.preview, size, false));
   const double least = reserved + ending_times(settings, 0, 0).total;  // which others reserve
   if (least > settings.time_limit) {
     std::cerr << "parray: --time-limit " + number_cell(settings.time_limit) +
@@ -109,9 +111,13 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
   return reserved;
 }
 
-/// Shows a job until it has ended.
-static JobStatus follow(Client& client, JobId job, const Following& following) {
+/// Shows a job until it has ended. What writes `image`, if that is not empty, is loaded meanwhile,
+/// but not before there is something to see: it takes a core a quarter of a second, during which
+/// no thread can be made.
+static JobStatus follow(Client& client, JobId job, const Following& following,
+                        const std::filesystem::path& image) {
   const SteadyClock clock;
+  std::jthread loading;
   const Time begin = clock.now();
   Progress progress(progress_style(following.quiet), std::cerr, terminal_columns());
   Preview preview(following.preview);
@@ -120,7 +126,11 @@ static JobStatus follow(Client& client, JobId job, const Following& following) {
     const Time now = clock.now();
     progress.show(now, status);
     if (status.ended()) return status;
-    preview.follow(now, status, [&] { return client.fetch_partial(job); });
+    preview.follow(clock, status, [&] { return client.fetch_partial(job); });
+    const bool seen = preview.wanted() ? preview.shown() : status.samples_per_second > 0;
+    if (seen && can_hold_channels(image) && !loading.joinable()) {
+      loading = std::jthread(load_image_library);
+    }
     client.rest(next_look(now - begin));
   }
 }
@@ -133,9 +143,12 @@ static void require_done(const JobStatus& status) {
 }
 
 void wait_until_done(Client& client, JobId job, const Following& following) {
-  const JobStatus status = follow(client, job, following);
+  const JobStatus status = follow(client, job, following, {});
   run_end_command(following.on_end, job, status.state, status.reason, "");
   require_done(status);
+  if (!following.preview.empty()) {
+    write_picture(following.preview, client.fetch(job, PictureDetail::image));
+  }
 }
 
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
@@ -148,7 +161,7 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
-  const JobStatus status = follow(client, job, following);
+  const JobStatus status = follow(client, job, following, outputs.image);
   const auto end = [&](const std::string& state, const std::string& reason) {
     run_end_command(following.on_end, job, state, reason, outputs.image.string());
   };

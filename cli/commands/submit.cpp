@@ -45,14 +45,14 @@ int submit_frames(const SubmitCommand& command) {
 int submit(const SubmitCommand& command) {
   if (command.frames) return submit_frames(command);
   const Time started = SteadyClock().now();
-  check_outputs(command.output.paths(), command.scene);
+  const OutputPaths outputs = command.output.paths(command.following);
+  check_outputs(outputs, command.scene);
   Submission submission = load_submission(command.scene, command.render, command.priority);
   submission.max_failures = command.max_failures;
-  const Preview preview(command.following.preview);  // before any work
-  submission.settings.progressive = preview.wanted();
-  if (command.output.paths().denoise) ask_for_denoising(submission.settings, false);
-  const ExtraChannels extra = extra_channels(command.output.paths().aovs, submission.settings,
-                                             submission.scene, usable_cpus());
+  submission.settings.progressive = !outputs.preview.empty();
+  if (outputs.denoise) ask_for_denoising(submission.settings, false);
+  const ExtraChannels extra =
+      extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus());
   FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();
   const JobId job = client->submit(std::move(submission));
@@ -61,11 +61,11 @@ int submit(const SubmitCommand& command) {
   if (!command.wait) return 0;
   const DeferredInterrupts deferred;
   try {
-    if (command.output.paths().none()) {
+    if (outputs.none()) {
       wait_until_done(*client, job, command.following);
       return 0;
     }
-    return wait_and_deliver(*client, job, command.output.paths(), command.following, extra,
+    return wait_and_deliver(*client, job, outputs, command.following, extra,
                             CommandTimes{started, submit_seconds});
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);

@@ -5,6 +5,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
+#include "common/image/image_file.h"
 
 namespace parray {
 namespace {
@@ -16,6 +17,7 @@ struct WatchCommand {
 };
 
 int watch(const WatchCommand& command) {
+  if (!command.following.preview.empty()) check_image_path(command.following.preview);
   FarmClient client(command.farm);
   wait_until_done(*client, command.job, command.following);
   return 0;

@@ -78,12 +78,8 @@ class WatchedThread {
 
 class EmbeddedFarm::Impl {
  public:
-  Impl(std::uint32_t threads, std::function<void()> on_first_result,
-       std::function<PictureJudge(const std::string&)> judge_of)
-      : fingerprint_(trace_fingerprint()),
-        threads_(threads),
-        on_first_result_(std::move(on_first_result)),
-        judge_of_(std::move(judge_of)) {
+  Impl(std::uint32_t threads, std::function<PictureJudge(const std::string&)> judge_of)
+      : fingerprint_(trace_fingerprint()), threads_(threads), judge_of_(std::move(judge_of)) {
     start(coordinator_thread_, &Impl::run_coordinator);
     try {
       start(worker_thread_, &Impl::run_worker);
@@ -143,11 +139,8 @@ class EmbeddedFarm::Impl {
   }
 
   void run_worker() {
-    const auto traced = [this] {
-      worker_link_->wake();
-      std::call_once(first_result_, on_first_result_);
-    };
-    ThreadTeam team(static_cast<int>(threads_), traced, accelerators_);
+    ThreadTeam team(
+        static_cast<int>(threads_), [this] { worker_link_->wake(); }, accelerators_);
     WorkerOptions options;
     options.name = "embedded";
     options.instance = "1";
@@ -164,9 +157,7 @@ class EmbeddedFarm::Impl {
 
   const std::string fingerprint_;
   const std::uint32_t threads_;
-  const std::function<void()> on_first_result_;
   const std::function<PictureJudge(const std::string&)> judge_of_;
-  std::once_flag first_result_;
   const std::shared_ptr<AcceleratorCache> accelerators_ = std::make_shared<AcceleratorCache>();
   InprocHub hub_;
   std::unique_ptr<Link> worker_link_ = hub_.connect();
@@ -178,9 +169,9 @@ class EmbeddedFarm::Impl {
   std::unique_ptr<WatchedThread> worker_thread_;
 };
 
-EmbeddedFarm::EmbeddedFarm(std::uint32_t threads, std::function<void()> on_first_result,
+EmbeddedFarm::EmbeddedFarm(std::uint32_t threads,
                            std::function<PictureJudge(const std::string&)> judge_of)
-    : impl_(std::make_unique<Impl>(threads, std::move(on_first_result), std::move(judge_of))) {}
+    : impl_(std::make_unique<Impl>(threads, std::move(judge_of))) {}
 EmbeddedFarm::~EmbeddedFarm() = default;
 std::unique_ptr<Link> EmbeddedFarm::connect() { return impl_->connect(); }
 std::shared_ptr<AcceleratorCache> EmbeddedFarm::accelerators() const {

@@ -15,12 +15,10 @@ namespace parray {
 /// `parray render`. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 .. 4096. `on_first_result` is called once, by one of them, when
-  /// the first cells have been traced. `judge_of(scene_sha256)`: see CoordinatorOptions; called
+  /// `threads`: of the worker, 1 .. 4096. `judge_of(scene_sha256)`: see CoordinatorOptions; called
   /// only for jobs that need it. Throws RunError when threads cannot be made.
-  explicit EmbeddedFarm(
-      std::uint32_t threads, std::function<void()> on_first_result = [] {},
-      std::function<PictureJudge(const std::string&)> judge_of = {});
+  explicit EmbeddedFarm(std::uint32_t threads,
+                        std::function<PictureJudge(const std::string&)> judge_of = {});
   /// Stops; waits for threads in the middle of a step.
   ~EmbeddedFarm();
   EmbeddedFarm(const EmbeddedFarm&) = delete;

@@ -102,7 +102,7 @@ void CheckpointedJob::replay() {
 
 double CheckpointedJob::progress(Time elapsed) const {
   const RenderSettings& s = record_.settings;
-  if (!s.in_passes()) {
+  if (!s.has_passes()) {
     const ResultCollector& collector = picture_->collector();
     return static_cast<double>(collector.done_cells()) /
            static_cast<double>(collector.plan().cells());

@@ -158,10 +158,7 @@ void MpiCoordinator::take_turn(Time now) {
 void MpiCoordinator::look_after_ranks(Time now) {
   const JobStatus so_far = status(now, false);
   progress_.show(now, so_far);
-  preview_.follow(now, so_far, [this] {
-    const JobPicture& picture = job_.picture();
-    return resolve_image(picture.framebuffer(), picture.scene().largest_radiance);
-  });
+  preview_.follow(clock_, so_far, [this] { return shown_image(job_.picture()).image; });
   pass_->collector.listen(now);
   if (now - pass_->collector.last_sign_of_life() >= options_.patience) {
     give_up(now);

@@ -171,18 +171,19 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
 }
 
 MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept, Time started) {
-  check_outputs(options.output.paths(), options.scene);
-  const Preview preview(options.following.preview);  // before any work
+  check_outputs(options.output.paths(options.following), options.scene);
   Submission submission = load_submission(options.scene, options.render, 50);
   check_isa(submission.settings.isa);
+  submission.settings.progressive = !options.following.preview.empty();
   if (options.output.paths().denoise) ask_for_denoising(submission.settings, false);
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
     submission.settings.row_order = RowOrder::sequential;
   }
   if (submission.settings.time_limit > 0) {
-    submission.reserved_seconds = reserve_time(options.output.paths(), submission.settings,
-                                               to_seconds(SteadyClock().now() - started));
+    submission.reserved_seconds =
+        reserve_time(options.output.paths(options.following), submission.settings,
+                     to_seconds(SteadyClock().now() - started));
   }
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
@@ -323,8 +324,8 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
   add_channels(rendered.picture,
                extra_channels(aovs, job.settings, needs_scene ? kept.scene_again() : nullptr,
                               rendered.threads));
-  const int status =
-      deliver(std::move(rendered.picture), options.output.paths(), CommandTimes{started, 0, true});
+  const int status = deliver(std::move(rendered.picture), options.output.paths(options.following),
+                             CommandTimes{started, 0, true});
   kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +

@@ -66,6 +66,7 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
                      " has no room for extra channels: write an EXR file (.exr)");
   }
   if (!outputs.error_map.empty()) check_image_path(outputs.error_map);
+  if (!outputs.preview.empty()) check_image_path(outputs.preview);
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() +
                      ": a map's colours are to be looked at: write a PNG file (.png)");
@@ -76,7 +77,8 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (same_file(outputs.image, outputs.error_map) || same_file(outputs.report, outputs.error_map)) {
     throw InputError(outputs.error_map.string() + ": the map of the error needs a file of its own");
   }
-  for (const fs::path& output : {outputs.image, outputs.report, outputs.error_map}) {
+  for (const fs::path& output :
+       {outputs.image, outputs.report, outputs.error_map, outputs.preview}) {
     if (same_file(output, scene)) {
       throw InputError(output.string() + " is the scene itself: name another file to write");
     }
@@ -111,19 +113,23 @@ static bool in_haste(const OutputPaths& outputs, const Picture& picture,
   return to_seconds(now - times->started) + write_seconds(outputs.image, size, false) > limit;
 }
 
+void write_picture(const fs::path& file, const Picture& picture, bool fast) {
+  static const Channels none;
+  const bool exr = can_hold_channels(file);
+  write_image(file, picture.image, recipe_metadata(picture, exr), exr ? picture.channels : none,
+              check_interrupted, fast);
+}
+
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
   const Time begin = clock.now();
   if (!outputs.image.empty()) {
-    const bool exr = can_hold_channels(outputs.image);
-    if (exr) {
-      add_sample_counts(picture);
-    } else {
-      picture.channels.clear();  // of a denoised picture: the raw one
-    }
-    write_image(outputs.image, picture.image, recipe_metadata(picture, exr), picture.channels,
-                check_interrupted, in_haste(outputs, picture, times, begin));
+    if (can_hold_channels(outputs.image)) add_sample_counts(picture);
+    write_picture(outputs.image, picture, in_haste(outputs, picture, times, begin));
+  }
+  if (!outputs.preview.empty() && !same_file(outputs.preview, outputs.image)) {
+    write_picture(outputs.preview, picture);
   }
   if (!outputs.error_map.empty()) write_error_map(outputs.error_map, picture);
   const Time end = clock.now();

@@ -14,6 +14,7 @@ struct OutputPaths {
   Aovs aovs{};                        ///< wanted as extra channels of the image
   bool denoise = false;               ///< the image is to be a denoised one
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
+  std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
 
   /// How much of the picture has to come for them.
   [[nodiscard]] PictureDetail wanted_detail() const;
@@ -24,8 +25,8 @@ struct OutputPaths {
 /// Both name the same file, whether it is there yet or not; false if one is empty.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Throws InputError unless both can be written, differ, and are not `scene`, and the image has
-/// room for the channels. Called before any work.
+/// Throws InputError unless all can be written, image, report and map differ, none is `scene`, and
+/// the image has room for the channels. Called before any work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
 
 /// Of the command that has rendered the picture.
@@ -35,7 +36,11 @@ struct CommandTimes {
   bool limited = false;       ///< a time limit counts since `started`, writing included
 };
 
-/// Writes a finished picture, with its recipe and channels, its map and its report, and says on
+/// Writes a finished picture with its recipe and, if it is an EXR file, its channels, and waits for
+/// the disk. Throws as deliver() does.
+void write_picture(const std::filesystem::path& file, const Picture& picture, bool fast = false);
+
+/// Writes a finished picture, also as its preview, its map and its report, and says on
 /// stdout what was written (on stderr, too, if samples were not finite). The report gets
 /// `seconds.write` and `seconds.total`. With `times` that is the time since the start, and its
 /// parts add up to it: `submit`, and `other`: waiting for a turn, making the image and its error.

@@ -18,26 +18,47 @@ struct Following {
   std::string on_end;   ///< command for the shell; see run_end_command(). Empty: none
 };
 
-/// A picture file that follows a job: written anew every now and then, always whole.
+/// When to write previews: the first as soon as every pixel has a sample, or after a tenth of a
+/// second of what there is, if that takes longer, and then when every pixel has one; later ones ten
+/// times a second at most, and such that they take a fiftieth of the time.
+///
+/// Arithmetic on seconds alone.
+class PreviewPace {
+ public:
+  /// `elapsed`: since the first sample, or before. `whole`: every pixel has a sample.
+  [[nodiscard]] bool due(double elapsed, bool whole) const;
+  [[nodiscard]] bool shown_whole() const { return shown_whole_; }
+  /// One was written, until `elapsed`, and took `cost` seconds.
+  void wrote(double elapsed, bool whole, double cost);
+
+ private:
+  double spent_ = 0;  ///< but for the first, and the first of all pixels
+  double latest_cost_ = 0;
+  std::optional<double> latest_;
+  bool shown_whole_ = false;
+};
+
+/// A picture file that follows a job: written anew every now and then, always a whole file. Pixels
+/// without a sample are filled. What it ends with, deliver() writes.
 class Preview {
  public:
-  /// An empty path: none. Throws InputError unless it can be written. `while_writing` is called
-  /// time and again, and may throw.
+  /// `file` may be written (check_image_path()); empty: there is no preview. `while_writing` is
+  /// called time and again, and may throw.
   explicit Preview(std::filesystem::path file,
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty(); }
+  /// There has been one of a picture with a sample of every pixel.
+  [[nodiscard]] bool shown() const { return pace_.shown_whole(); }
 
-  /// Writes what there is of the picture, when it is time to: first as soon as every pixel has a
-  /// sample, or after a second of waiting for that (only progressive jobs begin with a sample of
-  /// each); then after at least ten times as long as that takes.
-  void follow(Time now, const JobStatus& status, const std::function<Image()>& partial);
+  /// Writes what there is of the picture, when it is time to. `now` is what `clock` says.
+  void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
 
  private:
   std::filesystem::path file_;
   std::function<void()> while_writing_;
-  std::optional<Time> began_;
-  Time next_{};
+  std::optional<Time> began_;  ///< samples were seen
+  PreviewPace pace_;
 };
 
 }  // namespace parray

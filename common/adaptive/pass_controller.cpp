@@ -32,6 +32,14 @@ std::optional<Pass> pass_to(const Framebuffer& framebuffer,
   return any ? std::optional(std::move(pass)) : std::nullopt;
 }
 
+/// One sample of each pixel before the others of a picture's first pass.
+void show_early(Pass& pass) {
+  const Stage& all = pass.stages.front();
+  if (pass.stages.size() == 1 && pass.samples.empty() && all.begin == 0 && all.end > 1) {
+    pass.stages = {{0, 1}, {1, all.end}};
+  }
+}
+
 }  // namespace
 
 PassController::PassController(const RenderSettings& settings, double largest_radiance,
@@ -45,17 +53,26 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
   }
 }
 
-/// Sums travel once for every stage, so there are few.
-Pass PassController::whole_picture() const {
-  Pass pass;
-  std::uint32_t begin = 0;
-  for (const std::uint32_t rung : {1U, 16U}) {
-    if (settings_.progressive && rung < settings_.samples_per_pixel) {
-      pass.stages.push_back({begin, rung});
-      begin = rung;
+/// Of a picture that does not go in passes. Sums travel once for every step, so there are few.
+std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffer) {
+  const std::uint32_t all = settings_.samples_per_pixel;
+  const std::uint64_t pixels = framebuffer.samples().size();
+  expected_ = pixels * all;
+  std::vector<std::uint32_t> ends{all};
+  if (settings_.progressive) ends = {1, std::min(16U, all), all};
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  if (passes_ == ends.size()) {
+    return {};
+  }
+  const std::uint32_t begin = passes_ == 0 ? 0 : ends[passes_ - 1];
+  Pass pass{{{begin, ends[passes_]}}, {}};
+  if (settings_.progressive && begin == 0) {
+    pass.stages.clear();
+    for (const Lattice& lattice : nested_lattices(framebuffer.width(), framebuffer.height())) {
+      pass.stages.emplace_back(0, 1, lattice);
     }
   }
-  pass.stages.push_back({begin, settings_.samples_per_pixel});
+  ++passes_;
   return pass;
 }
 
@@ -97,7 +114,7 @@ PassSize PassController::decide(const Framebuffer& framebuffer, Placement& place
 
 std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const PassTimes& times) {
   if (!settings_.in_passes()) {
-    return passes_++ == 0 ? std::optional(whole_picture()) : std::nullopt;
+    return next_undecided(framebuffer);
   }
   Placement placement(framebuffer.view(largest_radiance_), settings_);
   repeats_ = passes_ < begun_.size();
@@ -116,6 +133,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   }
   auto pass = pass_of(framebuffer, placement, size.samples);
   if (pass) {
+    if (settings_.progressive) show_early(*pass);
     samples_before_ = framebuffer.counts().samples;
     ++passes_;
     if (!repeats_) {

@@ -21,7 +21,8 @@ struct PassTimes {
 };
 
 /// The passes of one picture, whoever traces them: decides what each is to add, from the sums of
-/// those before. A picture that does not go in passes has one. Plain state; one thread.
+/// those before. A picture that does not go in passes has one or, if it is `progressive`, three at
+/// most: one sample of each pixel, coarse lattices first; some; all. Plain state; one thread.
 class PassController {
  public:
   /// `begun`: samples of the passes that have begun in an earlier life of the job, all pixels
@@ -58,7 +59,7 @@ class PassController {
                                 const PassTimes& times) const;
   [[nodiscard]] static std::optional<Pass> pass_of(const Framebuffer& framebuffer,
                                                    Placement& placement, std::uint64_t samples);
-  [[nodiscard]] Pass whole_picture() const;
+  [[nodiscard]] std::optional<Pass> next_undecided(const Framebuffer& framebuffer);
 
   RenderSettings settings_;
   double largest_radiance_;

@@ -63,23 +63,18 @@ void add_attribute(OIIO::ImageSpec& spec, const std::string& name, const Metadat
   }
 }
 
-OIIO::ImageSpec make_spec(const Image& image, Format format, const ImageMetadata& metadata,
+OIIO::ImageSpec make_spec(const Image& image, const ImageMetadata& metadata,
                           const Channels& channels, bool fast) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3,
-                       format == Format::exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
-  if (format == Format::exr) {
-    spec.attribute("compression", fast ? "none" : "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709: sRGB's, too.
-    constexpr std::array<float, 8> primaries = {0.64F, 0.33F, 0.30F,   0.60F,
-                                                0.15F, 0.06F, 0.3127F, 0.3290F};
-    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, primaries.size()),
-                   primaries.data());
-    add_channels(spec, channels);
-  } else {
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    if (fast) spec.attribute("png:compressionLevel", 1);
-  }
+                       OIIO::TypeDesc::FLOAT);
+  spec.attribute("compression", fast ? "none" : "zip");
+  spec.attribute("oiio:ColorSpace", "Linear");
+  // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709: sRGB's, too.
+  constexpr std::array<float, 8> primaries = {0.64F, 0.33F, 0.30F,   0.60F,
+                                              0.15F, 0.06F, 0.3127F, 0.3290F};
+  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, primaries.size()),
+                 primaries.data());
+  add_channels(spec, channels);
   for (const auto& [name, value] : metadata) {
     add_attribute(spec, name, value);
   }
@@ -109,7 +104,7 @@ std::vector<std::uint32_t> interleaved(const Image& image, const Channels& chann
 
 /// Rows [begin, end) in the file's own types.
 bool write_strip(OIIO::ImageOutput& out, const Image& image, const Channels& channels,
-                 Format format, std::uint32_t begin, std::uint32_t end) {
+                 std::uint32_t begin, std::uint32_t end) {
   const std::size_t row = std::size_t{image.width} * 3;
   const std::span<const float> values(image.rgb.data() + begin * row, (end - begin) * row);
   const int first = static_cast<int>(begin);
@@ -119,11 +114,7 @@ bool write_strip(OIIO::ImageOutput& out, const Image& image, const Channels& cha
     const auto words = interleaved(image, channels, begin * width, end * width);
     return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UNKNOWN, words.data());
   }
-  if (format == Format::exr) {
-    return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
-  }
-  const std::vector<std::uint8_t> bytes = srgb_bytes(values);
-  return out.write_scanlines(first, last, 0, OIIO::TypeDesc::UINT8, bytes.data());
+  return out.write_scanlines(first, last, 0, OIIO::TypeDesc::FLOAT, values.data());
 }
 
 /// A few milliseconds of compression; a multiple of EXR's zip block of 16 rows.
@@ -134,8 +125,8 @@ std::uint32_t rows_in_strip(std::uint32_t width, std::size_t channels) {
                                     block);
 }
 
-/// The file behind an ImageOutput, which remembers that a write failed: the library's PNG writer
-/// would take a full disk for success.
+/// The file behind an ImageOutput, which remembers why a write failed: the library says only that
+/// it did.
 class CheckedFile final : public OIIO::Filesystem::IOFile {
  public:
   explicit CheckedFile(std::FILE* file) : IOFile(file, Mode::Write), stream_(file) {}
@@ -163,61 +154,35 @@ class CheckedFile final : public OIIO::Filesystem::IOFile {
   int error_ = 0;  // the first
 };
 
-/// The library says "absolute colorimetric" in a PNG file's sRGB chunk; pictures are perceptual.
-/// Writes the whole chunk anew, since its checksum differs. False: the system says why.
-bool set_perceptual_intent(std::FILE* file) {
-  constexpr std::array<unsigned char, 13> perceptual = {0,   0, 0,    1,    's',  'R', 'G',
-                                                        'B', 0, 0xAE, 0xCE, 0x1C, 0xE9};
-  constexpr long chunk_begin = 8 + 12 + 13;  // after the signature and IHDR
-  std::array<unsigned char, 8> head{};
-  for (long at = chunk_begin; std::fseek(file, at, SEEK_SET) == 0;) {
-    if (std::fread(head.data(), 1, head.size(), file) != head.size()) return false;
-    const std::string_view name(reinterpret_cast<const char*>(head.data()) + 4, 4);
-    if (name == "IDAT") return true;
-    if (name == "sRGB") {
-      return std::fseek(file, at, SEEK_SET) == 0 &&
-             std::fwrite(perceptual.data(), 1, perceptual.size(), file) == perceptual.size() &&
-             std::fflush(file) == 0;
-    }
-    at += 12 + (long{head[0]} << 24 | long{head[1]} << 16 | long{head[2]} << 8 | long{head[3]});
-  }
-  return false;
-}
-
 /// Empty, or what the library could not do.
-std::string encode(const std::string& name, CheckedFile& file, const Image& image, Format format,
+std::string encode(const std::string& name, CheckedFile& file, const Image& image,
                    const ImageMetadata& metadata, const Channels& channels,
                    const std::function<void()>& between_strips, bool fast) {
   const auto out = OIIO::ImageOutput::create(name);
   if (!out) return one_line(OIIO::geterror());
-  if (!out->set_ioproxy(&file) ||
-      !out->open(name, make_spec(image, format, metadata, channels, fast))) {
+  if (!out->set_ioproxy(&file) || !out->open(name, make_spec(image, metadata, channels, fast))) {
     return one_line(out->geterror());
   }
   const std::uint32_t step = rows_in_strip(image.width, 3 + channels.size());
   for (std::uint32_t y = 0; y < image.height; y += step) {
     if (between_strips) between_strips();
-    if (!write_strip(*out, image, channels, format, y, std::min(y + step, image.height))) {
+    if (!write_strip(*out, image, channels, y, std::min(y + step, image.height))) {
       return one_line(out->geterror());
     }
   }
   return out->close() ? "" : one_line(out->geterror());
 }
 
-std::string write_file(const std::string& name, const Image& image, bool exr,
-                       const ImageMetadata& metadata, const Channels& channels,
-                       const std::function<void()>& between_strips, bool fast) {
+std::string write_exr(const std::string& name, const Image& image, const ImageMetadata& metadata,
+                      const Channels& channels, const std::function<void()>& between_strips,
+                      bool fast) {
   keep_library_single_threaded();
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "w+be"),
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "wbe"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
   CheckedFile file(stream.get());
-  std::string problem = encode(name, file, image, exr ? Format::exr : Format::png, metadata,
-                               channels, between_strips, fast);
+  const std::string problem = encode(name, file, image, metadata, channels, between_strips, fast);
   const std::string cause = file.finish();
-  if (cause.empty() && problem.empty() && !exr && !set_perceptual_intent(stream.get())) {
-    problem = std::generic_category().message(errno);
-  }
   return cause.empty() ? problem : cause;
 }
 
@@ -380,7 +345,7 @@ std::string library_version() {
 }  // namespace
 
 extern "C" [[gnu::visibility("default")]] const ImageCodec* parray_image_codec() {
-  static const ImageCodec codec{write_file, read_file, library_version};
+  static const ImageCodec codec{write_exr, read_file, library_version};
   return &codec;
 }
 

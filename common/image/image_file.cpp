@@ -13,6 +13,7 @@
 #include "common/image/exr_header.h"
 #include "common/image/image_codec.h"
 #include "common/image/partial_file.h"
+#include "common/image/png_file.h"
 
 namespace parray {
 namespace {
@@ -82,7 +83,7 @@ bool can_hold_channels(const fs::path& path) { return format_of(path) == Format:
 double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
   constexpr double opening = 0.01;
   const auto pixels = static_cast<double>(size.width * size.height);
-  if (!can_hold_channels(path)) return opening + pixels * (fast ? 80e-9 : 350e-9);
+  if (!can_hold_channels(path)) return opening + pixels * (fast ? 20e-9 : 90e-9);
   const double bytes = pixels * 4 * static_cast<double>(3 + size.channels);
   return opening + bytes * (fast ? 4.5e-9 : 60e-9);
 }
@@ -95,15 +96,31 @@ void load_image_library() {
   }
 }
 
+static void write_partial(const PartialFile& file, const fs::path& path, const Image& image,
+                          const ImageMetadata& metadata, const Channels& channels,
+                          const std::function<void()>& between_strips, bool fast) {
+  const bool exr = format_of(path) == Format::exr;
+  const std::string name = file.path().string();
+  const ImageMetadata kept = as_kept(metadata, exr);
+  const std::string problem =
+      exr ? codec().write_exr(name, image, kept, channels, between_strips, fast)
+          : write_png(name, image, kept, between_strips, fast);
+  if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
+}
+
 void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
                  const Channels& channels, const std::function<void()>& between_strips, bool fast) {
   check_channels(path, image, channels);
   PartialFile file(path);
-  const bool exr = format_of(path) == Format::exr;
-  const std::string problem = codec().write(file.path().string(), image, exr,
-                                            as_kept(metadata, exr), channels, between_strips, fast);
-  if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
+  write_partial(file, path, image, metadata, channels, between_strips, fast);
   file.commit();
+}
+
+void write_preview(const fs::path& path, const Image& image,
+                   const std::function<void()>& between_strips) {
+  PartialFile file(path);
+  write_partial(file, path, image, {{"parray:partial", "true"}}, {}, between_strips, true);
+  file.show();
 }
 
 std::string image_library_version() { return codec().version(); }

@@ -28,9 +28,9 @@ struct PictureSize {
 /// How long write_image() takes, about, on a core of some 2 GHz that has nothing else to do.
 double write_seconds(const std::filesystem::path& path, const PictureSize& size, bool fast);
 
-/// Loads the library that reads and writes pictures, now and not for the first picture: a quarter
-/// of a second, during which no thread can be made. What goes wrong is told when it is needed. Any
-/// thread.
+/// Loads the library that reads pictures and writes EXR files, now and not for the first of them: a
+/// quarter of a second, during which no thread can be made. What goes wrong is told when it is
+/// needed. Any thread.
 void load_image_library();
 
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
@@ -38,12 +38,17 @@ void load_image_library();
 /// EXR: the very floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, losslessly
 /// compressed (zip) unless `fast`, and every one of `channels`, each with a value for every pixel
 /// and a name of its own, as FLOAT or UINT. PNG: srgb_bytes(), with an sRGB chunk of intent 0
-/// (perceptual); `fast` compresses less. `channels` has to be empty. `metadata` as as_kept() has
+/// (perceptual); `fast` does not compress. `channels` has to be empty. `metadata` as as_kept() has
 /// them: attributes of EXR, text of PNG. `between_strips`, if set, is called every few milliseconds
 /// of writing; what it throws ends the writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);
+
+/// The same of a picture that is soon replaced, in haste: not compressed, marked as
+/// "parray:partial", and lost if the machine fails now.
+void write_preview(const std::filesystem::path& path, const Image& image,
+                   const std::function<void()>& between_strips);
 
 /// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone), metadata (single text
 /// and numbers) and, of an EXR file, the other channels, sorted by name: UINT as whole numbers,

@@ -72,6 +72,10 @@ PartialFile::~PartialFile() {
 
 void PartialFile::commit() {
   flush_to_disk(partial_, target_);
+  show();
+}
+
+void PartialFile::show() {
   std::error_code error;
   fs::rename(partial_, target_, error);
   if (error) fail(target_, error.value());

@@ -31,6 +31,8 @@ class PartialFile {
   /// Waits for the disk and gives the file its name; an older file of that name is replaced.
   /// Throws RunError "writing FILE: reason".
   void commit();
+  /// The same for a file that may be lost when the machine fails: waits for nothing.
+  void show();
 
  private:
   std::filesystem::path target_;

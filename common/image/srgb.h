@@ -26,10 +26,7 @@ inline std::uint8_t srgb_byte(float linear) {
   return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
 }
 
-inline std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
-  std::vector<std::uint8_t> bytes(linear.size());
-  std::transform(linear.begin(), linear.end(), bytes.begin(), srgb_byte);
-  return bytes;
-}
+/// srgb_byte() of each, by a table.
+std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear);
 
 }  // namespace parray

@@ -83,6 +83,9 @@ struct RenderSettings : PictureSettings, StopSettings, WorkSettings {
   [[nodiscard]] const StopSettings& stop() const { return *this; }
   [[nodiscard]] const WorkSettings& work() const { return *this; }
 
+  /// Whether there may be passes after the first.
+  [[nodiscard]] bool has_passes() const { return in_passes() || progressive; }
+
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };
 

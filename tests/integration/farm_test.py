@@ -185,6 +185,22 @@ class Service(FarmCase):
             self.assertEqual(submit.wait(60), 1)
             self.assertFalse(picture.exists())
 
+    def test_what_a_preview_ends_with_is_the_picture(self):
+        with Farm() as farm:
+            farm.start_worker("w1")
+            picture, preview = farm.directory / "picture.png", farm.directory / "preview.png"
+            for command in (["submit", SCENE, *size(4), "--wait"], ["render", SCENE, *size(4)],
+                            ["render", SCENE, *size(4), "--denoise"],
+                            ["render", SCENE, *size(400), "--target-error", "0.1"]):
+                result = farm.client(*command, "-o", picture, "--preview", preview)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(preview.read_bytes(), picture.read_bytes())
+                preview.unlink()
+            job = farm.submit(SCENE, *size(4))
+            self.assertEqual(farm.client("watch", job, "--preview", preview).returncode, 0)
+            farm.client("fetch", job, "-o", picture)
+            self.assertEqual(preview.read_bytes(), picture.read_bytes())
+
     def test_two_coordinators_cannot_share_a_state(self):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state):
             second = Farm("--state", state)

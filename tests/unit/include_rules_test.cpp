@@ -179,6 +179,9 @@ Problems problems_of(const SourceFile& file) {
         file.path != "common/image/image_codec.cpp") {
       problems.push_back(file.path + " may not include OpenImageIO");
     }
+    if (name == "png.h" && file.path != "common/image/png_file.cpp") {
+      problems.push_back(file.path + " may not include libpng");
+    }
     if (name.starts_with("gemmi/") && file.path != "common/input/particles/gemmi_seam.cpp") {
       problems.push_back(file.path + " may not include gemmi");
     }
@@ -284,6 +287,7 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/a.h", "#include <netinet/in.h>"));
   CHECK(refuses("common/image/image.cpp", "#include <OpenImageIO/imageio.h>"));
   CHECK(refuses("worker/a.cpp", "#include <OpenImageIO/imageio.h>"));
+  CHECK(refuses("common/image/image_file.cpp", "#include <png.h>"));
   CHECK(refuses("common/scene/a.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK(refuses("worker/a.cpp", "#include \"common/input/particles/particles.h\""));
   CHECK(refuses("coordinator/a.cpp", "#include \"common/input/particles/expand.h\""));

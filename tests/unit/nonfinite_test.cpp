@@ -66,16 +66,17 @@ TracedCells traced(const CellBatch& batch, int threads) {
   return trace_cells(HoleyTracer(), batch, threads, traced, false);
 }
 
-/// A picture whose samples are handed out in one stage, or in two.
+/// A picture whose samples are handed out in one pass, or in several.
 JobPicture traced_picture(RowOrder order, bool progressive, int threads) {
   RenderSettings settings = settings_of(order);
   settings.progressive = progressive;
   JobPicture picture(settings, SceneFacts(test::small_scene()));
-  picture.begin_pass();
-  const auto plan = picture.plan();
-  const std::uint64_t middle = plan->cells() / 3;
-  picture.take(1, traced(plan->batch({middle, plan->cells()}), threads));
-  picture.take(1, traced(plan->batch({0, middle}), threads));
+  while (picture.begin_pass()) {
+    const auto plan = picture.plan();
+    for (std::uint64_t cell = plan->cells(); cell-- > 0;) {
+      picture.take(1, traced(plan->batch({cell, cell + 1}), threads));
+    }
+  }
   return picture;
 }
 

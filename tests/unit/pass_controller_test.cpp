@@ -36,6 +36,7 @@ struct Picture {
     if (!pass) {
       return false;
     }
+    latest = pass->stages;
     std::vector<SampleRange> ranges(framebuffer.pixels().size());
     for (const Stage& stage : pass->stages) {
       for (std::size_t i = 0; i < ranges.size(); ++i) {
@@ -58,6 +59,7 @@ struct Picture {
   RenderSettings settings;
   std::shared_ptr<const PathTracer> tracer = make_path_tracer(small_scene(), settings);
   Framebuffer framebuffer{settings.width, settings.height};
+  std::vector<Stage> latest;  ///< of the latest pass
   PassController passes;
 };
 
@@ -92,17 +94,51 @@ TEST_CASE("a picture of one sample in all has a pass, whatever it is to stop at"
   }
 }
 
-TEST_CASE("a progressive picture begins with one sample of every pixel, then some, then all") {
+TEST_CASE(
+    "a progressive picture begins with a sample of every pixel, lattice by lattice, then some, then "
+    "all, and is the same") {
   RenderSettings settings = small_settings(small_scene());
-  settings.progressive = true;
-  const auto stages_of = [&](std::uint32_t samples) {
+  for (const std::uint32_t samples : {1U, 2U, 16U, 40U}) {
     settings.samples_per_pixel = samples;
+    settings.progressive = false;
+    Picture at_once(settings);
+    CHECK(at_once.trace_pass());
+    settings.progressive = true;
     Picture picture(settings);
-    return picture.passes.next(picture.framebuffer)->stages;
-  };
-  CHECK(stages_of(100) == std::vector<Stage>{{0, 1}, {1, 16}, {16, 100}});
-  CHECK(stages_of(16) == std::vector<Stage>{{0, 1}, {1, 16}});
-  CHECK(stages_of(1) == std::vector<Stage>{{0, 1}});
+    CHECK(picture.trace_pass());
+    std::vector<Stage> lattices;
+    for (const Lattice& lattice : nested_lattices(settings.width, settings.height)) {
+      lattices.emplace_back(0, 1, lattice);
+    }
+    CHECK(picture.latest == lattices);
+    CHECK(picture.framebuffer.whole());
+    for (const Stage& stage : {Stage{1, std::min(samples, 16U)}, Stage{16, samples}}) {
+      if (stage.begin < stage.end) {
+        CHECK(picture.trace_pass());
+        CHECK(picture.latest == std::vector{stage});
+      }
+    }
+    CHECK_FALSE(picture.trace_pass());
+    CHECK(picture.passes.begun().empty());
+    CHECK(picture.sha256() == at_once.sha256());
+  }
+}
+
+TEST_CASE(
+    "a progressive picture with a target shows every pixel first and goes in the same passes") {
+  RenderSettings settings = adaptive_settings();
+  settings.target_error = 0.05;
+  Picture at_once(settings);
+  while (at_once.trace_pass()) {
+  }
+  settings.progressive = true;
+  Picture picture(settings);
+  CHECK(picture.trace_pass());
+  CHECK(picture.latest == std::vector<Stage>{{0, 1}, {1, 8}});
+  while (picture.trace_pass()) {
+  }
+  CHECK(picture.passes.begun() == at_once.passes.begun());
+  CHECK(picture.sha256() == at_once.sha256());
 }
 
 TEST_CASE(

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/image/image.h"
+#include "common/image/image_metadata.h"
+
+namespace parray {
+
+/// Writes srgb_bytes() of an image as a PNG file with an sRGB chunk of intent 0 (perceptual), and
+/// `metadata`, which is text (as_kept()), before the pixels. `fast`: not compressed. Returns empty,
+/// or why the file could not be written. `between_strips`, if set, is called every few milliseconds
+/// of writing, and may throw.
+std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
+                      const std::function<void()>& between_strips, bool fast);
+
+}  // namespace parray
