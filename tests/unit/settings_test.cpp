@@ -24,7 +24,7 @@ TEST_CASE("the name of every setting reads back as it") {
        {Precision::automatic, Precision::f32, Precision::f64, Precision::mixed}) {
     CHECK(precision_from(name_of(value)) == value);
   }
-  for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
+  for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512, Isa::neon}) {
     CHECK(isa_from(name_of(value)) == value);
   }
   for (const auto value : {Sampler::independent, Sampler::sobol}) {
