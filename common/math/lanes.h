@@ -144,6 +144,24 @@ PARRAY_INLINE UintLanes<N> select_bits(std::uint32_t bits, const UintLanes<N>& a
   return select(LaneMask<N>{bits}, a, b);
 }
 
+/// `first`, `first` + 1 ...
+template <typename Uint>
+PARRAY_INLINE Uint counting_from(std::uint32_t first) {
+  alignas(64) static constexpr std::uint32_t numbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                            8, 9, 10, 11, 12, 13, 14, 15};
+  return Uint::load(numbers) + Uint(first);
+}
+
+/// 1 << count in each lane; 0 where `count` is 32 or more.
+template <int N>
+PARRAY_INLINE UintLanes<N> one_shifted_by(const UintLanes<N>& count) {
+  UintLanes<N> r;
+  for (int i = 0; i < N; ++i) {
+    r.v[i] = count.v[i] < 32 ? 1U << count.v[i] : 0U;
+  }
+  return r;
+}
+
 /// Both halves of the 64-bit products a b.
 template <typename Uint>
 struct WideProduct {
@@ -278,6 +296,12 @@ PARRAY_INLINE Lanes<T, N> min_of(const Lanes<T, N>& a, const Lanes<T, N>& b) {
 template <typename T, int N>
 PARRAY_INLINE Lanes<T, N> max_of(const Lanes<T, N>& a, const Lanes<T, N>& b) {
   return select(a > b, a, b);
+}
+/// a b + c, rounded once or twice: for bounds only, never for what a picture is made of.
+template <typename T, int N>
+PARRAY_INLINE Lanes<T, N> multiply_add(const Lanes<T, N>& a, const Lanes<T, N>& b,
+                                       const Lanes<T, N>& c) {
+  return a * b + c;
 }
 template <typename T, int N>
 PARRAY_INLINE Lanes<T, N> square_root(const Lanes<T, N>& a) {

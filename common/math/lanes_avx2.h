@@ -7,8 +7,8 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes.h. (No fused multiply-add:
-/// every instruction set has to give the same bits.)
+/// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes.h. (Fused is
+/// multiply_add() alone: every instruction set has to give the same bits.)
 namespace parray::avx2 {
 
 /// Where lanes go that are stored one after the other: entry `set` has the numbers of its set bits.
@@ -106,6 +106,13 @@ PARRAY_INLINE WideProduct<Uint4> multiply_wide(Uint4 a, Uint4 b) {
           Uint4(_mm_blend_epi32(even, _mm_slli_epi64(odd, 32), 0xA))};
 }
 
+PARRAY_INLINE Uint8 one_shifted_by(Uint8 count) {
+  return Uint8(_mm256_sllv_epi32(_mm256_set1_epi32(1), count.v));
+}
+PARRAY_INLINE Uint4 one_shifted_by(Uint4 count) {
+  return Uint4(_mm_sllv_epi32(_mm_set1_epi32(1), count.v));
+}
+
 /// Mask of Float8: lanes of all ones or all zeros.
 struct Mask8 {
   __m256 m;
@@ -193,6 +200,9 @@ PARRAY_INLINE Float8 select_bits(std::uint32_t bits, Float8 a, Float8 b) {
 }
 PARRAY_INLINE Float8 min_of(Float8 a, Float8 b) { return Float8(_mm256_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float8 max_of(Float8 a, Float8 b) { return Float8(_mm256_max_ps(a.v, b.v)); }
+PARRAY_INLINE Float8 multiply_add(Float8 a, Float8 b, Float8 c) {
+  return Float8(_mm256_fmadd_ps(a.v, b.v, c.v));
+}
 PARRAY_INLINE Float8 square_root(Float8 a) { return Float8(_mm256_sqrt_ps(a.v)); }
 PARRAY_INLINE Mask8 equal(Uint8 a, Uint8 b) {
   return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(a.v, b.v))};
@@ -296,6 +306,9 @@ PARRAY_INLINE Double4 select_bits(std::uint32_t bits, Double4 a, Double4 b) {
 }
 PARRAY_INLINE Double4 min_of(Double4 a, Double4 b) { return Double4(_mm256_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double4 max_of(Double4 a, Double4 b) { return Double4(_mm256_max_pd(a.v, b.v)); }
+PARRAY_INLINE Double4 multiply_add(Double4 a, Double4 b, Double4 c) {
+  return Double4(_mm256_fmadd_pd(a.v, b.v, c.v));
+}
 PARRAY_INLINE Double4 square_root(Double4 a) { return Double4(_mm256_sqrt_pd(a.v)); }
 PARRAY_INLINE Mask4 equal(Uint4 a, Uint4 b) {
   return {_mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_cmpeq_epi32(a.v, b.v)))};

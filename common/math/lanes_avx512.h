@@ -129,6 +129,13 @@ PARRAY_INLINE Uint8 select_bits(std::uint32_t bits, Uint8 a, Uint8 b) {
   return select(Mask<8>{static_cast<__mmask16>(bits)}, a, b);
 }
 
+PARRAY_INLINE Uint16 one_shifted_by(Uint16 count) {
+  return Uint16(_mm512_sllv_epi32(_mm512_set1_epi32(1), count.v));
+}
+PARRAY_INLINE Uint8 one_shifted_by(Uint8 count) {
+  return Uint8(_mm256_sllv_epi32(_mm256_set1_epi32(1), count.v));
+}
+
 /// Orders of lanes, widened.
 struct Order16 {
   __m512i lane;
@@ -204,6 +211,9 @@ PARRAY_INLINE Float16 select_bits(std::uint32_t bits, Float16 a, Float16 b) {
 }
 PARRAY_INLINE Float16 min_of(Float16 a, Float16 b) { return Float16(_mm512_min_ps(a.v, b.v)); }
 PARRAY_INLINE Float16 max_of(Float16 a, Float16 b) { return Float16(_mm512_max_ps(a.v, b.v)); }
+PARRAY_INLINE Float16 multiply_add(Float16 a, Float16 b, Float16 c) {
+  return Float16(_mm512_fmadd_ps(a.v, b.v, c.v));
+}
 PARRAY_INLINE Float16 square_root(Float16 a) { return Float16(_mm512_sqrt_ps(a.v)); }
 PARRAY_INLINE Float16 least_of(Float16 a) {
   __m512 m = _mm512_min_ps(a.v, _mm512_shuffle_f32x4(a.v, a.v, 0x4E));
@@ -281,6 +291,9 @@ PARRAY_INLINE Double8 select_bits(std::uint32_t bits, Double8 a, Double8 b) {
 }
 PARRAY_INLINE Double8 min_of(Double8 a, Double8 b) { return Double8(_mm512_min_pd(a.v, b.v)); }
 PARRAY_INLINE Double8 max_of(Double8 a, Double8 b) { return Double8(_mm512_max_pd(a.v, b.v)); }
+PARRAY_INLINE Double8 multiply_add(Double8 a, Double8 b, Double8 c) {
+  return Double8(_mm512_fmadd_pd(a.v, b.v, c.v));
+}
 PARRAY_INLINE Double8 square_root(Double8 a) { return Double8(_mm512_sqrt_pd(a.v)); }
 PARRAY_INLINE Double8 least_of(Double8 a) {
   __m512d m = _mm512_min_pd(a.v, _mm512_shuffle_f64x2(a.v, a.v, 0x4E));

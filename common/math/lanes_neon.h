@@ -8,9 +8,9 @@
 #include "common/math/lanes.h"
 
 /// Lanes of NEON (aarch64): 4 floats in one register, 4 doubles in two. Members and functions as in
-/// lanes.h. (No fused multiply-add: every instruction set has to give the same bits; and no fmin or
-/// fmax, which have other ideas of NaN and -0. Eight floats in two registers take as many
-/// instructions, or up to a tenth more.)
+/// lanes.h. (Fused is multiply_add() alone: every instruction set has to give the same bits; and
+/// there is no fmin or fmax, which have other ideas of NaN and -0. Eight floats in two registers
+/// take as many instructions, or up to a tenth more.)
 namespace parray::neon {
 
 template <typename T>
@@ -157,6 +157,12 @@ struct Uints {
   friend PARRAY_INLINE Uints operator>>(Uints a, int count) { return Uints(a.v >> count); }
   friend PARRAY_INLINE Uints operator<<(Uints a, int count) { return Uints(a.v << count); }
 };
+// The instruction shifts by the lowest byte alone.
+template <typename T>
+PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
+  const uint32x4_t shifted = vshlq_u32(vdupq_n_u32(1), vreinterpretq_s32_u32(count.v));
+  return Uints<T>(shifted & vcltq_u32(count.v, vdupq_n_u32(32)));
+}
 template <typename T>
 PARRAY_INLINE WideProduct<Uints<T>> multiply_wide(Uints<T> a, Uints<T> b) {
   const auto low = vreinterpretq_u32_u64(vmull_u32(vget_low_u32(a.v), vget_low_u32(b.v)));
@@ -298,6 +304,20 @@ PARRAY_INLINE Reals<T> min_of(const Reals<T>& a, const Reals<T>& b) {
 template <typename T>
 PARRAY_INLINE Reals<T> max_of(const Reals<T>& a, const Reals<T>& b) {
   return select(a > b, a, b);
+}
+PARRAY_INLINE float32x4_t fused(float32x4_t a, float32x4_t b, float32x4_t c) {
+  return vfmaq_f32(c, a, b);
+}
+PARRAY_INLINE float64x2_t fused(float64x2_t a, float64x2_t b, float64x2_t c) {
+  return vfmaq_f64(c, a, b);
+}
+template <typename T>
+PARRAY_INLINE Reals<T> multiply_add(const Reals<T>& a, const Reals<T>& b, const Reals<T>& c) {
+  Reals<T> r;
+  for (int i = 0; i < Reals<T>::registers; ++i) {
+    r.v[i] = fused(a.v[i], b.v[i], c.v[i]);
+  }
+  return r;
 }
 template <typename T>
 PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {

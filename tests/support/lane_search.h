@@ -55,10 +55,9 @@ class LaneSearchOf final : public LaneSearch<Real> {
         slot_of_(spheres.size()) {
     scene_.features.sides = sides;
     scene_.bvh = tables_.view();
-    scene_.bvh.prefetch = false;
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
-      if (tables_.input_index()[slot] != no_sphere) {
-        slot_of_.at(tables_.input_index()[slot]) = slot;
+      if (tables_.input_index(slot) != no_sphere) {
+        slot_of_.at(tables_.input_index(slot)) = slot;
       }
     }
     // No answer may depend on what scratch memory holds.
@@ -67,9 +66,6 @@ class LaneSearchOf final : public LaneSearch<Real> {
     std::memset(space_->stack_t, 0xA5, sizeof space_->stack_t);
     std::memset(space_->stack_child, 0xA5, sizeof space_->stack_child);
   }
-
-  /// As where the tables are larger than the caches.
-  void prefetch() { scene_.bvh.prefetch = true; }
 
   std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) override {
     space_->inside.clear();
@@ -82,7 +78,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     for (std::uint32_t i = 0; i < queries.size(); ++i) {
       const std::uint32_t slot = space_->queries.slot[i];
       hits.push_back({space_->queries.t[i],
-                      slot == no_sphere ? no_sphere : tables_.input_index()[slot],
+                      slot == no_sphere ? no_sphere : tables_.input_index(slot),
                       space_->queries.leaving[i] != 0});
     }
     return hits;
@@ -138,17 +134,12 @@ auto with_kernels_of(Isa isa, Function function) {
 template <typename P>
 std::unique_ptr<LaneSearch<typename P::Real>> lane_search(Isa isa,
                                                           const Spheres<typename P::Store>& spheres,
-                                                          bool tree, bool sides,
-                                                          bool prefetch = false) {
+                                                          bool tree, bool sides) {
   using Real = typename P::Real;
   using Store = typename P::Store;
   return with_kernels_of<P>(isa, [&](auto width, auto find) -> std::unique_ptr<LaneSearch<Real>> {
     using Search = LaneSearchOf<Real, Store, decltype(width)::value>;
-    auto search = std::make_unique<Search>(find, spheres, tree, sides);
-    if (prefetch) {
-      search->prefetch();
-    }
-    return search;
+    return std::make_unique<Search>(find, spheres, tree, sides);
   });
 }
 

@@ -148,17 +148,6 @@ TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecisi
   check_equal<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);
 }
 
-TEST_CASE_TEMPLATE("a tree that is fetched ahead finds the same", P, SinglePrecision,
-                   MixedPrecision, DoublePrecision) {
-  Dice dice(2);
-  const auto spheres = scattered<typename P::Store>(dice);
-  const auto all = trial<P>(spheres, dice, 5000);
-  for (const Isa isa : instruction_sets()) {
-    CAPTURE(name_of(isa));
-    check_finds(*lane_search<P>(isa, spheres, true, true, true), all);
-  }
-}
-
 TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, MixedPrecision,
                    DoublePrecision) {
   for (const Isa isa : instruction_sets()) {

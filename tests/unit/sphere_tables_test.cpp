@@ -85,7 +85,7 @@ class Walk {
   static Box box_of(const WideNode<Store, F::width>& node, int k) {
     Box box;
     for (std::size_t p = 0; p < 6; ++p) {
-      box[p] = node.planes[p][k];
+      box[p] = node.planes[p % 3][p / 3][k];
     }
     return box;
   }
@@ -116,7 +116,7 @@ class Walk {
   void check_block(std::uint32_t index, const std::vector<Box>& around) {
     const auto& block = tables_.blocks()[index];
     for (int lane = 0; lane < F::width; ++lane) {
-      if (tables_.input_index()[index * F::width + static_cast<std::uint32_t>(lane)] == no_sphere) {
+      if (tables_.input_index(index * F::width + static_cast<std::uint32_t>(lane)) == no_sphere) {
         continue;
       }
       const std::array<long double, 3> center{block.x[lane], block.y[lane], block.z[lane]};
@@ -147,7 +147,7 @@ bool same_tables(const typename F::Tables& a, const typename F::Tables& b) {
   };
   if (a.slot_count() != b.slot_count() || a.node_count() != b.node_count() ||
       a.depth() != b.depth() || a.open_spheres() != b.open_spheres() ||
-      !same(a.input_index(), b.input_index(), a.slot_count()) ||
+      !same(a.labels().at, b.labels().at, a.slot_count()) ||
       !same(a.blocks(), b.blocks(), a.slot_count() / F::width)) {
     return false;
   }
@@ -175,7 +175,7 @@ TEST_CASE_TEMPLATE("every sphere has exactly one slot, and lanes without one hol
     for (std::uint32_t slot = 0; slot < tables.slot_count(); ++slot) {
       const auto& block = tables.blocks()[slot / F::width];
       const std::uint32_t lane = slot % F::width;
-      const std::uint32_t index = tables.input_index()[slot];
+      const std::uint32_t index = tables.input_index(slot);
       if (index == no_sphere) {
         wrong += std::isnan(block.x[lane]) && std::isnan(block.y[lane]) &&
                          std::isnan(block.z[lane]) && std::isnan(block.radius[lane])
@@ -199,7 +199,9 @@ TEST_CASE_TEMPLATE("open spheres come first and in input order; the tree holds a
                    PARRAY_FORMS) {
   for_all_tables<F>([](const auto& spheres, const auto& tables) {
     CHECK(tables.open_spheres() <= spheres.size());
-    CHECK_UNARY(std::is_sorted(tables.input_index(), tables.input_index() + tables.open_spheres()));
+    for (std::uint32_t slot = 1; slot < tables.open_spheres(); ++slot) {
+      CHECK(tables.input_index(slot - 1) < tables.input_index(slot));
+    }
     const Walk<F> walk(tables);
     // Without a tree all blocks are open, the one that is there without spheres too.
     const std::size_t open_blocks = tables.node_count() == 0
@@ -248,14 +250,14 @@ TEST_CASE_TEMPLATE("every octant's order names each child once, farther ones fir
         double before = std::numeric_limits<double>::infinity();
         for (const std::uint8_t k : node.order[octant]) {
           ++met.at(k);
-          if (node.planes[0][k] > node.planes[3][k]) {
+          if (node.planes[0][0][k] > node.planes[0][1][k]) {
             continue;
           }
           double along = 0;  // of the middle, in the direction that the octant's rays take
           double size = 0;
           for (int axis = 0; axis < 3; ++axis) {
-            const double lo = node.planes[axis][k];
-            const double hi = node.planes[axis + 3][k];
+            const double lo = node.planes[axis][0][k];
+            const double hi = node.planes[axis][1][k];
             along += (octant >> axis & 1) != 0 ? -(lo + hi) : lo + hi;
             size += std::abs(lo) + std::abs(hi);
           }

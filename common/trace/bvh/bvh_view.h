@@ -28,6 +28,18 @@ struct ChildRef {
   static constexpr std::uint32_t number = 0x7FFFFFFF;
 };
 
+/// What is known of a slot besides its sphere, in a word: the sphere's number in the input, in the
+/// low bits, and above them a tag, what the owner of the tables has noted there.
+struct SlotLabels {
+  const std::uint32_t* at = nullptr;  ///< by slot
+  std::uint32_t index_mask = 0;       ///< of the low bits; all of them are set where no sphere is
+
+  /// The sphere's number in the input, below index_mask; ties go to the lower one.
+  [[nodiscard]] PARRAY_INLINE std::uint32_t index(std::uint32_t slot) const {
+    return at[slot] & index_mask;
+  }
+};
+
 /// The sphere in a slot.
 template <typename Real, typename Store, int W>
 PARRAY_INLINE SphereShape<Real> sphere_at(const SphereBlock<Store, W>* blocks, std::uint32_t slot) {
@@ -37,11 +49,10 @@ PARRAY_INLINE SphereShape<Real> sphere_at(const SphereBlock<Store, W>* blocks, s
           Real(block.radius[lane])};
 }
 
-/// A node with up to W children. Bounds of absent children are empty: no ray meets them, unless it
-/// is not a number; that one ends there.
+/// A node with up to W children. Bounds of absent children are empty, so that no ray meets them.
 template <typename Store, int W>
 struct alignas(64) WideNode {
-  Store planes[6][W];        ///< lower x, y, z, then upper x, y, z of each child
+  Store planes[3][2][W];     ///< lower and upper x of each child, then y, then z
   std::uint32_t child[W];    ///< see ChildRef
   std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
 };
@@ -50,11 +61,10 @@ template <typename Store, int W>
 struct BvhView {
   const WideNode<Store, W>* nodes = nullptr;      ///< the root is the first
   const SphereBlock<Store, W>* blocks = nullptr;  ///< the first ones are in no node
-  const std::uint32_t* input_index = nullptr;     ///< by slot: ties go to the lower one
+  SlotLabels labels;
   std::uint32_t node_count = 0;
   std::uint32_t open_spheres = 0;  ///< in the first blocks, in input order
   std::uint32_t stack_size = 0;    ///< pending children that a ray can have
-  bool prefetch = false;           ///< the tables are larger than the caches
 };
 
 }  // namespace parray

@@ -65,11 +65,11 @@ struct RayColumns {
 template <typename Real, typename Store>
 struct Queries {
   Column<Real> inverse_square;
-  /// Of the ray: 1 / direction, and the origin moved by its share of the rounding, so that box
-  /// planes on the near side appear nearer and those on the far side farther (see wide_bvh.h).
-  VecColumns<Store> inverse, near_origin, far_origin;
-  /// Places in a node: of the nearer planes, of the children's order.
-  Column<std::uint32_t> near_x, near_y, near_z, order;
+  /// Of the ray: 1 / direction, and what plane / direction is moved by for planes of boxes on the
+  /// near and on the far side (see Traversal::Slab).
+  VecColumns<Store> inverse, near_shift, far_shift;
+  Column<std::uint32_t> octant;    ///< bit: the direction is < 0 on that axis
+  Column<std::uint32_t> numbers;   ///< of the rays of one octant
   Column<std::uint32_t> excluded;  ///< which of some 32 open spheres it cannot enter, as bits
   Column<Real> t;                  ///< nearest crossing so far
   Column<std::uint32_t> slot;      ///< its sphere, or no_sphere

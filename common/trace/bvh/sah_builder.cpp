@@ -12,6 +12,7 @@ namespace parray {
 namespace {
 
 constexpr std::size_t bin_count = 16;
+constexpr std::uint32_t one_axis_from = 1U << 13;
 /// Ranges of more spheres are split by tasks of their own.
 constexpr std::uint32_t task_size = 1U << 15;
 /// From this depth on ranges are halved, which ends within 30 levels.
@@ -56,7 +57,8 @@ class Builder {
   Builder(std::span<Sphere> spheres, std::uint32_t leaf_size)
       : spheres_(spheres), leaf_size_(leaf_size) {
     // Mostly never touched, and therefore never there.
-    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(2 * spheres.size());
+    tree_.capacity = 2 * spheres.size();
+    tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(tree_.capacity);
     scratch_ = AlignedArray<Sphere>(spheres.size());
   }
 
@@ -109,7 +111,14 @@ class Builder {
         useful[axis] = extent[axis] > Store(0) && each < std::numeric_limits<Store>::infinity();
         scale[axis] = useful[axis] ? each : Store(0);
       }
+      if (range.count() > one_axis_from) {
+        longest = 0;
+        for (int axis = 1; axis < 3; ++axis)
+          longest = extent[axis] > extent[longest] ? axis : longest;
+        for (int axis = 0; axis < 3; ++axis) useful[axis] = useful[axis] && axis == longest;
+      }
     }
+    int longest = -1;
 
     /// Bins of a sphere along x, y and z.
     [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
@@ -243,6 +252,16 @@ class Builder {
   }
 
   void fill(const Range& range, const Binning& binning, std::array<Bins, 3>& bins) const {
+    if (binning.longest >= 0) {
+      for (std::uint32_t i = range.begin; i < range.end; ++i) {
+        const Vec4<Store> values = load(spheres_[i]);
+        const Vec4<Store> at = binning.bins_of(values);
+        Bin& bin = bins[binning.longest][Binning::bin_number(at[binning.longest])];
+        bin.box.include_sphere(values);
+        ++bin.count;
+      }
+      return;
+    }
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
       const Vec4<Store> values = load(spheres_[i]);
       const Vec4<Store> at = binning.bins_of(values);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -37,7 +38,8 @@ struct BinaryNode {
 template <typename Store>
 struct BinaryTree {
   std::unique_ptr<BinaryNode<Store>[]> nodes;
-  std::uint32_t depth = 0;  ///< at most max_tree_depth
+  std::size_t capacity = 0;  ///< of `nodes`
+  std::uint32_t depth = 0;   ///< at most max_tree_depth
 };
 
 inline constexpr std::uint32_t max_tree_depth = 64;

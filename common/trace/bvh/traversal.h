@@ -5,6 +5,7 @@
 
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/ray_columns.h"
+#include "common/trace/bvh/ray_groups.h"
 
 /// Finding the next surface of many rays. Each ray is tested against all children of a node, or all
 /// spheres of a block, at once; and the rays of a group advance in turns, one step each, so that no
@@ -26,11 +27,10 @@ class Traversal {
                           Space& space)
       : nodes_(bvh.nodes),
         blocks_(bvh.blocks),
-        input_index_(bvh.input_index),
+        labels_(bvh.labels),
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
         stack_size_(bvh.stack_size),
-        prefetch_(bvh.prefetch),
         rays_(rays),
         queries_(space.queries),
         space_(space) {}
@@ -47,31 +47,22 @@ class Traversal {
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<InsideStack>(first);
     }
-    if constexpr (InsideStack) {
-      for (std::uint32_t i = 0; i < rays_.count; ++i) {
-        find_exit(i);
-      }
-    }
+    each_inside<InsideStack>([&](std::uint32_t i) __attribute__((always_inline)) { find_exit(i); });
     if (node_count_ > 0) {
-      const std::uint32_t most = Space::stack_entries / stack_size_;
-      const std::uint32_t group = most < group_size ? most : group_size;
-      for (std::uint32_t begin = 0; begin < rays_.count; begin += group) {
-        const std::uint32_t end = begin + group;
-        traverse<InsideStack>(begin, end < rays_.count ? end : rays_.count);
+      for (std::uint32_t octant = 0; octant < 8; ++octant) {
+        traverse_octant<InsideStack>(octant);
       }
     }
   }
 
  private:
-  static constexpr std::uint32_t group_size = 64;
+  static constexpr std::uint32_t group_size = Waiting::most;
   static constexpr std::uint32_t bar_bits = 32;
+  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+  static constexpr Store infinity_stored = std::numeric_limits<Store>::infinity();
 
-  /// Ray numbers of a group that wait for a step of one kind.
-  struct Waiting {
-    std::uint32_t ray[group_size];
-    std::uint32_t count = 0;
-  };
+  using Group = RayGroup<width>;
 
   PARRAY_INLINE void prepare(std::uint32_t i) {
     const Vec3<L> d = rays_.direction.template load<L>(i);
@@ -85,34 +76,22 @@ class Traversal {
   PARRAY_INLINE void prepare_boxes(std::uint32_t i) {
     const Vec3<B> o = load_store_lanes(rays_.origin, i);
     const Vec3<B> d = load_store_lanes(rays_.direction, i);
-    const B zero(Store(0));
-    const B one(Store(1));
     const B reach = max_of(max_of(max_of(o.x, -o.x), max_of(o.y, -o.y)), max_of(o.z, -o.z));
     const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
-    const Vec3<B> inverse{one / d.x, one / d.y, one / d.z};
-    const auto x_down = inverse.x < zero;
-    const auto y_down = inverse.y < zero;
-    const auto z_down = inverse.z < zero;
-    const Vec3<B> shift{select(x_down, -margin, margin), select(y_down, -margin, margin),
-                        select(z_down, -margin, margin)};
-    queries_.inverse.store(i, inverse);
-    queries_.near_origin.store(i, o + shift);
-    queries_.far_origin.store(i, o - shift);
-    note_octant(i, bits_of(x_down), bits_of(y_down), bits_of(z_down));
-  }
-
-  /// Where in a node the near planes and the order of the children lie for each ray.
-  PARRAY_INLINE void note_octant(std::uint32_t i, std::uint32_t x, std::uint32_t y,
-                                 std::uint32_t z) {
-    for (std::uint32_t k = 0; k < width; ++k) {
-      const std::uint32_t bx = x >> k & 1;
-      const std::uint32_t by = y >> k & 1;
-      const std::uint32_t bz = z >> k & 1;
-      queries_.near_x[i + k] = 3 * width * bx;
-      queries_.near_y[i + k] = width + 3 * width * by;
-      queries_.near_z[i + k] = 2 * width + 3 * width * bz;
-      queries_.order[i + k] = width * (bx | by << 1 | bz << 2);
-    }
+    const Slab<B> x(o.x, d.x, margin);
+    const Slab<B> y(o.y, d.y, margin);
+    const Slab<B> z(o.z, d.z, margin);
+    const B sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
+    const auto number = sum == sum;  // what is none meets nothing
+    queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z.inverse});
+    const B nowhere(infinity_stored);
+    queries_.near_shift.store(i, Vec3<B>{select(number, x.near, nowhere), y.near, z.near});
+    queries_.far_shift.store(i, Vec3<B>{select(number, x.far, -nowhere), y.far, z.far});
+    using Uint = typename B::Uint;
+    const auto bit = [](const auto& down, std::uint32_t value) {
+      return select(down, Uint(value), Uint(0U));
+    };
+    (bit(x.down, 1) + bit(y.down, 2) + bit(z.down, 4)).store(&queries_.octant[i]);
   }
 
   /// Columns of the real type as lanes of the stored one.
@@ -139,9 +118,13 @@ class Traversal {
   PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
     const std::uint32_t left = open_spheres_ - first;
     const std::uint32_t count = left < bar_bits ? left : bar_bits;
-    for (std::uint32_t i = 0; i < rays_.count; ++i) {
-      queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
+    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
+      const auto surface = L::Uint::load(&rays_.surface[i]);
+      one_shifted_by(surface + typename L::Uint(0U - first)).store(&queries_.excluded[i]);
     }
+    each_inside<InsideStack>([&](std::uint32_t i) __attribute__((always_inline)) {
+      queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
+    });
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
@@ -151,16 +134,34 @@ class Traversal {
       for (std::uint32_t k = 0; k < count; ++k) {
         const SphereShape<Real> one = sphere(first + k);
         const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
-        L t;
-        const auto met = enters(rays, same, t);
-        // Input order: an equal distance belongs to the earlier one.
+        const ClosestApproach<L> passage(rays, same);
         const auto allowed = equal(excluded & typename L::Uint(1U << k), typename L::Uint(0U));
-        const auto better = met & (t < nearest) & allowed;
+        const auto met = passage.approaches() & allowed;
+        if (!any(met)) {
+          continue;  // without the root, which is dear
+        }
+        const L t = entry_distance(passage.foot, passage.depth_squared, rays.inverse_square);
+        // Input order: an equal distance belongs to the earlier one.
+        const auto better = met & (t < nearest);
         nearest = select(better, t, nearest);
         slot = select(better, typename L::Uint(first + k), slot);
       }
       nearest.store(&queries_.t[i]);
       slot.store(&queries_.slot[i]);
+    }
+  }
+
+  /// Calls f(i) for every ray that is inside something.
+  template <bool InsideStack, typename F>
+  PARRAY_INLINE void each_inside(const F& f) const {
+    using Uint = typename L::Uint;
+    for (std::uint32_t i = 0; InsideStack && i < rays_.count; i += L::count) {
+      const std::uint32_t left = rays_.count - i;
+      const std::uint32_t present = left < L::count ? (1U << left) - 1U : (1U << L::count) - 1U;
+      const auto outside = equal(Uint::load(&rays_.inside[i]), Uint(InsideLists::none));
+      for (std::uint32_t set = ~bits_of(outside) & present; set != 0; set &= set - 1) {
+        f(i + static_cast<std::uint32_t>(__builtin_ctz(set)));
+      }
     }
   }
 
@@ -181,7 +182,7 @@ class Traversal {
   }
 
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    return other == no_sphere || input_index_[slot] < input_index_[other];
+    return other == no_sphere || labels_.index(slot) < labels_.index(other);
   }
 
   /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
@@ -277,35 +278,50 @@ class Traversal {
     }
   }
 
-  /// Rays [begin, end) through the tree.
+  /// All rays of an octant through the tree, in groups.
   template <bool InsideStack>
-  void traverse(std::uint32_t begin, std::uint32_t end) {
-    Traversal here = *this;  // a copy whose address nobody has
-    here.template traverse_group<InsideStack>(begin, end);
+  PARRAY_INLINE void traverse_octant(std::uint32_t octant) {
+    std::uint32_t* const numbers = space_.queries.numbers.at;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < rays_.count; i += B::count) {
+      const auto mine = equal(B::Uint::load(&queries_.octant[i]), typename B::Uint(octant));
+      const std::uint32_t left = rays_.count - i;
+      const std::uint32_t present = left >= width ? all_lanes : (1U << left) - 1U;
+      const std::uint32_t set = bits_of(mine) & present;
+      compress_store(numbers + count, set, counting_from<typename B::Uint>(i));
+      count += static_cast<std::uint32_t>(__builtin_popcount(set));
+    }
+    const std::uint32_t most = Space::stack_entries / stack_size_;
+    const std::uint32_t size = most < group_size ? most : group_size;
+    for (std::uint32_t begin = 0; begin < count; begin += size) {
+      const std::uint32_t left = count - begin;
+      traverse<InsideStack>({numbers + begin, left < size ? left : size, octant});
+    }
   }
 
   template <bool InsideStack>
-  PARRAY_INLINE void traverse_group(std::uint32_t begin, std::uint32_t end) {
+  void traverse(const Group& group) {
+    Traversal here = *this;  // copies whose addresses nobody has
+    const Group same = group;
+    here.template traverse_group<InsideStack>(same);
+  }
+
+  template <bool InsideStack>
+  PARRAY_INLINE void traverse_group(const Group group) {
     Waiting nodes[2];
     Waiting blocks[2];
     Passages passages[group_size];
     std::uint32_t top[group_size];  // places in the space's stacks, of each ray's last child
-    for (std::uint32_t k = 0; k < end - begin; ++k) {
-      const std::uint32_t bottom = k * stack_size_;
-      space_.stack_t[bottom] = -std::numeric_limits<Store>::infinity();  // is never dropped
-      space_.stack_child[bottom] = ChildRef::is_end;
-      space_.stack_t[bottom + 1] = Store(0);
-      space_.stack_child[bottom + 1] = 0;
-      top[k] = bottom + 1;
-      nodes[0].ray[k] = k;
+    enter_root(group, top);
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      wait_for_next(k, top[k], nodes[0], blocks[0]);
     }
-    nodes[0].count = end - begin;
     for (int now = 0; nodes[now].count + blocks[now].count > 0; now ^= 1) {
       nodes[now ^ 1].count = 0;
       blocks[now ^ 1].count = 0;
       for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
         const std::uint32_t k = nodes[now].ray[n];
-        top[k] = step_node(begin + k, top[k]);
+        top[k] = step_node(group, group.ray[k], nodes_[nodes[now].child[n]], top[k]);
       }
       for (std::uint32_t n = 0; n < nodes[now].count; ++n) {
         const std::uint32_t k = nodes[now].ray[n];
@@ -315,13 +331,10 @@ class Traversal {
       Waiting passing;   // the others
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];
-        test_block<InsideStack>(begin + k, space_.stack_child[top[k]] & ChildRef::number,
-                                passages[k]);
+        test_block<InsideStack>(group.ray[k], blocks[now].child[n], passages[k]);
         const std::uint32_t enters = passages[k].candidates != 0 ? 1 : 0;
-        entering.ray[entering.count] = k;
-        passing.ray[passing.count] = k;
-        entering.count += enters;
-        passing.count += enters ^ 1U;
+        entering.add(k, 0, enters);
+        passing.add(k, 0, enters ^ 1U);
       }
       for (std::uint32_t n = 0; n < passing.count; ++n) {
         const std::uint32_t k = passing.ray[n];
@@ -330,7 +343,7 @@ class Traversal {
       }
       for (std::uint32_t n = 0; n < entering.count; ++n) {
         const std::uint32_t k = entering.ray[n];
-        const L nearest = take_nearest(begin + k, passages[k]);
+        const L nearest = take_nearest(group.ray[k], passages[k]);
         top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
       }
       for (std::uint32_t n = 0; n < entering.count; ++n) {
@@ -344,56 +357,70 @@ class Traversal {
   PARRAY_INLINE void wait_for_next(std::uint32_t k, std::uint32_t top, Waiting& nodes,
                                    Waiting& blocks) const {
     const std::uint32_t child = space_.stack_child[top];
-    nodes.ray[nodes.count] = k;
-    blocks.ray[blocks.count] = k;
-    nodes.count += child < ChildRef::is_end ? 1U : 0U;
-    blocks.count += child / ChildRef::is_block;
-    if (prefetch_) {
-      fetch(child);
-    }
-  }
-
-  PARRAY_INLINE void fetch(std::uint32_t child) const {
-    const bool is_block = (child & ChildRef::is_block) != 0;
     const std::uint32_t number = child & ChildRef::number;
-    const char* from = is_block ? reinterpret_cast<const char*>(blocks_ + number)
-                                : reinterpret_cast<const char*>(nodes_ + number);
-    constexpr std::size_t block_size = sizeof(SphereBlock<Store, width>);
-    for (std::size_t line = 0; line < block_size; line += 64) {
-      __builtin_prefetch(from + line);
-    }
-    if (!is_block) {
-      for (std::size_t line = block_size; line < sizeof(WideNode<Store, width>); line += 64) {
-        __builtin_prefetch(from + line);
-      }
+    // Numbers instead of comparisons, or compilers make branches that nobody could predict.
+    nodes.add(k, number, (child - ChildRef::is_end) >> 31 & ~child >> 31);
+    blocks.add(k, number, child >> 31);
+  }
+
+  /// Where ray `i` comes into boxes, by their planes on its near side. A NaN (of a plane that is
+  /// not there) constrains nothing: see max_of.
+  PARRAY_INLINE B enters_at(const Vec3<B>& planes, std::uint32_t i) const {
+    const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.near_shift.x[i]));
+    const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.near_shift.y[i]));
+    const B z = multiply_add(planes.z, B(queries_.inverse.z[i]), B(queries_.near_shift.z[i]));
+    return max_of(max_of(x, y), max_of(z, B(Store(0))));
+  }
+
+  /// Where it leaves them, or has met something.
+  PARRAY_INLINE B leaves_at(const Vec3<B>& planes, std::uint32_t i) const {
+    const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.far_shift.x[i]));
+    const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.far_shift.y[i]));
+    const B z = multiply_add(planes.z, B(queries_.inverse.z[i]), B(queries_.far_shift.z[i]));
+    return min_of(min_of(x, y), min_of(z, bound_of(L(queries_.t[i]))));
+  }
+
+  static PARRAY_INLINE Vec3<B> near_planes(const Group& group, const WideNode<Store, width>& node) {
+    const Store* planes = node.planes[0][0];
+    return {B::load(planes + group.near_x), B::load(planes + group.near_y),
+            B::load(planes + group.near_z)};
+  }
+  static PARRAY_INLINE Vec3<B> far_planes(const Group& group, const WideNode<Store, width>& node) {
+    const Store* planes = node.planes[0][0];
+    return {B::load(planes + (group.near_x ^ width)), B::load(planes + (group.near_y ^ width)),
+            B::load(planes + (group.near_z ^ width))};
+  }
+
+  /// The first step of all rays of a group: from the root, whose boxes stay in registers.
+  PARRAY_INLINE void enter_root(const Group& group, std::uint32_t* top) const {
+    const WideNode<Store, width>& root = nodes_[0];
+    const auto order = B::load_order(root.order[group.octant]);
+    const auto ordered = [&](const Vec3<B>& planes) {
+      return Vec3<B>{permute(planes.x, order), permute(planes.y, order), permute(planes.z, order)};
+    };
+    const Vec3<B> near = ordered(near_planes(group, root));
+    const Vec3<B> far = ordered(far_planes(group, root));
+    const auto children = permute(B::Uint::load(root.child), order);
+    for (std::uint32_t k = 0; k < group.count; ++k) {
+      const std::uint32_t bottom = k * stack_size_;
+      space_.stack_t[bottom] = -infinity_stored;  // is never dropped
+      space_.stack_child[bottom] = ChildRef::is_end;
+      const B enters = enters_at(near, group.ray[k]);
+      const std::uint32_t met = bits_of(enters <= leaves_at(far, group.ray[k]));
+      compress_store(space_.stack_t + bottom + 1, met, enters);
+      compress_store(space_.stack_child + bottom + 1, met, children);
+      top[k] = bottom + static_cast<std::uint32_t>(__builtin_popcount(met));
     }
   }
 
-  /// Replaces the node on top of the stack by those of its children that the ray meets before its
-  /// nearest crossing; returns the new top.
-  PARRAY_INLINE std::uint32_t step_node(std::uint32_t i, std::uint32_t top) const {
-    const WideNode<Store, width>& node = nodes_[space_.stack_child[top]];
-    const Store* planes = node.planes[0];
-    const std::uint8_t* orders = node.order[0];
-    const std::uint32_t near_x = queries_.near_x[i];
-    const std::uint32_t near_y = queries_.near_y[i];
-    const std::uint32_t near_z = queries_.near_z[i];
-    const B inverse_x(queries_.inverse.x[i]);
-    const B inverse_y(queries_.inverse.y[i]);
-    const B inverse_z(queries_.inverse.z[i]);
-    const auto distance = [&](std::uint32_t plane, Store origin, const B& inverse) {
-      return (B::load(planes + plane) - B(origin)) * inverse;
-    };
-    const B tx = distance(near_x, queries_.near_origin.x[i], inverse_x);
-    const B ty = distance(near_y, queries_.near_origin.y[i], inverse_y);
-    const B tz = distance(near_z, queries_.near_origin.z[i], inverse_z);
-    const B ux = distance(3 * width - near_x, queries_.far_origin.x[i], inverse_x);
-    const B uy = distance(5 * width - near_y, queries_.far_origin.y[i], inverse_y);
-    const B uz = distance(7 * width - near_z, queries_.far_origin.z[i], inverse_z);
-    // A NaN (the origin on a plane that the ray runs along) constrains nothing: see max_of.
-    const B near = max_of(max_of(tx, ty), max_of(tz, B(Store(0))));
-    const B far = min_of(min_of(ux, uy), min_of(uz, bound_of(L(queries_.t[i]))));
-    const auto order = B::load_order(orders + queries_.order[i]);
+  /// Replaces the node on top of a stack by its children that ray `i` meets before its nearest
+  /// crossing; returns the new top.
+  PARRAY_INLINE std::uint32_t step_node(const Group& group, std::uint32_t i,
+                                        const WideNode<Store, width>& node,
+                                        std::uint32_t top) const {
+    const B near = enters_at(near_planes(group, node), i);
+    const B far = leaves_at(far_planes(group, node), i);
+    const auto order = B::load_order(node.order[group.octant]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
     const auto children = permute(B::Uint::load(node.child), order);
@@ -421,7 +448,7 @@ class Traversal {
       const B child_t = B::load(space_.stack_t + k);
       const auto child = B::Uint::load(space_.stack_child + k);
       const std::uint32_t left = top - k;
-      const std::uint32_t present = left >= width ? (1U << width) - 1U : (1U << left) - 1U;
+      const std::uint32_t present = left >= width ? all_lanes : (1U << left) - 1U;
       const std::uint32_t keep = bits_of(child_t <= bound) & present;
       compress_store(space_.stack_t + kept, keep, child_t);
       compress_store(space_.stack_child + kept, keep, child);
@@ -434,11 +461,10 @@ class Traversal {
   // Copies, so that they stay in registers whatever is stored.
   const WideNode<Store, width>* nodes_;
   const SphereBlock<Store, width>* blocks_;
-  const std::uint32_t* input_index_;
+  SlotLabels labels_;
   std::uint32_t node_count_;
   std::uint32_t open_spheres_;
   std::uint32_t stack_size_;
-  bool prefetch_;
   const RayColumns<Real>& rays_;
   Queries<Real, Store>& queries_;
   Space& space_;

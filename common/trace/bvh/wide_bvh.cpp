@@ -1,6 +1,7 @@
 #include "common/trace/bvh/wide_bvh.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -9,15 +10,6 @@ namespace {
 
 /// Spheres this many times larger than the median one stand outside the tree.
 constexpr double giant = 32;
-
-/// Tables of this size stay in a core's own cache.
-constexpr std::size_t cache_bytes = std::size_t{512} << 10;
-
-template <typename Store>
-Store half_area(const Bounds<Store>& box) {
-  const Vec3<Store> d = box.hi - box.lo;
-  return d.x * d.y + d.y * d.z + d.z * d.x;
-}
 
 /// About the median: that of a sample.
 template <typename Store>
@@ -31,40 +23,6 @@ Store middling_radius(const std::vector<SphereShape<Store>>& shapes) {
   std::nth_element(radii.begin(), middle, radii.end());
   return *middle;
 }
-
-/// Up to W nodes of the binary tree that together hold all spheres below `root`: largest box first
-/// opened.
-template <typename Store, int W>
-struct Children {
-  Children(const BinaryTree<Store>& tree, std::uint32_t root) {
-    add(tree, root);
-    while (count < W) {
-      int largest = -1;
-      for (int k = 0; k < count; ++k) {
-        if (tree.nodes[node[k]].left != 0 && (largest < 0 || area[k] > area[largest])) {
-          largest = k;
-        }
-      }
-      if (largest < 0) {
-        return;
-      }
-      const BinaryNode<Store>& opened = tree.nodes[node[largest]];
-      node[largest] = opened.left;
-      area[largest] = half_area(tree.nodes[opened.left].box);
-      add(tree, opened.right);
-    }
-  }
-
-  void add(const BinaryTree<Store>& tree, std::uint32_t child) {
-    node[count] = child;
-    area[count] = half_area(tree.nodes[child].box);
-    ++count;
-  }
-
-  std::uint32_t node[W];
-  Store area[W];
-  int count = 0;
-};
 
 /// The box with its spheres' share of the rounding (see WideBvh).
 template <typename Store>
@@ -80,9 +38,11 @@ Bounds<Store> inflated(const Bounds<Store>& box) {
 
 template <typename Store, int W>
 void set_bounds(WideNode<Store, W>& node, int child, const Bounds<Store>& box) {
-  const Store planes[6] = {box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z};
-  for (int p = 0; p < 6; ++p) {
-    node.planes[p][child] = planes[p];
+  const Vec3<Store> bounds[2] = {box.lo, box.hi};
+  for (int side = 0; side < 2; ++side) {
+    node.planes[0][side][child] = bounds[side].x;
+    node.planes[1][side][child] = bounds[side].y;
+    node.planes[2][side][child] = bounds[side].z;
   }
 }
 
@@ -96,7 +56,7 @@ void set_order(WideNode<Store, W>& node, int children) {
       order[k] = static_cast<std::uint8_t>(k);
       nearness[k] = 0;
       for (int axis = 0; axis < 3 && k < children; ++axis) {
-        const Store middle = node.planes[axis][k] + node.planes[axis + 3][k];
+        const Store middle = node.planes[axis][0][k] + node.planes[axis][1][k];
         nearness[k] += (octant >> axis & 1) != 0 ? middle : -middle;
       }
     }
@@ -108,7 +68,8 @@ void set_order(WideNode<Store, W>& node, int children) {
 }  // namespace
 
 template <typename Store, int W>
-WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads) {
+WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads)
+    : index_bits_(static_cast<int>(std::bit_width(shapes.size() + 1))) {
   Spheres spheres;
   spheres.reserve(shapes.size());
   for (const SphereShape<Store>& shape : shapes) {
@@ -132,8 +93,7 @@ WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool t
 
 template <typename Store, int W>
 BvhView<Store, W> WideBvh<Store, W>::view() const {
-  return {nodes(),        blocks(),     input_index(),        node_count(),
-          open_spheres(), stack_size(), bytes() > cache_bytes};
+  return {nodes(), blocks(), labels(), node_count(), open_spheres(), stack_size()};
 }
 
 template <typename Store, int W>
@@ -142,22 +102,23 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
   const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
   if (open == spheres.size()) {
     blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
-    input_index_.resize(blocks_.size() * W);
+    labels_ = AlignedArray<std::uint32_t>(blocks_.size() * W);
     fill_block(0, nullptr, 0);  // without spheres too there is a slot 0 to load
     fill_open_blocks(spheres);
     return;
   }
   const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
   const BinaryTree<Store> tree = build_binary_tree<Store>(in_tree, W, threads);
-  count_wide(tree, 0);
+  const Collapse<Store, W> collapse(tree, threads);
+  count_wide(tree, collapse, 0);
   const std::uint32_t block_count = open_blocks + next_block_;
   blocks_ = AlignedArray<SphereBlock<Store, W>>(block_count);
   nodes_ = AlignedArray<WideNode<Store, W>>(next_node_);
-  input_index_.resize(std::size_t{block_count} * W);
+  labels_ = AlignedArray<std::uint32_t>(std::size_t{block_count} * W);
   fill_open_blocks(spheres);
   next_block_ = open_blocks;
   next_node_ = 0;
-  emit(tree, 0, in_tree.data(), 1);
+  emit(tree, collapse, 0, in_tree.data(), 1);
 }
 
 template <typename Store, int W>
@@ -179,36 +140,38 @@ void WideBvh<Store, W>::fill_block(std::uint32_t index, const BuildSphere<Store>
     block.y[lane] = present ? spheres[lane].y : none;
     block.z[lane] = present ? spheres[lane].z : none;
     block.radius[lane] = present ? spheres[lane].radius : none;
-    input_index_[std::size_t{index} * W + lane] = present ? spheres[lane].index : no_sphere;
+    labels_[std::size_t{index} * W + lane] = present ? spheres[lane].index : index_mask();
   }
 }
 
 /// Counts nodes and blocks below a binary node that becomes a wide one.
 template <typename Store, int W>
-void WideBvh<Store, W>::count_wide(const BinaryTree<Store>& tree, std::uint32_t root) {
+void WideBvh<Store, W>::count_wide(const BinaryTree<Store>& tree,
+                                   const Collapse<Store, W>& collapse, std::uint32_t root) {
   ++next_node_;
-  const Children<Store, W> children(tree, root);
+  const auto children = collapse.children(root);
   for (int k = 0; k < children.count; ++k) {
     if (tree.nodes[children.node[k]].left == 0) {
       ++next_block_;
     } else {
-      count_wide(tree, children.node[k]);
+      count_wide(tree, collapse, children.node[k]);
     }
   }
 }
 
 template <typename Store, int W>
-std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree, std::uint32_t root,
+std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree,
+                                      const Collapse<Store, W>& collapse, std::uint32_t root,
                                       const BuildSphere<Store>* spheres, std::uint32_t level) {
-  constexpr Store inf = std::numeric_limits<Store>::infinity();
+  constexpr Store most = std::numeric_limits<Store>::max();
   depth_ = std::max(depth_, level);
   const std::uint32_t made = next_node_++;
   WideNode<Store, W>& node = nodes_[made];
-  const Children<Store, W> children(tree, root);
+  const auto children = collapse.children(root);
   for (int k = 0; k < W; ++k) {
     if (k >= children.count) {
-      set_bounds(node, k, {{inf, inf, inf}, {-inf, -inf, -inf}});
-      node.child[k] = ChildRef::is_end;  // only a ray that is not a number gets here: it is lost
+      set_bounds(node, k, {{most, most, most}, {-most, -most, -most}});
+      node.child[k] = ChildRef::is_end;  // nothing gets here
       continue;
     }
     const BinaryNode<Store>& child = tree.nodes[children.node[k]];
@@ -217,7 +180,7 @@ std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree, std::uint32
       node.child[k] = next_block_ | ChildRef::is_block;
       fill_block(next_block_++, spheres + child.begin, child.end - child.begin);
     } else {
-      node.child[k] = emit(tree, children.node[k], spheres, level + 1);
+      node.child[k] = emit(tree, collapse, children.node[k], spheres, level + 1);
     }
   }
   set_order(node, children.count);

@@ -5,7 +5,7 @@
 
 #include "common/base/aligned_array.h"
 #include "common/trace/bvh/bvh_view.h"
-#include "common/trace/bvh/sah_builder.h"
+#include "common/trace/bvh/collapse.h"
 
 namespace parray {
 
@@ -29,9 +29,18 @@ class WideBvh {
   [[nodiscard]] BvhView<Store, W> view() const;
   [[nodiscard]] const SphereBlock<Store, W>* blocks() const { return blocks_.data(); }
   [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
-  [[nodiscard]] const std::uint32_t* input_index() const { return input_index_.data(); }
+  /// The sphere in a slot, by its place in the input; no_sphere where there is none.
+  [[nodiscard]] std::uint32_t input_index(std::uint32_t slot) const {
+    const std::uint32_t index = labels().index(slot);
+    return index == index_mask() ? no_sphere : index;
+  }
+  [[nodiscard]] SlotLabels labels() const { return {labels_.data(), index_mask()}; }
+  /// Bits of a label that are free for a tag, from the highest down.
+  [[nodiscard]] int tag_bits() const { return 32 - index_bits_; }
+  /// Sets the tag of a slot, which has none, to a number of tag_bits() bits.
+  void set_tag(std::uint32_t slot, std::uint32_t tag) { labels_[slot] |= tag << index_bits_; }
   [[nodiscard]] std::uint32_t slot_count() const {
-    return static_cast<std::uint32_t>(input_index_.size());
+    return static_cast<std::uint32_t>(labels_.size());
   }
   [[nodiscard]] std::uint32_t open_spheres() const { return open_spheres_; }
   [[nodiscard]] std::uint32_t node_count() const {
@@ -41,22 +50,25 @@ class WideBvh {
   [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {
-    return blocks_.bytes() + nodes_.bytes() + input_index_.size() * sizeof(std::uint32_t);
+    return blocks_.bytes() + nodes_.bytes() + labels_.bytes();
   }
 
  private:
   using Spheres = std::vector<BuildSphere<Store>>;
 
+  [[nodiscard]] std::uint32_t index_mask() const { return (1U << index_bits_) - 1; }
   void build(Spheres& spheres, std::size_t open, int threads);
   void fill_open_blocks(const Spheres& spheres);
   void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
-  void count_wide(const BinaryTree<Store>& tree, std::uint32_t root);
-  std::uint32_t emit(const BinaryTree<Store>& tree, std::uint32_t root,
-                     const BuildSphere<Store>* spheres, std::uint32_t level);
+  void count_wide(const BinaryTree<Store>& tree, const Collapse<Store, W>& collapse,
+                  std::uint32_t root);
+  std::uint32_t emit(const BinaryTree<Store>& tree, const Collapse<Store, W>& collapse,
+                     std::uint32_t root, const BuildSphere<Store>* spheres, std::uint32_t level);
 
   AlignedArray<SphereBlock<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
-  std::vector<std::uint32_t> input_index_;  ///< by slot; no_sphere where there is none
+  AlignedArray<std::uint32_t> labels_;  ///< see SlotLabels
+  int index_bits_;                      ///< 1 .. 27
   std::uint32_t open_spheres_ = 0;
   std::uint32_t depth_ = 0;
   std::uint32_t next_block_ = 0;

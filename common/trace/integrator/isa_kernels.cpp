@@ -10,21 +10,22 @@ namespace parray::PARRAY_ISA {
 namespace {
 
 template <typename L, typename B, typename SceneTables>
-PARRAY_INLINE std::uint64_t trace_batch(const SceneTables& scene, const SampleBatch& batch,
-                                        BatchRadiance& radiance) {
+PARRAY_INLINE void trace_batch(const SceneTables& scene, const SampleBatch& batch, PixelSums* row,
+                               TraceCounts& counts) {
   Workspace<typename L::Scalar, typename B::Scalar> space;
-  return scene.features.sides
-             ? Wavefront<L, B, DoubleLanes, true>(scene, space, radiance).trace(batch)
-             : Wavefront<L, B, DoubleLanes, false>(scene, space, radiance).trace(batch);
+  if (scene.features.sides) {
+    Wavefront<L, B, DoubleLanes, true>(scene, space).trace(batch, row, counts);
+  } else {
+    Wavefront<L, B, DoubleLanes, false>(scene, space).trace(batch, row, counts);
+  }
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>
 PARRAY_INLINE void begin_batch(const SceneTables& scene, const SampleBatch& batch, Space& space) {
-  BatchRadiance unused;
   if (scene.features.sides) {
-    Wavefront<L, B, DoubleLanes, true>(scene, space, unused).begin(batch);
+    Wavefront<L, B, DoubleLanes, true>(scene, space).begin(batch);
   } else {
-    Wavefront<L, B, DoubleLanes, false>(scene, space, unused).begin(batch);
+    Wavefront<L, B, DoubleLanes, false>(scene, space).begin(batch);
   }
 }
 
@@ -40,17 +41,17 @@ PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
 
 }  // namespace
 
-std::uint64_t trace(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
-                    BatchRadiance& radiance) {
-  return trace_batch<FloatLanes, FloatLanes>(scene, batch, radiance);
+void trace(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
+           PixelSums* row, TraceCounts& counts) {
+  trace_batch<FloatLanes, FloatLanes>(scene, batch, row, counts);
 }
-std::uint64_t trace(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
-                    BatchRadiance& radiance) {
-  return trace_batch<DoubleLanes, FloatLanes>(scene, batch, radiance);
+void trace(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
+           PixelSums* row, TraceCounts& counts) {
+  trace_batch<DoubleLanes, FloatLanes>(scene, batch, row, counts);
 }
-std::uint64_t trace(const KernelScene<double, double, double_width>& scene,
-                    const SampleBatch& batch, BatchRadiance& radiance) {
-  return trace_batch<DoubleLanes, DoubleLanes>(scene, batch, radiance);
+void trace(const KernelScene<double, double, double_width>& scene, const SampleBatch& batch,
+           PixelSums* row, TraceCounts& counts) {
+  trace_batch<DoubleLanes, DoubleLanes>(scene, batch, row, counts);
 }
 
 void begin(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,

@@ -14,11 +14,10 @@
 /// is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
 namespace parray {
 
-/// A sphere's material: the number of its surface, and the surface's MaterialType from bit
-/// `type_bit` on.
+/// A sphere's material: its surface's MaterialType in the low bits, and the surface's number.
 struct MaterialRef {
-  static constexpr int type_bit = 30;
-  static constexpr std::uint32_t number = (1U << type_bit) - 1;
+  static constexpr int type_bits = 2;
+  static constexpr std::uint32_t type = (1U << type_bits) - 1;
 };
 
 /// What a scene does not contain, its kernel leaves out.
@@ -45,7 +44,8 @@ struct KernelScene {
 
   BvhView<Store, W> bvh;
   const MaterialParameters<Real>* surfaces = nullptr;  ///< by material
-  const std::uint32_t* material_of = nullptr;          ///< by slot: see MaterialRef
+  const std::uint32_t* material_of = nullptr;          ///< by slot: a MaterialRef from a bit on
+  int material_bit = 0;                                ///< that one
   const std::uint32_t* around_lens = nullptr;          ///< slots whose inside the lens reaches
   std::uint32_t around_lens_count = 0;
 };
@@ -60,11 +60,10 @@ struct SampleBatch {
   alignas(64) std::uint32_t sample[column_size] = {};  ///< its number within the pixel
 };
 
-/// Radiance of each sample of a batch, in the fixed point of RadianceScale: as fixed_of() takes it;
-/// NaN where it is not finite.
+/// Radiance of each sample of a batch, red, green, blue and 0, in the fixed point of RadianceScale:
+/// as fixed_of() takes it; NaN where it is not finite.
 struct BatchRadiance {
-  std::uint64_t lost = 0;  ///< added to: see TraceCounts
-  alignas(64) double channel[3][SampleBatch::most];
+  alignas(64) double of[SampleBatch::most][4];
 };
 
 }  // namespace parray

@@ -34,7 +34,8 @@ template <typename Real, typename Store>
 struct Workspace : TraversalSpace<Real, Store> {
   Paths<Real> paths;
   static constexpr std::uint32_t sky = 3;
-  Hits<Real> hits[4];                            ///< by MaterialType, then those of the sky
+  Hits<Real> hits[4];  ///< by MaterialType, then those of the sky
+  BatchRadiance radiance;
   Column<std::uint32_t> pixel;                   ///< of each sample of the batch
   const std::uint32_t* sample_number = nullptr;  ///< of each: the batch's
 };

@@ -3,10 +3,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/image/pixel_sums.h"
-#include "common/image/radiance_scale.h"
 #include "common/trace/bvh/traversal.h"
 #include "common/trace/integrator/path_columns.h"
+#include "common/trace/integrator/sample_sums.h"
 
 /// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
 /// the same type of material, a vector at a time. Every path goes through the same arithmetic as
@@ -24,15 +23,13 @@ class Wavefront {
   using SceneTables = KernelScene<Real, Store, B::count>;
   using Space = Workspace<Real, Store>;
 
-  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space, BatchRadiance& radiance)
-      : scene_(scene), space_(space), radiance_(radiance) {}
+  PARRAY_INLINE Wavefront(const SceneTables& scene, Space& space) : scene_(scene), space_(space) {}
 
-  /// Returns the number of rays that the batch took.
-  std::uint64_t trace(const SampleBatch& batch) {
+  /// Adds the samples of a batch to the pixels of its row, and to `counts`.
+  void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
-    std::uint64_t rays = 0;
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      rays += space_.paths.count;
+      counts.rays += space_.paths.count;
       Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack>();
       sort_by_material();
       add_sky();
@@ -43,8 +40,8 @@ class Wavefront {
         scatter_all_dielectric(bounce);
       }
     }
-    count_lost();
-    return rays;
+    count_lost(counts);
+    add_samples(batch, space_.radiance, row, counts);
   }
 
   /// The camera rays of a batch.
@@ -67,8 +64,8 @@ class Wavefront {
     }
     for (std::uint32_t i = 0; i < batch.count; ++i) {
       paths.sample[i] = i;
-      for (double* const channel : radiance_.channel) {
-        channel[i] = RadianceScale::shift;  // 0: stays for a path that is cut short
+      for (double& channel : space_.radiance.of[i]) {
+        channel = RadianceScale::shift;  // 0: stays for a path that is cut short
       }
     }
     if constexpr (InsideStack) {
@@ -87,10 +84,10 @@ class Wavefront {
   }
 
   /// Paths that max_depth cuts short.
-  PARRAY_INLINE void count_lost() {
+  PARRAY_INLINE void count_lost(TraceCounts& counts) const {
     for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
       const Vec3<Real> throughput = space_.paths.throughput[i];
-      radiance_.lost += TraceCounts::lost_of(
+      counts.lost += TraceCounts::lost_of(
           static_cast<double>(max_of(max_of(throughput.x, throughput.y), throughput.z)));
     }
   }
@@ -110,13 +107,13 @@ class Wavefront {
     const MaskOf<L> met = t < L(std::numeric_limits<Real>::infinity());
     const std::uint32_t hit = bits_of(met) & present;
     const Uint slot = select(met, Uint::load(&space_.queries.slot[i]), Uint(0U));
-    const Uint material = Uint::gather(scene_.material_of, slot);
-    const Uint type = material >> MaterialRef::type_bit;
+    const Uint material = Uint::gather(scene_.material_of, slot) >> scene_.material_bit;
+    const Uint type = material & Uint(MaterialRef::type);
     move_to_sky(i, present & ~hit);
     for (std::uint32_t kind = 0; kind < Space::sky; ++kind) {
       const std::uint32_t moved = bits_of(equal(type, Uint(kind))) & hit;
       if (moved != 0) {
-        move(space_.hits[kind], i, moved, slot, material & Uint(MaterialRef::number));
+        move(space_.hits[kind], i, moved, slot, material >> MaterialRef::type_bits);
       }
     }
   }
@@ -161,15 +158,15 @@ class Wavefront {
       from.throughput.store(i, from.throughput.template load<L>(i) *
                                    scene_.sky.radiance(L::load(&from.direction.y[i])));
     }
-    write_radiance(from, from.throughput.x, radiance_.channel[0]);
-    write_radiance(from, from.throughput.y, radiance_.channel[1]);
-    write_radiance(from, from.throughput.z, radiance_.channel[2]);
+    write_radiance(from, from.throughput.x, 0);
+    write_radiance(from, from.throughput.y, 1);
+    write_radiance(from, from.throughput.z, 2);
   }
 
   /// As RadianceScale::to_fixed(). NaN stays NaN, because it is the second operand of each choice;
   /// 0 x makes one of an infinity.
   PARRAY_INLINE void write_radiance(const Hits<Real>& from, const Column<Real>& radiance,
-                                    double (&channel)[SampleBatch::most]) {
+                                    int channel) {
     for (std::uint32_t i = 0; i < from.count; i += D::count) {
       const D value = D::load(&radiance[i]);
       const D positive = max_of(D(0.0), value * D(scene_.to_fixed));
@@ -178,7 +175,7 @@ class Wavefront {
       (bounded + D(RadianceScale::shift)).store(fixed);
       const std::uint32_t left = from.count - i;
       for (std::uint32_t k = 0; k < (left < D::count ? left : D::count); ++k) {
-        channel[from.sample[i + k]] = fixed[k];
+        space_.radiance.of[from.sample[i + k]][channel] = fixed[k];
       }
     }
   }
@@ -338,7 +335,6 @@ class Wavefront {
 
   const SceneTables& scene_;
   Space& space_;
-  BatchRadiance& radiance_;
 };
 
 }  // namespace parray

@@ -1,6 +1,7 @@
 #include "common/trace/integrator/wavefront_tracer.h"
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -28,7 +29,7 @@ KernelFeatures features_of(const Scene& scene) {
 /// The kernels of one instruction set: see isa_kernels.h.
 template <typename Real, typename Store, int W>
 struct Kernels {
-  std::uint64_t (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, BatchRadiance&);
+  void (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, PixelSums*, TraceCounts&);
   void (*begin)(const KernelScene<Real, Store, W>&, const SampleBatch&, Workspace<Real, Store>&);
   void (*find)(const KernelScene<Real, Store, W>&, Workspace<Real, Store>&);
 };
@@ -45,15 +46,16 @@ class WavefrontAccelerator final : public Accelerator {
         spheres_(stored_shapes<Store>(scene, origin()), kind != AcceleratorKind::linear,
                  options.threads),
         surfaces_(stored_materials<Real>(scene)),
-        material_of_(spheres_.slot_count()),
         features_(features_of(scene)),
         kernels_(kernels) {
+    const auto bits = static_cast<int>(std::bit_width(scene.materials.size()));
+    if (bits + MaterialRef::type_bits > spheres_.tag_bits()) {
+      material_of_.resize(spheres_.slot_count());
+    }
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
-      const std::uint32_t index = spheres_.input_index()[slot];
+      const std::uint32_t index = spheres_.input_index(slot);
       if (index != no_sphere) {
-        const std::uint32_t material = scene.spheres[index].material;
-        const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
-        material_of_[slot] = material | type << MaterialRef::type_bit;
+        note_material(slot, scene, scene.spheres[index].material);
       }
     }
   }
@@ -84,9 +86,19 @@ class WavefrontAccelerator final : public Accelerator {
     return slots;
   }
 
+  void note_material(std::uint32_t slot, const Scene& scene, std::uint32_t material) {
+    const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+    const std::uint32_t reference = material << MaterialRef::type_bits | type;
+    if (material_of_.empty()) {
+      spheres_.set_tag(slot, reference);
+    } else {
+      material_of_[slot] = reference;
+    }
+  }
+
   WideBvh<Store, W> spheres_;
   std::vector<MaterialParameters<Real>> surfaces_;
-  std::vector<std::uint32_t> material_of_;  ///< by slot
+  std::vector<std::uint32_t> material_of_;  ///< by slot; empty where the slots' tags have room
   KernelFeatures features_;
   Kernels<Real, Store, W> kernels_;
 };
@@ -116,7 +128,9 @@ class WavefrontTracer final : public PathTracer {
     }
     tables_.bvh = scene.spheres_.view();
     tables_.surfaces = scene.surfaces_.data();
-    tables_.material_of = scene.material_of_.data();
+    const bool apart = !scene.material_of_.empty();
+    tables_.material_of = apart ? scene.material_of_.data() : tables_.bvh.labels.at;
+    tables_.material_bit = apart ? 0 : 32 - scene.spheres_.tag_bits();
     tables_.around_lens = around_lens_.data();
     tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
   }
@@ -125,10 +139,8 @@ class WavefrontTracer final : public PathTracer {
                  TraceCounts& counts) const override {
     SampleBatch batch;
     batch.y = run.y;
-    BatchRadiance radiance;
     const auto trace_batch = [&] {
-      counts.rays += kernels_.trace(tables_, batch, radiance);
-      add(radiance, batch, sums.data() - run.x_begin, counts);
+      kernels_.trace(tables_, batch, sums.data() - run.x_begin, counts);
       batch.count = 0;
     };
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
@@ -144,7 +156,6 @@ class WavefrontTracer final : public PathTracer {
     if (batch.count > 0) {
       trace_batch();
     }
-    counts.lost += radiance.lost;
   }
 
   void first_hits(const PixelRun& run, const SampleRange& samples,
@@ -168,27 +179,13 @@ class WavefrontTracer final : public PathTracer {
   }
 
  private:
-  /// `pixels` are those of the whole row.
-  static void add(const BatchRadiance& radiance, const SampleBatch& batch, PixelSums* pixels,
-                  TraceCounts& counts) {
-    for (std::uint32_t i = 0; i < batch.count;) {
-      const std::uint32_t x = batch.column[i];
-      PixelSums pixel;  // in registers
-      for (; i < batch.count && batch.column[i] == x; ++i) {
-        add_fixed({radiance.channel[0][i], radiance.channel[1][i], radiance.channel[2][i]},
-                  batch.sample[i], pixel, counts);
-      }
-      pixels[x] += pixel;
-    }
-  }
-
   /// What find() has found for a path.
   FirstHit found(const Space& space, std::uint32_t i) const {
     const std::uint32_t slot = space.queries.slot[i];
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
     if (slot == no_sphere) return first_sky(ray);
-    const Hit<Real> hit{space.queries.t[i], tables_.bvh.input_index[slot],
+    const Hit<Real> hit{space.queries.t[i], tables_.bvh.labels.index(slot),
                         space.queries.leaving[i] != 0};
     return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));
   }

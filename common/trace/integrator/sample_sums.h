@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/image/pixel_sums.h"
+#include "common/trace/integrator/kernel_scene.h"
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
+/// Adding the samples of a batch to their pixels: what PixelSums::add() does, with the channels of
+/// a sample side by side.
+namespace parray {
+
+/// Red, green, blue, and 0, in the fixed point of RadianceScale.
+using FixedColor = std::uint64_t __attribute__((vector_size(32)));
+
+/// As RadianceScale::square_of(): values are at most 2^32, whose square is its own last bit.
+PARRAY_INLINE void add_squares(FixedColor& sums, const FixedColor& values) {
+#if defined(__AVX2__)
+  const auto v = reinterpret_cast<__m256i>(values);
+  sums += reinterpret_cast<FixedColor>(_mm256_srli_epi64(_mm256_mul_epu32(v, v), 32));
+#else
+  const FixedColor low = values & 0xFFFFFFFF;
+  sums += low * low >> 32;
+#endif
+  sums += values & std::uint64_t{1} << 32;
+}
+
+/// What the samples of one pixel add up to.
+struct RunSums {
+  FixedColor sum{}, sum_of_squares{}, odd{};
+  FixedColor used{};  ///< bits that any sample has: those above 2^32 are of one that is NaN
+
+  PARRAY_INLINE void add(const FixedColor& values, std::uint32_t sample) {
+    sum += values;
+    add_squares(sum_of_squares, values);
+    odd += values & (0 - std::uint64_t{sample & 1});
+    used |= values;
+  }
+
+  static PARRAY_INLINE bool is_number(const FixedColor& values) {
+    return (values[0] | values[1] | values[2]) >> 33 == 0;
+  }
+
+  PARRAY_INLINE void add_to(PixelSums& pixel) const {
+    for (int channel = 0; channel < 3; ++channel) {
+      pixel.sum.data()[channel] += sum[channel];
+      pixel.sum_of_squares.data()[channel] += sum_of_squares[channel];
+      pixel.odd.data()[channel] += odd[channel];
+    }
+  }
+};
+
+/// A sample's values, from RadianceScale::shift on. (No result, which would pass as a vector where
+/// the compiler knows none that long.)
+PARRAY_INLINE void load_color(const BatchRadiance& radiance, std::uint32_t i, FixedColor& values) {
+  __builtin_memcpy(&values, radiance.of[i], sizeof values);
+  values -= __builtin_bit_cast(std::uint64_t, RadianceScale::shift);
+}
+
+/// Samples [begin, end) of a batch, all of one pixel, none left out.
+PARRAY_INLINE RunSums sums_of_run(const SampleBatch& batch, const BatchRadiance& radiance,
+                                  std::uint32_t begin, std::uint32_t end) {
+  RunSums sums;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    FixedColor values;
+    load_color(radiance, i, values);
+    sums.add(values, batch.sample[i]);
+  }
+  return sums;
+}
+
+/// The same without those that are not finite, which are counted.
+PARRAY_INLINE RunSums sums_of_numbers(const SampleBatch& batch, const BatchRadiance& radiance,
+                                      std::uint32_t begin, std::uint32_t end, TraceCounts& counts) {
+  RunSums sums;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    FixedColor values;
+    load_color(radiance, i, values);
+    if (RunSums::is_number(values)) {
+      sums.add(values, batch.sample[i]);
+    } else {
+      ++counts.nonfinite;
+    }
+  }
+  return sums;
+}
+
+/// Adds all samples of a batch to the pixels of its row, by column.
+PARRAY_INLINE void add_samples(const SampleBatch& batch, const BatchRadiance& radiance,
+                               PixelSums* row, TraceCounts& counts) {
+  for (std::uint32_t i = 0; i < batch.count;) {
+    const std::uint32_t begin = i;
+    const std::uint32_t x = batch.column[i];
+    while (i < batch.count && batch.column[i] == x) {
+      ++i;
+    }
+    RunSums sums = sums_of_run(batch, radiance, begin, i);
+    if (!RunSums::is_number(sums.used)) [[unlikely]] {
+      sums = sums_of_numbers(batch, radiance, begin, i, counts);
+    }
+    sums.add_to(row[x]);
+  }
+  counts.samples += batch.count;
+}
+
+}  // namespace parray
