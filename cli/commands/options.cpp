@@ -144,7 +144,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_choice(command, "--accelerator", "auto|linear|bvh|octree", accelerator_from, accelerator_,
              "How spheres are searched; octree: as the seed program did, to compare with",
              work_group);
-  add_choice(command, "--isa", "auto|scalar|avx2|avx512", isa_from, isa_,
+  add_choice(command, "--isa", "auto|scalar|avx2|avx512|neon", isa_from, isa_,
              "Instruction set to trace with; auto: the best that a machine has", work_group);
   add_choice(command, "--schedule", "static|guided|factoring|weighted", schedule_from, schedule_,
              "How rows are dealt out to workers (default: weighted)", work_group);

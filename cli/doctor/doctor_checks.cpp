@@ -16,6 +16,7 @@
 #include "cli/doctor/tracing.h"
 #include "cli/process/child_process.h"
 #include "common/base/cpu_count.h"
+#include "common/trace/isa.h"
 
 namespace parray {
 namespace {

@@ -12,22 +12,17 @@
 namespace parray {
 namespace {
 
-constexpr unsigned ieee_control = 0x1F80;
-constexpr unsigned denormals_are_zero = 0x0040;
-constexpr unsigned all_masked = 0x1F80;
-constexpr unsigned rounding = 0x6000;
-constexpr unsigned flush_to_zero = 0x8000;
-
 /// What differs from IEEE 754's own mode; empty: nothing.
 std::string oddities(unsigned control) {
   std::string text;
-  const auto add = [&text](bool odd, const char* name) {
+  const auto add = [&](unsigned bits, const char* name) {
+    const bool odd = ((control ^ float_control::ieee) & bits) != 0;
     if (odd) text += (text.empty() ? "" : ", ") + std::string(name);
   };
-  add((control & flush_to_zero) != 0, "denormal results become 0");
-  add((control & denormals_are_zero) != 0, "denormal operands count as 0");
-  add((control & rounding) != 0, "rounding is not to nearest");
-  add((control & all_masked) != all_masked, "exceptions stop the program");
+  add(float_control::denormal_results, "denormal results become 0");
+  add(float_control::denormal_operands, "denormal operands count as 0");
+  add(float_control::rounding, "rounding is not to nearest");
+  add(float_control::exceptions, "exceptions stop the program");
   return text;
 }
 
@@ -63,14 +58,6 @@ std::size_t wrong_of(std::span<const RoundingCase<Bits>> cases) {
 
 }  // namespace
 
-unsigned float_control() {
-#if defined(__x86_64__)
-  return _mm_getcsr();
-#else
-  return ieee_control;
-#endif
-}
-
 Finding check_float_mode(std::span<const unsigned> found) {
   std::string odd;
   std::size_t threads = 0;
@@ -92,11 +79,11 @@ Finding check_float_mode(std::span<const unsigned> found) {
 
 Finding check_float_mode() {
   const int threads = usable_cpus();
-  std::vector<unsigned> found(static_cast<std::size_t>(threads) + 1, ieee_control);
-  found[0] = float_control();
+  std::vector<unsigned> found(static_cast<std::size_t>(threads) + 1, float_control::ieee);
+  found[0] = float_control::read();
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int i = 0; i < threads; ++i) {
-    found[static_cast<std::size_t>(i) + 1] = float_control();
+    found[static_cast<std::size_t>(i) + 1] = float_control::read();
   }
   return check_float_mode(found);
 }

@@ -10,11 +10,9 @@
 /// Floating point as IEEE 754 has it: what every bit of a picture rests on.
 namespace parray {
 
-/// The calling thread's control word (MXCSR; elsewhere than on x86-64: what it would be).
-unsigned float_control();
-
-/// Looks at control words that threads started with: rounding, denormals, masks. Another library's
-/// fast mode is a warning, because tracing sets its own (FloatMode).
+/// Looks at control words (common/math/float_mode.h) that threads started with: rounding,
+/// denormals, masks. Another library's fast mode is a warning, because tracing sets its own
+/// (FloatMode).
 Finding check_float_mode(std::span<const unsigned> found);
 /// The same for this thread and a team of OpenMP threads.
 Finding check_float_mode();

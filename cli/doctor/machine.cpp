@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
@@ -42,14 +41,6 @@ std::string why_not_writable(const fs::path& directory) {
 }
 
 }  // namespace
-
-std::vector<Isa> instruction_sets() {
-  std::vector<Isa> sets;
-  for (const Isa isa : std::array{Isa::scalar, Isa::avx2, Isa::avx512}) {
-    if (runs_on_this_machine(isa)) sets.push_back(isa);
-  }
-  return sets;
-}
 
 Finding check_processor() {
   const std::string model = processor_model();

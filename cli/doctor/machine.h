@@ -3,17 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "cli/doctor/check.h"
 #include "cli/doctor/scratch.h"
-#include "common/scene/settings.h"
 
 /// Processor, memory and disks.
 namespace parray {
-
-/// The instruction sets of this machine that kernels exist for, the plainest first.
-std::vector<Isa> instruction_sets();
 
 Finding check_processor();
 Finding check_memory();

@@ -42,12 +42,11 @@ float scale_of(const Replicates& replicates) {
 
 void (*filter_for(Isa isa))(const FilterPlanes&, int, int, float*) {
   switch (isa == Isa::automatic ? best_isa() : isa) {
-#if defined(__x86_64__)
-    case Isa::avx512:
-      return avx512::filter_tile;
-    case Isa::avx2:
-      return avx2::filter_tile;
-#endif
+#define PARRAY_FILTER_OF(isa) \
+  case Isa::isa:              \
+    return isa::filter_tile;
+    PARRAY_FOR_EACH_ISA(PARRAY_FILTER_OF)
+#undef PARRAY_FILTER_OF
     default:
       return scalar::filter_tile;
   }

@@ -45,6 +45,7 @@ inline constexpr std::size_t filter_scratch =
 PARRAY_DECLARE_FILTER(scalar)
 PARRAY_DECLARE_FILTER(avx2)
 PARRAY_DECLARE_FILTER(avx512)
+PARRAY_DECLARE_FILTER(neon)
 
 #undef PARRAY_DECLARE_FILTER
 

@@ -6,26 +6,57 @@
 
 namespace parray {
 
+/// The word that controls a thread's floating point (x86-64: MXCSR, aarch64: FPCR), as IEEE 754
+/// wants it, and the bits that then differ. Where a processor has another one, nothing is known of
+/// it, and it is left alone.
+namespace float_control {
+
+#if defined(__x86_64__)
+inline constexpr unsigned ieee = 0x1F80;               ///< the value after a processor reset
+inline constexpr unsigned denormal_results = 0x8000;   ///< become 0
+inline constexpr unsigned denormal_operands = 0x0040;  ///< count as 0
+inline constexpr unsigned rounding = 0x6000;           ///< not to nearest
+inline constexpr unsigned exceptions = 0x1F80;         ///< stop the program
+inline unsigned read() { return _mm_getcsr(); }
+inline void write(unsigned control) { _mm_setcsr(control); }
+#elif defined(__aarch64__)
+inline constexpr unsigned ieee = 0;
+inline constexpr unsigned denormal_results = 0x0100'0000;
+inline constexpr unsigned denormal_operands = 0x0100'0001;
+inline constexpr unsigned rounding = 0x00C0'0000;
+inline constexpr unsigned exceptions = 0x9F00;
+inline unsigned read() {
+  unsigned long control;
+  asm volatile("mrs %0, fpcr" : "=r"(control));
+  return static_cast<unsigned>(control);
+}
+inline void write(unsigned control) {
+  asm volatile("msr fpcr, %0" : : "r"(static_cast<unsigned long>(control)) : "memory");
+}
+#else
+inline constexpr unsigned ieee = 0;
+inline constexpr unsigned denormal_results = 0;
+inline constexpr unsigned denormal_operands = 0;
+inline constexpr unsigned rounding = 0;
+inline constexpr unsigned exceptions = 0;
+inline unsigned read() { return ieee; }
+inline void write(unsigned) {}
+#endif
+
+}  // namespace float_control
+
 /// Sets the calling thread's floating-point mode for its lifetime: round to nearest, denormals as
 /// IEEE 754 has them (no flush to zero), exceptions masked. A library, or a parent thread, may have
 /// left another mode behind, and the last bits of a picture would depend on it.
 class FloatMode {
  public:
-#if defined(__x86_64__)
-  FloatMode() : before_(_mm_getcsr()) { _mm_setcsr(ieee); }
-  ~FloatMode() { _mm_setcsr(before_); }
-#else
-  FloatMode() = default;
-  ~FloatMode() = default;
-#endif
+  FloatMode() : before_(float_control::read()) { float_control::write(float_control::ieee); }
+  ~FloatMode() { float_control::write(before_); }
   FloatMode(const FloatMode&) = delete;
   FloatMode& operator=(const FloatMode&) = delete;
 
  private:
-#if defined(__x86_64__)
-  static constexpr unsigned ieee = 0x1F80;  // the value after a processor reset
   unsigned before_;
-#endif
 };
 
 }  // namespace parray

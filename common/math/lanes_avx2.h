@@ -359,6 +359,10 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint4 a)
   permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 
+/// Those of the kernels.
+using FloatLanes = Float8;
+using DoubleLanes = Double4;
+
 }  // namespace parray::avx2
 
 namespace parray {

@@ -329,6 +329,10 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint8 a)
                       _mm256_maskz_compress_epi32(static_cast<__mmask8>(set), a.v));
 }
 
+/// Those of the kernels.
+using FloatLanes = Float16;
+using DoubleLanes = Double8;
+
 }  // namespace parray::avx512
 
 namespace parray {

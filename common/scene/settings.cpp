@@ -17,7 +17,7 @@ namespace {
 // Each table is indexed by its enum's values.
 constexpr std::array<std::string_view, 4> precision_names{"auto", "f32", "f64", "mixed"};
 constexpr std::array<std::string_view, 4> accelerator_names{"auto", "linear", "bvh", "octree"};
-constexpr std::array<std::string_view, 4> isa_names{"auto", "scalar", "avx2", "avx512"};
+constexpr std::array<std::string_view, 5> isa_names{"auto", "scalar", "avx2", "avx512", "neon"};
 constexpr std::array<std::string_view, 2> sampler_names{"independent", "sobol"};
 constexpr std::array<std::string_view, 4> schedule_names{"static", "guided", "factoring",
                                                          "weighted"};

@@ -15,8 +15,8 @@ enum class AcceleratorKind : std::uint8_t {                                     
   octree = 3  ///< never picked automatically
 };
 /// Instruction set of a kernel; automatic: the best that the machine has.
-enum class Isa : std::uint8_t { automatic = 0, scalar = 1, avx2 = 2, avx512 = 3 };  // wire values
-enum class SchedulePolicy : std::uint8_t {                                          // wire values
+enum class Isa : std::uint8_t { automatic, scalar, avx2, avx512, neon };  // wire values: 0, 1, ...
+enum class SchedulePolicy : std::uint8_t {                                // wire values
   static_split = 0,
   guided = 1,
   factoring = 2,

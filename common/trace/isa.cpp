@@ -1,5 +1,7 @@
 #include "common/trace/isa.h"
 
+#include <initializer_list>
+
 namespace parray {
 
 bool runs_on_this_machine(Isa isa) {
@@ -13,20 +15,23 @@ bool runs_on_this_machine(Isa isa) {
       return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
              __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
              __builtin_cpu_supports("popcnt");
-#else
-    case Isa::avx512:
-    case Isa::avx2:
-      return false;
+#elif defined(__aarch64__)
+    case Isa::neon:  // every processor of that kind has it
+      return true;
 #endif
     default:
-      return true;
+      return isa == Isa::automatic || isa == Isa::scalar;
   }
 }
 
-Isa best_isa() {
-  return runs_on_this_machine(Isa::avx512) ? Isa::avx512
-         : runs_on_this_machine(Isa::avx2) ? Isa::avx2
-                                           : Isa::scalar;
+std::vector<Isa> instruction_sets() {
+  std::vector<Isa> sets;
+  for (const Isa isa : {Isa::scalar, Isa::avx2, Isa::avx512, Isa::neon}) {
+    if (runs_on_this_machine(isa)) sets.push_back(isa);
+  }
+  return sets;
 }
+
+Isa best_isa() { return instruction_sets().back(); }
 
 }  // namespace parray

@@ -21,7 +21,7 @@ def output(*command):
 
 
 def kernel_object(isa):
-    found = list(BUILD.rglob(f"parray_kernels_{isa}.dir/**/isa_kernels.cpp.o"))
+    found = list(BUILD.rglob(f"parray_kernels_{isa}.dir/**/*.o"))  # one, whatever a unity build calls it
     return found[0] if len(found) == 1 else None
 
 

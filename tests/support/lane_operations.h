@@ -176,6 +176,7 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
 PARRAY_DECLARE_OPERATE(scalar)
 PARRAY_DECLARE_OPERATE(avx2)
 PARRAY_DECLARE_OPERATE(avx512)
+PARRAY_DECLARE_OPERATE(neon)
 #undef PARRAY_DECLARE_OPERATE
 
 }  // namespace parray::test

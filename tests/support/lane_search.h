@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "common/scene/settings.h"
@@ -110,17 +111,6 @@ class LaneSearchOf final : public LaneSearch<Real> {
   std::vector<std::uint32_t> slot_of_;  ///< by input index
 };
 
-/// The instruction sets that this machine runs.
-inline std::vector<Isa> instruction_sets() {
-  std::vector<Isa> result;
-  for (const Isa isa : {Isa::scalar, Isa::avx2, Isa::avx512}) {
-    if (runs_on_this_machine(isa)) {
-      result.push_back(isa);
-    }
-  }
-  return result;
-}
-
 /// `function(std::integral_constant<int, W>, find)` for the kernels of an instruction set.
 template <typename P, typename Function>
 auto with_kernels_of(Isa isa, Function function) {
@@ -128,18 +118,15 @@ auto with_kernels_of(Isa isa, Function function) {
   using Store = typename P::Store;
   constexpr bool single = sizeof(Store) == sizeof(float);
 #define PARRAY_WITH(name)                                                              \
-  {                                                                                    \
+  if (isa == Isa::name) {                                                              \
     constexpr int w = single ? parray::name::float_width : parray::name::double_width; \
     void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) =  \
         parray::name::find;                                                            \
     return function(std::integral_constant<int, w>{}, find);                           \
   }
-#if defined(__x86_64__)
-  if (isa == Isa::avx512) PARRAY_WITH(avx512)
-  if (isa == Isa::avx2) PARRAY_WITH(avx2)
-#endif
-  PARRAY_WITH(scalar)
+  PARRAY_FOR_EACH_ISA(PARRAY_WITH)
 #undef PARRAY_WITH
+  throw std::logic_error("kernels of an instruction set that this machine lacks");
 }
 
 /// `isa`: one that this machine runs. `tree` false: linear search. `sides` false: for paths that

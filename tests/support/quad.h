@@ -7,7 +7,11 @@
 namespace parray::test {
 
 /// 113 bits: the oracle of the numeric tests, exact for their purposes on single and double inputs.
+#if __LDBL_MANT_DIG__ == 113
+using Quad = long double;
+#else
 __extension__ typedef __float128 Quad;  // NOLINT(modernize-use-using): only a typedef can be marked
+#endif
 using QuadVec = Vec3<Quad>;
 
 /// Square root to the last bits: two steps of Newton from the 64-bit one. 0 for x <= 0.

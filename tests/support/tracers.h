@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,14 +15,20 @@
 /// Everything that can make a scene's sums.
 namespace parray::test {
 
-inline ReferenceSums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
+/// Row by row by one tracer after the other.
+inline ReferenceSums sums_of(std::span<const PathTracer* const> tracers,
+                             const RenderSettings& settings) {
   ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
   for (std::uint32_t y = 0; y < settings.height; ++y) {
-    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
-                 std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-                 result.counts);
+    tracers[y % tracers.size()]->trace(
+        {y, 0, settings.width}, {0, settings.samples_per_pixel},
+        std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+        result.counts);
   }
   return result;
+}
+inline ReferenceSums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
+  return sums_of(std::array{&tracer}, settings);
 }
 
 struct Tracer {
@@ -45,9 +53,15 @@ inline std::vector<Tracer> tracers() {
   return result;
 }
 
-/// The kernels of this machine's best instruction set.
-inline ReferenceSums lane_sums(const Scene& scene, const RenderSettings& settings) {
-  return sums_of(*make_path_tracer(scene, settings), settings);
+/// The kernels of this machine's instruction sets, by turns.
+inline ReferenceSums lane_sums(const Scene& scene, RenderSettings settings) {
+  std::vector<std::unique_ptr<PathTracer>> kernels;
+  std::vector<const PathTracer*> turns;
+  for (const Isa isa : instruction_sets()) {
+    settings.isa = isa;
+    turns.push_back(kernels.emplace_back(make_path_tracer(scene, settings)).get());
+  }
+  return sums_of(turns, settings);
 }
 
 /// Mean radiance of each channel of each pixel.

@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/support/sample_scenes.h"
 
@@ -52,12 +53,17 @@ TEST_CASE("an instruction set runs only where the processor has all that its ker
   CHECK(runs_on_this_machine(Isa::avx2) == has_all(flags, v3));
   CHECK(runs_on_this_machine(Isa::avx512) == (has_all(flags, v3) && has_all(flags, v4)));
 #endif
+#if defined(__aarch64__)
+  CHECK(instruction_sets() == std::vector{Isa::scalar, Isa::neon});
+#else
+  CHECK(!runs_on_this_machine(Isa::neon));
+#endif
 }
 
 TEST_CASE("the best instruction set is the widest that runs") {
   const Isa best = best_isa();
   CHECK(runs_on_this_machine(best));
-  for (const Isa isa : {Isa::scalar, Isa::avx2, Isa::avx512}) {
+  for (const Isa isa : {Isa::scalar, Isa::avx2, Isa::avx512, Isa::neon}) {
     CHECK((isa <= best || !runs_on_this_machine(isa)));
   }
 }
@@ -65,7 +71,7 @@ TEST_CASE("the best instruction set is the widest that runs") {
 TEST_CASE("a kernel takes the instruction set that is asked for, or the best there is") {
   const Scene scene = small_scene();
   RenderSettings settings = small_settings(scene);
-  for (const Isa isa : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
+  for (const Isa isa : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512, Isa::neon}) {
     settings.isa = isa;
     const bool asked = isa != Isa::automatic && runs_on_this_machine(isa);
     CHECK(make_path_tracer(scene, settings)->isa() == name_of(asked ? isa : best_isa()));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <string_view>
 #include <type_traits>
 
@@ -239,14 +240,13 @@ template <typename T>
 LanesOfIsa<T> lanes_of_isa(Isa isa) {
   constexpr bool single = sizeof(T) == sizeof(float);
   switch (isa) {
-#if defined(__x86_64__)
-    case Isa::avx512:
-      return {avx512::operate, single ? parray::avx512::float_width : parray::avx512::double_width};
-    case Isa::avx2:
-      return {avx2::operate, single ? parray::avx2::float_width : parray::avx2::double_width};
-#endif
+#define PARRAY_LANES_OF(isa) \
+  case Isa::isa:             \
+    return {isa::operate, single ? parray::isa::float_width : parray::isa::double_width};
+    PARRAY_FOR_EACH_ISA(PARRAY_LANES_OF)
+#undef PARRAY_LANES_OF
     default:
-      return {scalar::operate, single ? parray::scalar::float_width : parray::scalar::double_width};
+      throw std::logic_error("lanes of an instruction set that this machine lacks");
   }
 }
 

@@ -24,7 +24,7 @@ TEST_CASE("the name of every setting reads back as it") {
        {Precision::automatic, Precision::f32, Precision::f64, Precision::mixed}) {
     CHECK(precision_from(name_of(value)) == value);
   }
-  for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512}) {
+  for (const auto value : {Isa::automatic, Isa::scalar, Isa::avx2, Isa::avx512, Isa::neon}) {
     CHECK(isa_from(name_of(value)) == value);
   }
   for (const auto value : {Sampler::independent, Sampler::sobol}) {
@@ -65,7 +65,7 @@ TEST_CASE("an unknown setting is refused with the known names and the nearest") 
         "known: static, guided, factoring, weighted");
   CHECK(message_of<InputError>([] { isa_from("avx-512"); }) ==
         "unknown instruction set 'avx-512': did you mean 'avx512'? "
-        "known: auto, scalar, avx2, avx512");
+        "known: auto, scalar, avx2, avx512, neon");
   CHECK(message_of<InputError>([] { sampler_from("soboll"); }) ==
         "unknown sampler 'soboll': did you mean 'sobol'? known: independent, sobol");
   CHECK(message_of<InputError>([] { row_order_from("random"); }) ==
@@ -109,8 +109,8 @@ TEST_CASE("a setting out of its range is named") {
         "max_depth: 0 is out of range: use a whole number from 1 to 1048576");
   CHECK(with([](auto& s) { s.precision = static_cast<Precision>(9); }) ==
         "precision: value 9 has no meaning: known: auto, f32, f64, mixed");
-  CHECK(with([](auto& s) { s.isa = static_cast<Isa>(4); }) ==
-        "isa: value 4 has no meaning: known: auto, scalar, avx2, avx512");
+  CHECK(with([](auto& s) { s.isa = static_cast<Isa>(5); }) ==
+        "isa: value 5 has no meaning: known: auto, scalar, avx2, avx512, neon");
   CHECK(with([](auto& s) { s.sampler = static_cast<Sampler>(2); }) ==
         "sampler: value 2 has no meaning: known: independent, sobol");
   CHECK(with([](auto& s) { s.row_order = static_cast<RowOrder>(3); }) ==

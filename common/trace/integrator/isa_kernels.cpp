@@ -1,27 +1,10 @@
-/// Compiled once for each instruction set, with PARRAY_ISA naming it and the compiler's flags
-/// allowing it. Nothing that other files share may be left out of line here: see inline.h.
+/// Compiled once for each instruction set, with PARRAY_ISA naming it, PARRAY_LANES the header of
+/// its lanes, and the compiler's flags allowing it. Nothing that other files share may be left out
+/// of line here: see inline.h.
 #include "common/trace/integrator/isa_kernels.h"
 
 #include "common/trace/integrator/wavefront.h"
-
-#if defined(__AVX512F__)
-#include "common/math/lanes_avx512.h"
-namespace parray::avx512 {
-using FloatLanes = Float16;
-using DoubleLanes = Double8;
-}  // namespace parray::avx512
-#elif defined(__AVX2__)
-#include "common/math/lanes_avx2.h"
-namespace parray::avx2 {
-using FloatLanes = Float8;
-using DoubleLanes = Double4;
-}  // namespace parray::avx2
-#else
-namespace parray::scalar {
-using FloatLanes = Lanes<float, float_width>;
-using DoubleLanes = Lanes<double, double_width>;
-}  // namespace parray::scalar
-#endif
+#include PARRAY_LANES
 
 namespace parray::PARRAY_ISA {
 namespace {

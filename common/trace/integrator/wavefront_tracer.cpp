@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "common/trace/bvh/wide_bvh.h"
 #include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/integrator/scene_parts.h"
+#include "common/trace/isa.h"
 
 namespace parray {
 namespace {
@@ -214,24 +216,20 @@ std::shared_ptr<const Accelerator> accelerator_of(
 
 }  // namespace
 
-#define PARRAY_ACCELERATOR_OF(isa)                                                    \
-  accelerator_of<isa::float_width, isa::double_width>(                                \
-      scene, precision, kind, Isa::isa, options, {isa::trace, isa::begin, isa::find}, \
-      {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find})
-
 std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene,
                                                               Precision precision,
                                                               AcceleratorKind kind, Isa isa,
                                                               const BuildOptions& options) {
   switch (isa) {
-#if defined(__x86_64__)
-    case Isa::avx512:
-      return PARRAY_ACCELERATOR_OF(avx512);
-    case Isa::avx2:
-      return PARRAY_ACCELERATOR_OF(avx2);
-#endif
+#define PARRAY_ACCELERATOR_OF(isa)                                                      \
+  case Isa::isa:                                                                        \
+    return accelerator_of<isa::float_width, isa::double_width>(                         \
+        scene, precision, kind, Isa::isa, options, {isa::trace, isa::begin, isa::find}, \
+        {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find});
+    PARRAY_FOR_EACH_ISA(PARRAY_ACCELERATOR_OF)
+#undef PARRAY_ACCELERATOR_OF
     default:
-      return PARRAY_ACCELERATOR_OF(scalar);
+      throw std::logic_error("kernels of an instruction set that this machine lacks");
   }
 }
 
