@@ -134,11 +134,11 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uin
   }
   std::vector<std::uint64_t> nonfinite(batch.range.count());
   const std::span<const std::byte> records(traced.records);
+  const std::vector<Cell> cells = batch.grid->cells_of(batch.range);
   for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
-    const std::uint64_t index = batch.range.begin + i;
-    if (const char* fault =
-            fault_of_cell(records.subspan(i * size, size), batch.grid->cell(index).pixels(),
-                          batch.run_samples(index), max_depth, nonfinite[i])) {
+    if (const char* fault = fault_of_cell(records.subspan(i * size, size), cells[i].pixels(),
+                                          batch.run_samples(batch.range.begin + i, cells[i]),
+                                          max_depth, nonfinite[i])) {
       return fault;
     }
   }

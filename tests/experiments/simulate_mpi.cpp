@@ -33,6 +33,7 @@ struct Arguments {
   std::vector<double> stall;
   std::uint32_t failures = 0;
   std::uint64_t seed = 1;
+  std::uint32_t ledger_ranks = Ledgers::group_ranks;
   bool seed_scheme = false;
   bool hot_band = false;
   bool start = true;
@@ -107,6 +108,7 @@ JobOptions job_options(const Arguments& a, const Measured& measured, std::uint32
   job.seed = a.seed;
   job.ranks = ranks;
   job.threads = a.threads;
+  job.ledger_ranks = a.ledger_ranks;
   job.speeds = speeds_of(a, ranks);
   job.link = a.link_costs;
   job.host = a.host;
@@ -239,6 +241,8 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(1, 65536));
   app.add_option("--threads", a.threads, "Of each rank")->check(CLI::Range(1, 4096));
   app.add_option("--spp", a.samples_per_pixel, "Samples of each pixel")
+      ->check(CLI::Range(1, 65536));
+  app.add_option("--ledger-ranks", a.ledger_ranks, "Ranks that share a ledger")
       ->check(CLI::Range(1, 65536));
   app.add_option("--schedule", a.schedule, "static, guided, factoring or weighted");
   app.add_option("--row-order", a.row_order, "sequential or interleaved");
