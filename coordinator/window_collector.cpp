@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/bands.h"
+#include "common/base/divide_up.h"
 
 namespace parray {
 namespace {
@@ -24,6 +25,8 @@ constexpr std::uint64_t most_copy_cells = 1024;
 /// To check and merge a cell takes a thread some 0.1 us, to trace it 200: of more threads than this
 /// many times its own, rank 0 has enough to do with half of its time.
 constexpr std::uint64_t many_threads = 512;
+/// As many give one thread about half a thread's work.
+constexpr std::uint64_t threads_for_one = 1024;
 
 /// Without results for so long, rank 0 traces too.
 constexpr Time quiet_time = seconds(1);
@@ -32,6 +35,11 @@ constexpr Time quiet_time = seconds(1);
 constexpr std::size_t least_parallel_entries = 4;
 
 }  // namespace
+
+static std::uint32_t crew_of(const RankThreads& threads) {
+  const std::uint64_t wanted = divide_up(threads.all, threads_for_one);
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, threads.own));
+}
 
 TracerKey rank_tracer() { return tracer_key("parray-mpi", ""); }
 
@@ -44,8 +52,8 @@ WindowCollector::WindowCollector(JobPicture& picture, const WindowLayout& layout
       memory_(memory),
       totals_(totals),
       hooks_(std::move(hooks)),
-      threads_(threads),
       many_ranks_(threads.all > many_threads * threads.own),
+      crew_(many_ranks_ ? threads.own : crew_of(threads)),
       last_entry_(now),
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {
@@ -189,9 +197,9 @@ void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> diges
 /// Adds what does not travel through a window. False when the numbers are impossible ones.
 bool WindowCollector::complete(TracedCells& traced, const CellBatch& batch) {
   traced.samples = batch.sample_count();
-  for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
+  for (std::uint64_t i = 0; hooks_.locate && i < traced.range.count(); ++i) {
     const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
-    if (header_of(record).nonfinite > 0 && hooks_.locate) {
+    if (header_of(record).nonfinite > 0) {
       const std::uint64_t cell = traced.range.begin + i;
       const std::scoped_lock lock(mutex_);
       const auto found = hooks_.locate(picture_.plan()->batch({cell, cell + 1}));

@@ -62,7 +62,7 @@ class WindowCollector {
   /// results come.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Threads that take results in.
-  [[nodiscard]] std::uint32_t crew() const { return many_ranks_ ? threads_.own : 1; }
+  [[nodiscard]] std::uint32_t crew() const { return crew_; }
   [[nodiscard]] bool done() const { return picture_.collector().done(); }
   /// Share of the pass's cells that are in, those of earlier lives included, 0 .. 1.
   [[nodiscard]] double progress() const;
@@ -111,8 +111,8 @@ class WindowCollector {
   std::span<const std::byte> memory_;
   Totals& totals_;
   const Hooks hooks_;
-  const RankThreads threads_;
   const bool many_ranks_;
+  const std::uint32_t crew_;
   std::mutex mutex_;  ///< of what follows a check: picture, totals, hooks
   std::vector<Block> blocks_;
   std::uint64_t claimed_blocks_ = 0;

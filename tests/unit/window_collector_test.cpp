@@ -337,6 +337,9 @@ TEST_CASE("rank 0 of many leaves tracing to the others as long as their results 
   };
   const auto few = collector_of({.own = 2, .all = 1024});
   const auto many = collector_of({.own = 2, .all = 1026});
+  CHECK(few->crew() == 1);
+  CHECK(many->crew() == 2);
+  CHECK(collector_of({.own = 16, .all = 4096})->crew() == 4);
   CHECK_FALSE(few->wants_all_threads(seconds(1)));
   CHECK(many->wants_all_threads(seconds(1)));
   CHECK_FALSE(many->wants_all_threads(seconds(2)));

@@ -234,7 +234,7 @@ void SimJob::coordinate(Rank& rank) {
     collector_.listen(now);
   }
   rank.clock.set(coordinator_clock_.now());
-  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator);
+  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator, collector_.crew());
 }
 
 double SimJob::cores() const {
