@@ -144,7 +144,9 @@ class Follower {
     tally_ = runner.tally();
     // Rank 0 may wait for another; by messages nothing is known, and the dog's patience counts.
     world_.barrier(for_ever, [&] {
-      transport_.progress();  // others may still look at a ledger of this rank's
+      if (keeps) {
+        transport_.progress();  // others may still look at its ledger
+      }
       if (!transport_.by_messages() && pulse.alive(clock_.now())) {
         dog_.pet();
       }
