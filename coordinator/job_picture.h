@@ -48,6 +48,11 @@ class JobPicture {
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
+  /// The same with the digests of its records at hand.
+  ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced,
+                              std::vector<std::uint64_t> digests) {
+    return collector_->take(tracer, traced, std::move(digests));
+  }
 
   /// `tracer` has been found to return wrong bits: sets back what it alone has traced. Returns the
   /// cells to trace again; none if it has touched nothing. A picture in passes starts all over

@@ -43,9 +43,10 @@ static bool is_of(const ExcludedSamples& some, const Cell& cell) {
          some.first >= cell.samples.begin && some.first < cell.samples.end;
 }
 
-std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced) const {
-  const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
-  std::vector<std::uint64_t> digests = cell_digests(traced.records, size);
+/// `digests`: of the records, which do not say which samples were left out.
+std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced,
+                                                       std::vector<std::uint64_t> digests) const {
+  const std::size_t size = record_size();
   for (std::size_t i = 0; i < digests.size(); ++i) {
     if (header_of(std::span(traced.records).subspan(i * size, size)).nonfinite == 0) {
       continue;
@@ -61,9 +62,11 @@ std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced
   return digests;
 }
 
-ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced) {
-  const std::vector<std::uint64_t> digests = digests_of(traced);
-  const std::size_t size = record_bytes(plan_->grid()->shape().cell_pixels);
+ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced,
+                                             std::vector<std::uint64_t> digests) {
+  digests = digests_of(traced, std::move(digests));
+  const std::size_t size = record_size();
+  const std::vector<Cell> cells = plan_->grid()->cells_of(traced.range);
   const std::uint32_t place = place_of(tracer);
   const CellBatch batch = plan_->batch(traced.range);
   Taken taken;
@@ -73,9 +76,9 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
     const std::uint64_t digest = digests[i];
     Done& done = cells_[index];
     if (done.digest == 0) {
-      merge(batch, index, digest, record, place, taken);
-      if (cells_[index].nonfinite > 0) {
-        exclude_some(plan_->cell(index), traced.excluded);
+      merge(batch, index, cells[i], digest, record, place, taken);
+      if (done.nonfinite > 0) {
+        exclude_some(cells[i], traced.excluded);
       }
     } else if (done.digest != digest) {
       ++taken.mismatches;
@@ -87,13 +90,13 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
   return taken;
 }
 
-void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, std::uint64_t digest,
-                            std::span<const std::byte> record, std::uint32_t tracer, Taken& taken) {
-  const Cell cell = plan_->cell(index);
+void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, const Cell& cell,
+                            std::uint64_t digest, std::span<const std::byte> record,
+                            std::uint32_t tracer, Taken& taken) {
   const CellHeader header = header_of(record);
   sums_.resize(cell.pixels());
   copy_sums(record, sums_);
-  const RunSamples ranges = batch.run_samples(index);
+  const RunSamples ranges = batch.run_samples(index, cell);
   framebuffer_.add(cell.y, cell.x_begin, sums_, ranges, cell.step);
   std::uint64_t samples = 0;
   for (std::uint32_t i = 0; i < cell.pixels(); ++i) {

@@ -32,10 +32,16 @@ class ResultCollector {
   };
   /// `traced` has gone through fault_of() or unpack_cells(): its numbers are possible ones. Cells
   /// that are in are only compared.
-  Taken take(TracerKey tracer, const TracedCells& traced);
+  Taken take(TracerKey tracer, const TracedCells& traced) {
+    return take(tracer, traced, cell_digests(traced.records, record_size()));
+  }
+  /// The same with the digests of its records at hand.
+  Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests);
   /// Of each cell of what has been traced: equal unless counts, sums, or which samples were left
   /// out of the sums, differ.
-  [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const;
+  [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
+    return digests_of(traced, cell_digests(traced.records, record_size()));
+  }
   /// Compares alone, and notes whose cells two have traced alike. `digests` are the range's.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests);
 
@@ -77,7 +83,12 @@ class ResultCollector {
   };
   static constexpr std::uint32_t confirmed = 0xFFFFFFFF;
 
-  void merge(const CellBatch& batch, std::uint64_t index, std::uint64_t digest,
+  [[nodiscard]] std::size_t record_size() const {
+    return record_bytes(plan_->grid()->shape().cell_pixels);
+  }
+  [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced,
+                                                      std::vector<std::uint64_t> digests) const;
+  void merge(const CellBatch& batch, std::uint64_t index, const Cell& cell, std::uint64_t digest,
              std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
+
+#include "common/base/bands.h"
+#include "common/base/divide_up.h"
 
 namespace parray {
 namespace {
@@ -18,19 +22,39 @@ constexpr Time hunger_time = milliseconds(5);
 /// A copy is one entry of the log, so it is small; what is left is cut into enough of them.
 constexpr std::uint64_t most_copy_cells = 1024;
 
+/// To check and merge a cell takes a thread some 0.1 us, to trace it 200: of more threads than this
+/// many times its own, rank 0 has enough to do with half of its time.
+constexpr std::uint64_t many_threads = 512;
+/// As many give one thread about half a thread's work.
+constexpr std::uint64_t threads_for_one = 1024;
+
+/// Without results for so long, rank 0 traces too.
+constexpr Time quiet_time = seconds(1);
+
+/// What wakes another thread.
+constexpr std::size_t least_parallel_entries = 4;
+
 }  // namespace
+
+static std::uint32_t crew_of(const RankThreads& threads) {
+  const std::uint64_t wanted = divide_up(threads.all, threads_for_one);
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, threads.own));
+}
 
 TracerKey rank_tracer() { return tracer_key("parray-mpi", ""); }
 
 WindowCollector::WindowCollector(JobPicture& picture, const WindowLayout& layout, Window& window,
                                  std::span<const std::byte> memory, Time now, Totals& totals,
-                                 Hooks hooks)
+                                 Hooks hooks, RankThreads threads)
     : picture_(picture),
       layout_(layout),
       window_(window),
       memory_(memory),
       totals_(totals),
       hooks_(std::move(hooks)),
+      many_ranks_(threads.all > many_threads * threads.own),
+      crew_(many_ranks_ ? threads.own : crew_of(threads)),
+      last_entry_(now),
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {
   totals_.row_nanoseconds.resize(picture.settings().height);
@@ -44,37 +68,91 @@ std::uint64_t WindowCollector::load(std::size_t word) const {
 }
 
 bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
-  const std::uint64_t claimed = std::min(load(Word::log_head), layout_.most_log_entries());
-  for (; next_entry_ < claimed; ++next_entry_) {
-    waiting_.push_back({next_entry_, now});
-  }
-  const ResultCollector& collector = picture_.collector();
+  find_entries(now);
   const std::uint64_t before = totals_.entries;
-  const std::uint64_t enough = collector.done_cells() + most_cells;
-  std::erase_if(waiting_, [&](const Entry& entry) {
-    return collector.done_cells() < enough && read_entry(now, entry);
-  });
-  behind_ = collector.done_cells() >= enough;
+  const std::size_t count = entries_of(most_cells);
+  behind_ = count < waiting_.size();
+  std::vector<char> read(count);
+  const bool together = crew() > 1 && count >= least_parallel_entries;
+  if (together) {
+    side_by_side(count, static_cast<int>(crew()),
+                 [&](std::size_t i) { read[i] = read_entry(now, waiting_[i]) ? 1 : 0; });
+  } else {
+    for (std::size_t i = 0; i < count; ++i) {
+      read[i] = read_entry(now, waiting_[i]) ? 1 : 0;
+    }
+  }
+  // Those that have to wait come last, so that they do not keep others from being read.
+  std::vector<Entry> left(waiting_.begin() + static_cast<std::ptrdiff_t>(count), waiting_.end());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (read[i] == 0) {
+      left.push_back(waiting_[i]);
+    }
+  }
+  waiting_ = std::move(left);
   if (totals_.entries == before) {
     return false;
   }
-  last_life_ = now;
+  last_entry_ = last_life_ = now;
   return true;
 }
 
-/// True when there is nothing more to expect of it.
+/// Looks at the next entry of every block.
+void WindowCollector::find_entries(Time now) {
+  const std::uint64_t claimed = std::min(
+      layout_.ranks() + std::min(load(Word::log_head), layout_.log_blocks()), layout_.log_blocks());
+  for (; claimed_blocks_ < claimed; ++claimed_blocks_) {
+    const std::uint64_t first = claimed_blocks_ * WindowLayout::block_entries;
+    blocks_.push_back({first, first + WindowLayout::block_entries});
+  }
+  std::erase_if(blocks_, [&](Block& block) {
+    for (; block.next < block.end && load(layout_.log_word(block.next)) != 0; ++block.next) {
+      waiting_.push_back({block.next, now});
+    }
+    return block.next == block.end;
+  });
+}
+
+/// An entry that was lost on its way hides those behind it.
+void WindowCollector::find_gaps(Time now) {
+  for (Block& block : blocks_) {
+    std::uint64_t end = block.end;
+    while (end > block.next && load(layout_.log_word(end - 1)) == 0) {
+      --end;
+    }
+    for (; block.next < end; ++block.next) {
+      waiting_.push_back({block.next, now});
+    }
+  }
+}
+
+/// How many of the entries that wait have about so many cells.
+std::size_t WindowCollector::entries_of(std::uint64_t most_cells) {
+  std::uint64_t cells = 0;
+  std::size_t count = 0;
+  for (; count < waiting_.size() && cells < most_cells; ++count) {
+    cells += range_from_word(load(layout_.log_word(waiting_[count].index))).count();
+  }
+  return count;
+}
+
+bool WindowCollector::wants_all_threads(Time now) const {
+  return many_ranks_ && now - last_entry_ < quiet_time;
+}
+
+/// True when there is nothing more to expect of it. Any thread.
 bool WindowCollector::read_entry(Time now, const Entry& entry) {
   const std::uint64_t word = load(layout_.log_word(entry.index));
   if (word == 0) {
     return false;
   }
   if (take(range_from_word(word), load(layout_.log_word(entry.index) + 1))) {
-    ++totals_.entries;
     return true;
   }
   if (now - entry.since < arrival_time) {
     return false;
   }
+  const std::scoped_lock lock(mutex_);
   ++totals_.corrupt;  // its cells stay missing, so that somebody traces them again
   return true;
 }
@@ -90,33 +168,40 @@ bool WindowCollector::take(const CellRange& range, std::uint64_t digest) {
   TracedCells traced;
   traced.range = range;
   traced.records.assign(there.begin(), there.end());
-  if (range_digest(cell_digests(traced.records, layout_.record_bytes())) != digest ||
-      !complete(traced, picture_.plan()->batch(range))) {
+  std::vector<std::uint64_t> digests = cell_digests(traced.records, layout_.record_bytes());
+  if (range_digest(digests) != digest || !complete(traced, picture_.plan()->batch(range))) {
     return false;
   }
-  for (std::uint64_t i = 0; i < range.count(); ++i) {
-    if (!picture_.collector().has(range.begin + i)) {
+  merge(std::move(traced), std::move(digests));
+  return true;
+}
+
+void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> digests) {
+  const std::vector<Cell> cells = picture_.plan()->grid()->cells_of(traced.range);
+  const std::scoped_lock lock(mutex_);
+  for (std::uint64_t i = 0; i < cells.size(); ++i) {
+    if (!picture_.collector().has(traced.range.begin + i)) {
       const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
-      totals_.row_nanoseconds[picture_.plan()->cell(range.begin + i).y] +=
-          header_of(record).nanoseconds;
+      totals_.row_nanoseconds[cells[i].y] += header_of(record).nanoseconds;
     }
   }
-  const ResultCollector::Taken taken = picture_.take(rank_tracer(), traced);
+  const ResultCollector::Taken taken = picture_.take(rank_tracer(), traced, std::move(digests));
+  ++totals_.entries;
   totals_.duplicates += taken.duplicates;
   totals_.mismatches += taken.mismatches;
   if (taken.fresh > 0 && hooks_.merged) {
     hooks_.merged(std::move(traced));
   }
-  return true;
 }
 
 /// Adds what does not travel through a window. False when the numbers are impossible ones.
-bool WindowCollector::complete(TracedCells& traced, const CellBatch& batch) const {
+bool WindowCollector::complete(TracedCells& traced, const CellBatch& batch) {
   traced.samples = batch.sample_count();
-  for (std::uint64_t i = 0; i < traced.range.count(); ++i) {
+  for (std::uint64_t i = 0; hooks_.locate && i < traced.range.count(); ++i) {
     const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
-    if (header_of(record).nonfinite > 0 && hooks_.locate) {
+    if (header_of(record).nonfinite > 0) {
       const std::uint64_t cell = traced.range.begin + i;
+      const std::scoped_lock lock(mutex_);
       const auto found = hooks_.locate(picture_.plan()->batch({cell, cell + 1}));
       traced.excluded.insert(traced.excluded.end(), found.begin(), found.end());
     }
@@ -132,6 +217,9 @@ double WindowCollector::progress() const {
 
 void WindowCollector::issue_copies(Time now) {
   const std::uint64_t tickets = std::min(load(Word::tickets), layout_.most_copies());
+  if (tickets > copies_issued_ && hungry_since_ == never) {
+    find_gaps(now);
+  }
   // What has not been read yet may be finished.
   if (tickets <= copies_issued_ || behind_ || done()) {
     hungry_since_ = never;
@@ -163,7 +251,7 @@ void WindowCollector::issue_copies(Time now) {
 }
 
 std::uint64_t WindowCollector::activity() const {
-  return load(Word::step) + load(Word::position) + load(Word::tickets) + load(Word::log_head);
+  return load(Word::step) + load(Word::position) + load(Word::tickets) + totals_.entries;
 }
 
 void WindowCollector::listen(Time now) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -14,11 +15,17 @@ namespace parray {
 /// Of all ranks of all mpiruns: a window's log does not say who has traced what.
 TracerKey rank_tracer();
 
+/// Rank 0's threads, and those of all ranks together.
+struct RankThreads {
+  std::uint32_t own = 1;
+  std::uint32_t all = 1;
+};
+
 /// The coordinator's side of leases over a window, for one pass: takes in what ranks have logged,
 /// checks it against its digest, merges it, and has missing cells traced again by ranks that have
 /// nothing left to do.
 ///
-/// Plain state: `now` is an argument. One thread. Never waits for anybody.
+/// Plain state: `now` is an argument. One thread calls it. Never waits for anybody.
 class WindowCollector {
  public:
   /// What comes of a job, pass after pass.
@@ -31,6 +38,7 @@ class WindowCollector {
     /// Time that each row of the image took to trace, on one thread.
     std::vector<std::uint64_t> row_nanoseconds{};
   };
+  /// Called by one thread at a time, but perhaps not by the one that calls the collector.
   struct Hooks {
     /// Which samples of a batch of one cell are not finite; asked where its record says that some
     /// are. Sorted.
@@ -42,10 +50,19 @@ class WindowCollector {
   /// `picture` has begun the pass. `window` is for writing, `memory` for reading the same window in
   /// place; all references outlive the object.
   WindowCollector(JobPicture& picture, const WindowLayout& layout, Window& window,
-                  std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks);
+                  std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
+                  RankThreads threads = {});
 
-  /// Takes in logged results, about `most_cells` at a time. True if it found any.
+  /// Takes in logged results, about `most_cells` at a time, with crew() threads. True if it found
+  /// any.
   bool collect(Time now, std::uint64_t most_cells);
+  /// The last collect() has left results for the next.
+  [[nodiscard]] bool behind() const { return behind_; }
+  /// Of so many ranks that rank 0's threads do better to take results in than to trace, as long as
+  /// results come.
+  [[nodiscard]] bool wants_all_threads(Time now) const;
+  /// Threads that take results in.
+  [[nodiscard]] std::uint32_t crew() const { return crew_; }
   [[nodiscard]] bool done() const { return picture_.collector().done(); }
   /// Share of the pass's cells that are in, those of earlier lives included, 0 .. 1.
   [[nodiscard]] double progress() const;
@@ -72,11 +89,20 @@ class WindowCollector {
  private:
   struct Entry {
     std::uint64_t index;
-    Time since;  ///< when it was claimed, as far as we know
+    Time since;  ///< when it was there, as far as we know
   };
+  /// What is left of a block of the log.
+  struct Block {
+    std::uint64_t next;
+    std::uint64_t end;
+  };
+  void find_entries(Time now);
+  void find_gaps(Time now);
+  [[nodiscard]] std::size_t entries_of(std::uint64_t most_cells);
   bool read_entry(Time now, const Entry& entry);
   bool take(const CellRange& range, std::uint64_t digest);
-  bool complete(TracedCells& traced, const CellBatch& batch) const;
+  void merge(TracedCells traced, std::vector<std::uint64_t> digests);
+  bool complete(TracedCells& traced, const CellBatch& batch);
   [[nodiscard]] std::uint64_t load(std::size_t word) const;
 
   JobPicture& picture_;
@@ -85,9 +111,14 @@ class WindowCollector {
   std::span<const std::byte> memory_;
   Totals& totals_;
   const Hooks hooks_;
-  std::uint64_t next_entry_ = 0;
-  std::vector<Entry> waiting_;  ///< claimed, but not valid when last looked at
-  bool behind_ = false;         ///< collect() has left results for the next time
+  const bool many_ranks_;
+  const std::uint32_t crew_;
+  std::mutex mutex_;  ///< of what follows a check: picture, totals, hooks
+  std::vector<Block> blocks_;
+  std::uint64_t claimed_blocks_ = 0;
+  std::vector<Entry> waiting_;  ///< not taken in yet
+  bool behind_ = false;
+  Time last_entry_;
   std::uint64_t copies_issued_ = 0;
   std::uint64_t copy_cursor_ = 0;
   Time hungry_since_ = never;

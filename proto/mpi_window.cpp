@@ -31,14 +31,21 @@ void check_mpi(int code, const char* what) {
 }
 
 MpiWindow::MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed) : comm_(comm) {
-  MPI_Comm_rank(comm, &rank_);
+  int rank = 0;
+  int ranks = 0;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  rank_ = static_cast<std::uint32_t>(rank);
+  ranks_ = static_cast<std::uint32_t>(ranks);
   void* base = nullptr;
-  const std::size_t own_bytes = rank_ == 0 ? bytes : 0;
-  check_mpi(MPI_Win_allocate(displacement(own_bytes), 1, MPI_INFO_NULL, comm, &base, &window_),
+  check_mpi(MPI_Win_allocate(displacement(bytes), 1, MPI_INFO_NULL, comm, &base, &window_),
             "allocating an MPI window");
   MPI_Win_set_errhandler(window_, MPI_ERRORS_RETURN);
-  memory_ = {static_cast<std::byte*>(base), own_bytes};
-  std::fill_n(memory_.begin(), std::min(own_bytes, zeroed), std::byte{0});
+  memory_ = {static_cast<std::byte*>(base), bytes};
+  std::fill_n(memory_.begin(), std::min(bytes, zeroed), std::byte{0});
+  for (int target = 0; target < ranks; ++target) {
+    targets_.emplace_back(window_, target, target == rank ? memory_ : std::span<std::byte>());
+  }
   check_mpi(MPI_Barrier(comm), "starting together");  // nobody writes before it is zero
   check_mpi(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "opening an MPI window");
 }
@@ -53,55 +60,61 @@ MpiWindow::~MpiWindow() {
   MPI_Win_free(&window_);
 }
 
-std::uint64_t MpiWindow::fetch_and(MPI_Op op, std::size_t word, std::uint64_t operand) {
+std::uint64_t MpiTarget::fetch_and(MPI_Op op, std::size_t word, std::uint64_t operand) {
   std::uint64_t before = 0;
-  check_mpi(MPI_Fetch_and_op(&operand, &before, MPI_UINT64_T, 0,
+  check_mpi(MPI_Fetch_and_op(&operand, &before, MPI_UINT64_T, rank_,
                              displacement(word * sizeof(std::uint64_t)), op, window_),
-            "an atomic operation on the coordinator's window");
-  check_mpi(MPI_Win_flush(0, window_), "completing an operation on the coordinator's window");
+            "an atomic operation on a rank's window");
+  check_mpi(MPI_Win_flush(rank_, window_), "completing an operation on a rank's window");
   return before;
 }
 
-std::uint64_t MpiWindow::fetch_add(std::size_t word, std::uint64_t delta) {
+std::uint64_t MpiTarget::fetch_add(std::size_t word, std::uint64_t delta) {
   return fetch_and(MPI_SUM, word, delta);
 }
 
-std::uint64_t MpiWindow::load(std::size_t word) { return fetch_and(MPI_NO_OP, word, 0); }
+std::uint64_t MpiTarget::load(std::size_t word) { return fetch_and(MPI_NO_OP, word, 0); }
 
-void MpiWindow::store(std::size_t word, std::uint64_t value) {
+void MpiTarget::store(std::size_t word, std::uint64_t value) {
   fetch_and(MPI_REPLACE, word, value);
 }
 
-void MpiWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
-  if (rank_ == 0) {
-    std::memcpy(memory_.data() + offset, bytes.data(), bytes.size());
+void MpiTarget::put(std::size_t offset, std::span<const std::byte> bytes) {
+  if (!own_.empty()) {
+    std::memcpy(own_.data() + offset, bytes.data(), bytes.size());
     MPI_Win_sync(window_);
     return;
   }
   for (std::size_t done = 0; done < bytes.size(); done += most_bytes) {
     const int count = static_cast<int>(std::min(bytes.size() - done, most_bytes));
-    check_mpi(MPI_Put(bytes.data() + done, count, MPI_BYTE, 0, displacement(offset + done), count,
-                      MPI_BYTE, window_),
-              "putting rows into the coordinator's window");
+    check_mpi(MPI_Put(bytes.data() + done, count, MPI_BYTE, rank_, displacement(offset + done),
+                      count, MPI_BYTE, window_),
+              "putting rows into a rank's window");
   }
-  check_mpi(MPI_Win_flush(0, window_), "completing a put into the coordinator's window");
+  check_mpi(MPI_Win_flush(rank_, window_), "completing a put into a rank's window");
 }
 
 bool MpiWindow::works() {
-  int ranks = 0;
-  MPI_Comm_size(comm_, &ranks);
-  const auto all = static_cast<std::uint64_t>(ranks);
+  const auto all = static_cast<std::uint64_t>(ranks_);
   const auto own = static_cast<std::uint64_t>(rank_) + 1;
-  bool good = fetch_add(0, own) <= all * (all + 1) / 2;
+  Window& first = targets_.front();
+  bool good = first.fetch_add(0, own) <= all * (all + 1) / 2;
   const std::array value = {own};
-  put(own * sizeof own, std::as_bytes(std::span(value)));
+  first.put(own * sizeof own, std::as_bytes(std::span(value)));
+  Window& next = targets_[own % all];
+  if (own < all) {
+    next.store(0, own);
+  }
   MPI_Barrier(comm_);
   progress();
-  good = load(0) == all * (all + 1) / 2 && load(own % all + 1) == own % all + 1 && good;
+  good = first.load(0) == all * (all + 1) / 2 && first.load(own % all + 1) == own % all + 1 && good;
+  if (own < all) {
+    good = next.fetch_add(0, 0 - own) == own && next.load(0) == 0 && good;
+  }
   MPI_Barrier(comm_);
-  store(own, 0);
+  first.store(own, 0);
   if (rank_ == 0) {
-    store(0, 0);
+    first.store(0, 0);
   }
   int everywhere = good ? 1 : 0;
   MPI_Allreduce(MPI_IN_PLACE, &everywhere, 1, MPI_INT, MPI_MIN, comm_);

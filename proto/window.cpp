@@ -1,8 +1,10 @@
 #include "proto/window.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 
+#include "common/base/divide_up.h"
 #include "common/image/cell_records.h"
 
 namespace parray {
@@ -30,15 +32,36 @@ void LocalWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
   std::memcpy(memory_.data() + offset, bytes.data(), bytes.size());
 }
 
+Ledgers::Ledgers(std::uint32_t ranks, std::uint32_t each)
+    : ranks_(ranks), count_(static_cast<std::uint32_t>(divide_up(ranks, std::max(each, 1U)))) {}
+
+std::uint32_t Ledgers::keeper(std::uint32_t ledger) const {
+  const std::uint64_t end = std::uint64_t{ranks_} * (std::uint64_t{ledger} + 1) / count_;
+  return count_ == 1 ? 0 : static_cast<std::uint32_t>(end - 1);
+}
+
+std::uint32_t Ledgers::home(std::uint32_t rank) const {
+  auto ledger = static_cast<std::uint32_t>(std::uint64_t{rank} * count_ / ranks_);
+  while (ledger + 1 < count_ && keeper(ledger) < rank) {
+    ++ledger;  // where the division has rounded down
+  }
+  return ledger;
+}
+
+CellRange Ledgers::part(std::uint32_t ledger, std::uint64_t total) const {
+  const auto begin = [&](std::uint64_t which) { return total * which / count_; };
+  return {begin(ledger), begin(std::uint64_t{ledger} + 1)};
+}
+
 WindowLayout::WindowLayout(const CellGrid& grid, std::uint32_t ranks)
     : ranks_(ranks),
       cells_(grid.cells()),
       record_bytes_(parray::record_bytes(grid.shape().cell_pixels)),
       most_copies_(copy_slots),
-      most_log_entries_(cells_ + 4 * copy_slots),
+      log_blocks_(ranks + divide_up(cells_ + 4 * copy_slots, block_entries)),
       first_copy_(shared_words + std::size_t{ranks} * rank_words),
       first_log_(first_copy_ + most_copies_),
-      first_record_((first_log_ + 2 * most_log_entries_) * sizeof(std::uint64_t)),
+      first_record_((first_log_ + 2 * log_blocks_ * block_entries) * sizeof(std::uint64_t)),
       bytes_(first_record_ + cells_ * record_bytes_) {}
 
 std::uint64_t to_word(const CellRange& range) { return range.begin << 24 | range.count(); }

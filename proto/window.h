@@ -8,11 +8,11 @@
 
 namespace parray {
 
-/// Memory of the coordinator's that every rank reaches without the coordinator's help: the seam
-/// between leases over a window and MPI. Layout and use are PROTOCOL.md's, "The window".
+/// Memory of a rank's that every rank reaches without its help: the seam between leases over a
+/// window and MPI. Layout and use are PROTOCOL.md's, "The window".
 ///
 /// Words are 64 bits, addressed by index; operations on words are atomic among themselves. What
-/// put() has written is there for the coordinator before any later operation of the same rank is.
+/// put() has written is there for its owner before any later operation of the same rank is.
 /// One thread.
 class Window {
  public:
@@ -40,7 +40,33 @@ class LocalWindow final : public Window {
   std::span<std::byte> memory_;
 };
 
-/// Where everything lies in a window.
+/// Weighted leases are taken from one ledger or more: each the memory of one rank, its keeper,
+/// which only gives it, and each with a part of a pass's cells for a group of ranks. A single one
+/// is rank 0's, which otherwise has enough to do.
+class Ledgers {
+ public:
+  /// One for every so many ranks: about what one memory can answer.
+  static constexpr std::uint32_t group_ranks = 256;
+
+  /// `each`: ranks of a group, about.
+  explicit Ledgers(std::uint32_t ranks, std::uint32_t each = group_ranks);
+
+  [[nodiscard]] std::uint32_t count() const { return count_; }
+  /// Rank 0 if there is only one ledger, else the last rank of the group.
+  [[nodiscard]] std::uint32_t keeper(std::uint32_t ledger) const;
+  /// Of the group that `rank` belongs to.
+  [[nodiscard]] std::uint32_t home(std::uint32_t rank) const;
+  [[nodiscard]] bool is_keeper(std::uint32_t rank) const { return keeper(home(rank)) == rank; }
+  /// Of places [0, total) those of a ledger.
+  [[nodiscard]] CellRange part(std::uint32_t ledger, std::uint64_t total) const;
+
+ private:
+  std::uint32_t ranks_;
+  std::uint32_t count_;
+};
+
+/// Where everything lies in a window. The shared words are there in every keeper's memory, too, of
+/// which `position` and `speed` are its ledger.
 class WindowLayout {
  public:
   // Words that all ranks share.
@@ -50,7 +76,7 @@ class WindowLayout {
     speed = 2,     ///< of all ranks together: SpeedSum
     tickets = 3,   ///< ranks that have found nothing left, counted each time
     copies = 4,    ///< copies of unfinished cells that have been issued
-    log_head = 5,  ///< entries of the log that have been claimed
+    log_head = 5,  ///< blocks of the log that have been claimed, but for each rank's first
     finished = 6,  ///< not 0: every cell is in, or the job is given up
     pulse = 7,     ///< grows as long as rank 0 is alive
     shared_words = 8
@@ -75,9 +101,11 @@ class WindowLayout {
   }
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
   [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
-  /// An entry of the log is two words: the range, then the digest of its records.
+  /// An entry of the log is two words: the range, then the digest of its records. A rank fills the
+  /// entries of a block in their order; block r is the first of rank r.
   [[nodiscard]] std::size_t log_word(std::uint64_t entry) const { return first_log_ + 2 * entry; }
-  [[nodiscard]] std::uint64_t most_log_entries() const { return most_log_entries_; }
+  [[nodiscard]] std::uint64_t log_blocks() const { return log_blocks_; }
+  static constexpr std::uint64_t block_entries = 16;
   /// Byte at which a cell's record lies.
   [[nodiscard]] std::size_t record_offset(std::uint64_t cell) const {
     return first_record_ + cell * record_bytes_;
@@ -94,7 +122,7 @@ class WindowLayout {
   std::uint64_t cells_;
   std::size_t record_bytes_;
   std::uint64_t most_copies_;
-  std::uint64_t most_log_entries_;
+  std::uint64_t log_blocks_;
   std::size_t first_copy_;    // words
   std::size_t first_log_;     // words
   std::size_t first_record_;  // bytes

@@ -22,7 +22,7 @@ LeaseRunner::LeaseRunner(LeaseSource& source, Team& team, const Clock& clock, Wo
 Time LeaseRunner::tick(Time now) {
   drop_unwanted();
   hand_in();
-  keep_at_work(now);
+  keep_at_work(now, true);
   const Time due = source_.tick(now, {team_.traced(), tracing_.has_value(), team_.preparing()});
   return next_ || over_ ? due : std::min(take_at_, due);
 }
@@ -45,10 +45,10 @@ void LeaseRunner::drop_unwanted() {
   }
 }
 
-void LeaseRunner::keep_at_work(Time now) {
+void LeaseRunner::keep_at_work(Time now, bool copies) {
   start_next(now);
   if (!over_ && !next_ && (take_at_ <= now || (!tracing_ && wait_ == Time(0)))) {
-    take(now);
+    take(now, !tracing_ && copies);
     start_next(now);
   }
 }
@@ -60,11 +60,12 @@ void LeaseRunner::hand_in() {
   }
   tracing_.reset();
   note(*finished);
-  // The team goes on while the result travels.
-  keep_at_work(clock_.now());
+  // The team goes on while the result travels; copies of what others do are not worth its waiting.
+  keep_at_work(clock_.now(), false);
   const Time begin = clock_.now();
   source_.complete(begin, std::move(*finished));
   tally_.putting += clock_.now() - begin;
+  keep_at_work(clock_.now(), true);
 }
 
 void LeaseRunner::note(const Finished& finished) {
@@ -101,9 +102,9 @@ void LeaseRunner::start_next(Time now) {
   }
 }
 
-void LeaseRunner::take(Time now) {
-  LeaseSource::Taken taken = source_.take(now, samples_per_second_, !tracing_);
-  wait_ = taken.answer == LeaseSource::Answer::wait && !tracing_
+void LeaseRunner::take(Time now, bool idle) {
+  LeaseSource::Taken taken = source_.take(now, samples_per_second_, idle);
+  wait_ = taken.answer == LeaseSource::Answer::wait && idle
               ? std::clamp(2 * wait_, shortest_wait, longest_wait)
               : Time(0);
   // While the team is at work there is no hurry: hand_in() asks again.

@@ -32,8 +32,8 @@ class LeaseRunner {
  private:
   void drop_unwanted();
   void hand_in();
-  void keep_at_work(Time now);
-  void take(Time now);
+  void keep_at_work(Time now, bool copies);
+  void take(Time now, bool idle);
   void start_next(Time now);
   void note(const Finished& finished);
 

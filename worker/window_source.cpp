@@ -1,7 +1,9 @@
 #include "worker/window_source.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/base/error.h"
 
@@ -16,6 +18,9 @@ constexpr std::size_t most_part_bytes = std::size_t{1} << 25;
 constexpr double part_seconds = 0.5;
 /// Samples of a part while the speed is unknown.
 constexpr double first_part_samples = 1e6;
+
+/// Ledgers of other groups that a rank tries: if all tried all at the end, they would queue there.
+constexpr std::uint32_t most_visits = 3;
 
 constexpr Time beat_interval = milliseconds(250);
 
@@ -62,14 +67,18 @@ void RankSource::report(const WorkTally& tally) {
 }
 
 WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout,
-                           Window& window, const WindowOptions& options)
+                           Window& window, const WindowOptions& options,
+                           std::optional<LedgerWindows> ledgers)
     : RankSource(job, pass),
       plan_(*pass.plan),
       missing_(pass.missing),
       layout_(layout),
       window_(window),
       options_(options),
-      sizer_(options.policy, plan_, options.length, missing_.count()) {
+      sizer_(options.policy, plan_, options.length, missing_.count()),
+      ledgers_(ledgers ? std::move(*ledgers)
+                       : LedgerWindows{Ledgers(layout.ranks(), layout.ranks()), {&window}}),
+      home_(ledgers_.ledgers.home(options.rank)) {
   if (options_.policy != SchedulePolicy::weighted) {
     const std::uint32_t each = std::max(options_.all_threads / layout.ranks(), 1U);
     starts_ = sizer_.starts(layout.ranks(), each);  // alike on every rank
@@ -120,28 +129,57 @@ std::optional<CellRange> WindowSource::take_step() {
   return CellRange{starts_[step], starts_[step + 1]};
 }
 
-/// What is left is read first, so that a chunk can be half of this rank's share of it; others may
-/// take some in between, which only makes the chunk larger than it would have been.
 std::optional<CellRange> WindowSource::take_weighted(double samples_per_second) {
-  const SpeedSum sum = publish_speed(samples_per_second);
-  const std::uint64_t position = window_.load(Word::position);
-  const std::uint64_t total = missing_.count();
-  if (position >= total) {
-    return {};
+  const std::uint32_t most = std::min(ledgers_.ledgers.count(), 1 + most_visits);
+  for (; empty_ledgers_ < most; ++empty_ledgers_) {
+    if (const auto places = take_from(ledger_after(empty_ledgers_), samples_per_second)) {
+      return places;
+    }
   }
-  const FarmSpeed farm{1e3 * static_cast<double>(sum.kilosamples), sum.threads,
-                       options_.all_threads, layout_.ranks()};
-  const std::uint64_t cells =
-      sizer_.cells({options_.threads, samples_per_second}, farm, total - position, 0);
-  const std::uint64_t begin = window_.fetch_add(Word::position, cells);
-  if (begin >= total) {
-    return {};
-  }
-  return CellRange{begin, std::min(begin + cells, total)};
+  return {};
 }
 
-/// Puts this rank's speed into the sum of all and returns the sum.
-SpeedSum WindowSource::publish_speed(double samples_per_second) {
+/// Ranks of a group help different ones.
+std::uint32_t WindowSource::ledger_after(std::uint32_t empty) const {
+  const std::uint32_t count = ledgers_.ledgers.count();
+  if (empty == 0) {
+    return home_;
+  }
+  return (home_ + 1 + (options_.rank + empty) % (count - 1)) % count;
+}
+
+/// What is left is read first, so that a chunk can be half of this rank's share of it; others may
+/// take some in between, which only makes the chunk larger than it would have been.
+std::optional<CellRange> WindowSource::take_from(std::uint32_t ledger, double samples_per_second) {
+  Window& window = *ledgers_.windows[ledger];
+  const CellRange part = ledgers_.ledgers.part(ledger, missing_.count());
+  const std::uint64_t position = window.load(Word::position);
+  if (position >= part.count()) {
+    return {};
+  }
+  const SpeedSum sum = speed_of(ledger, samples_per_second);
+  const std::uint32_t groups = ledgers_.ledgers.count();
+  const FarmSpeed group{1e3 * static_cast<double>(sum.kilosamples), sum.threads,
+                        std::max(options_.all_threads / groups, options_.threads),
+                        std::max(layout_.ranks() / groups, 1U)};
+  const std::uint64_t cells =
+      sizer_.cells({options_.threads, samples_per_second}, group, part.count() - position, 0);
+  const std::uint64_t taken = window.fetch_add(Word::position, cells);
+  if (taken >= part.count()) {
+    return {};
+  }
+  return CellRange{part.begin + taken, part.begin + std::min(taken + cells, part.count())};
+}
+
+/// Of the ranks of a ledger, of which this one puts its own speed into the sum.
+SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second) {
+  Window& window = *ledgers_.windows[ledger];
+  if (samples_per_second <= 0 && published_.threads == 0) {
+    return {};  // when this rank is not measured yet, hardly any is
+  }
+  if (ledger != home_) {
+    return SpeedSum::from_word(window.load(Word::speed));
+  }
   SpeedSum own;
   if (samples_per_second > 0) {
     own = {options_.threads, static_cast<std::uint64_t>(std::ceil(samples_per_second / 1e3))};
@@ -149,7 +187,7 @@ SpeedSum WindowSource::publish_speed(double samples_per_second) {
   // Modulo 2^64 the difference of two words is right even when its lower part is negative.
   const std::uint64_t delta = own.word() - published_.word();
   published_ = own;
-  return SpeedSum::from_word(window_.fetch_add(Word::speed, delta) + delta);
+  return SpeedSum::from_word(window.fetch_add(Word::speed, delta) + delta);
 }
 
 RankSource::Part WindowSource::take_copy() {
@@ -173,12 +211,21 @@ void WindowSource::put(const CellRange& cells, std::span<const std::byte> record
 }
 
 void WindowSource::log(const CellRange& cells, std::uint64_t digest) {
-  const std::uint64_t entry = window_.fetch_add(Word::log_head, 1);
-  if (entry >= layout_.most_log_entries()) {
-    return;  // only after thousands of copies of copies: nobody waits for this one alone
+  if (entries_left_ == 0) {
+    const std::uint64_t block = std::exchange(first_block_, false)
+                                    ? options_.rank
+                                    : layout_.ranks() + window_.fetch_add(Word::log_head, 1);
+    if (block >= layout_.log_blocks()) {
+      return;  // only after thousands of copies of copies: nobody waits for this one alone
+    }
+    next_entry_ = block * WindowLayout::block_entries;
+    entries_left_ = WindowLayout::block_entries;
   }
-  window_.store(layout_.log_word(entry) + 1, digest);
-  window_.store(layout_.log_word(entry), to_word(cells));  // last: it makes the entry valid
+  // In one go: whoever reads half of it finds that the digest is another's.
+  const std::array entry = {to_word(cells), digest};
+  window_.put(layout_.log_word(next_entry_) * sizeof digest, std::as_bytes(std::span(entry)));
+  ++next_entry_;
+  --entries_left_;
 }
 
 void WindowSource::publish(WindowLayout::RankWord word, std::uint64_t value) {

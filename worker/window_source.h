@@ -69,18 +69,26 @@ struct WindowOptions {
   std::uint32_t rank = 0;
   std::uint32_t threads = 1;
   std::uint32_t all_threads = 1;  ///< of all ranks
-  LeaseLength length{};
+  /// A lease takes no message, so that short ones at the end cost little.
+  LeaseLength length{.shortest = 0.0005};
+};
+
+/// The ledgers as a rank reaches them, by number, and how its group is made.
+struct LedgerWindows {
+  Ledgers ledgers;
+  std::vector<Window*> windows;
 };
 
 /// Leases over a window: the rank takes a step number, or a run of cells, by an atomic addition and
-/// computes its chunk. Long leases come in parts, so that results come in steadily and buffers stay
-/// small. When nothing is left it draws a ticket and waits for a copy of cells that others have not
-/// finished.
+/// computes its chunk. Weighted leases come from the ledger of its group, and when that is empty
+/// from those of others. Long leases come in parts, so that results come in steadily and buffers
+/// stay small. When nothing is left it draws a ticket and waits for a copy of cells that others
+/// have not finished.
 class WindowSource final : public RankSource {
  public:
-  /// References outlive the object.
+  /// References outlive the object. `window` is rank 0's, and the one ledger if none are given.
   WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
-               const WindowOptions& options);
+               const WindowOptions& options, std::optional<LedgerWindows> ledgers = {});
 
   Part take_part(double samples_per_second, bool idle) override;
   void put(const CellRange& cells, std::span<const std::byte> records) override;
@@ -93,8 +101,10 @@ class WindowSource final : public RankSource {
  private:
   std::optional<CellRange> take_step();
   std::optional<CellRange> take_weighted(double samples_per_second);
+  std::optional<CellRange> take_from(std::uint32_t ledger, double samples_per_second);
+  [[nodiscard]] std::uint32_t ledger_after(std::uint32_t empty) const;
   Part take_copy();
-  SpeedSum publish_speed(double samples_per_second);
+  SpeedSum speed_of(std::uint32_t ledger, double samples_per_second);
   void cut(const CellRange& places, double samples_per_second);
 
   const WorkPlan& plan_;
@@ -105,7 +115,13 @@ class WindowSource final : public RankSource {
   const ChunkSizer sizer_;
   std::vector<std::uint64_t> starts_;  ///< of the chunks; empty if weighted
   std::deque<CellRange> parts_;        ///< of the lease, not taken yet
-  SpeedSum published_;                 ///< this rank's part of the sum
+  const LedgerWindows ledgers_;
+  const std::uint32_t home_;         ///< this rank's ledger
+  std::uint32_t empty_ledgers_ = 0;  ///< of those that it has looked at
+  SpeedSum published_;               ///< this rank's part of its ledger's sum
+  std::uint64_t next_entry_ = 0;     ///< of the log
+  std::uint64_t entries_left_ = 0;   ///< of its block
+  bool first_block_ = true;
   bool exhausted_ = false;
   std::optional<std::uint64_t> ticket_;
 };

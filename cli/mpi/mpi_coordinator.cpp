@@ -39,8 +39,8 @@ void PassResources::begin(RankPass next, Transport& transport, const Ranks& rank
     WindowOptions options = ranks.own;
     options.rank = rank;
     options.threads = ranks.facts[rank].threads;
-    sources.push_back(
-        std::make_unique<WindowSource>(job, pass, *layout, *transport.window(), options));
+    sources.push_back(std::make_unique<WindowSource>(job, pass, *layout, *transport.window(),
+                                                     options, transport.ledgers()));
   }
 }
 
@@ -49,7 +49,8 @@ MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transp
       collector(
           own.job_.picture(), *resources.layout, *transport.window(), transport.memory(),
           own.clock_.now(), own.totals_,
-          {own.options_.locate, [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }}),
+          {own.options_.locate, [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }},
+          {.own = own.options_.threads, .all = own.options_.all_threads}),
       runner(*resources.sources.at(0), own.team_, own.clock_,
              own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {
   if (transport.by_messages()) {
@@ -87,8 +88,12 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
     stop_if_interrupted();
     options_.pet();
     take_turn(clock_.now());
-    const Time due = pass_->runner.tick(clock_.now());
-    const Time poll = clock_.now() < eager_until_ ? eager_poll : calm_poll;
+    const WindowCollector& collector = pass_->collector;
+    const bool traces = !pass_->runner.idle() || !collector.wants_all_threads(clock_.now());
+    const Time due = traces ? pass_->runner.tick(clock_.now()) : never;
+    const Time poll = collector.behind()            ? Time(0)
+                      : clock_.now() < eager_until_ ? eager_poll
+                                                    : calm_poll;
     team_.wait(std::clamp(due - clock_.now(), Time(0), poll));
   }
   return end_pass();

@@ -37,6 +37,8 @@ class MpiCoordinator {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
     Following following;
+    std::uint32_t threads = 1;      ///< of rank 0
+    std::uint32_t all_threads = 1;  ///< of all ranks
     /// See WindowCollector::Hooks.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     std::function<void()> pet;  ///< called all the time

@@ -58,6 +58,9 @@ void MpiOptions::add_to(Command& command) {
   number("--tile", 0, 4096, tile,
          "Let threads take square tiles of N x N pixels; 0: runs of pixels along a row")
       .group(work_group);
+  number("--ledger-ranks", 1, 1U << 20, ledger_ranks,
+         "Ranks that take their leases from one rank's memory; more have several (default: 256)")
+      .group(work_group);
   command
       .option("--state", state,
               "Keep finished rows in DIR, and go on with what is there; a coordinator started "

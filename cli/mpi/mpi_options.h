@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/commands/options.h"
+#include "proto/window.h"
 
 namespace parray {
 
@@ -28,6 +29,7 @@ struct MpiOptions {
   std::optional<std::uint32_t> threads;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
+  std::uint32_t ledger_ranks = Ledgers::group_ranks;
   std::string state;
   std::uint32_t patience = 60;    ///< seconds
   std::uint32_t checkpoint = 10;  ///< seconds

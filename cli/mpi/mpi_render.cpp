@@ -60,6 +60,8 @@ RankJob rank_job(const MpiJob& job, std::shared_ptr<const Scene> scene) {
 }
 
 constexpr Time for_ever = std::chrono::hours(24 * 365);
+/// How often the keeper of a ledger lets others' operations come in, where MPI needs its help.
+constexpr Time keeper_poll = std::chrono::microseconds(200);
 /// How long rank 0 waits, when all is done, for ranks that may have been stopped.
 constexpr Time last_patience = seconds(10);
 
@@ -98,7 +100,7 @@ class Follower {
         rank_job_(rank_job(job_, std::make_shared<const Scene>(
                                      scene_from_bytes(std::exchange(job_.scene_bytes, {}))))),
         team_(static_cast<int>(ranks_.own.threads)),
-        transport_(world, false, job_.mode == MpiMode::messages) {}
+        transport_(world, false, job_.mode == MpiMode::messages, options.ledger_ranks) {}
 
   /// Pass after pass, until rank 0 has written the picture.
   void run() {
@@ -118,24 +120,33 @@ class Follower {
       return std::make_unique<RankMessages>(rank_job_, resources.pass, world_.comm());
     }
     return std::make_unique<WindowSource>(rank_job_, resources.pass, *resources.layout,
-                                          *transport_.window(), ranks_.own);
+                                          *transport_.window(), ranks_.own, transport_.ledgers());
   }
 
   void work(PassResources& resources) {
     const auto source = source_for(resources);
     LeaseRunner runner(*source, team_, clock_, tally_);
     Pulse pulse(transport_.window());
+    const bool keeps =
+        !transport_.by_messages() && transport_.ledgers().ledgers.is_keeper(world_.rank());
     while (!runner.over()) {
       if (!team_.idle() || pulse.alive(clock_.now())) {
         dog_.pet();
       }
       const Time due = runner.tick(clock_.now());
-      team_.wait(std::max(due - clock_.now(), Time(0)));
+      if (keeps) {
+        transport_.progress();
+      }
+      const Time longest = keeps ? keeper_poll : for_ever;
+      team_.wait(std::clamp(due - clock_.now(), Time(0), longest));
     }
     runner.stop();
     tally_ = runner.tally();
     // Rank 0 may wait for another; by messages nothing is known, and the dog's patience counts.
     world_.barrier(for_ever, [&] {
+      if (keeps) {
+        transport_.progress();  // others may still look at its ledger
+      }
       if (!transport_.by_messages() && pulse.alive(clock_.now())) {
         dog_.pet();
       }
@@ -267,14 +278,16 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   const Ranks ranks = find_ranks(world, job, threads_for(world, options, job.alone()));
   Rendered rendered;
   rendered.threads = static_cast<int>(ranks.own.threads);
-  rendered.transport =
-      std::make_unique<Transport>(world, job.alone(), job.mode == MpiMode::messages);
+  rendered.transport = std::make_unique<Transport>(
+      world, job.alone(), job.mode == MpiMode::messages, options.ledger_ranks);
   PassResources resources;
   ThreadTeam team(rendered.threads);
   MpiCoordinator coordinator(world, kept, team,
                              {.patience = seconds(options.patience),
                               .checkpoint = seconds(options.checkpoint),
                               .following = options.following,
+                              .threads = ranks.own.threads,
+                              .all_threads = ranks.own.all_threads,
                               .locate = Locator(kept, job.settings),
                               .pet = [&dog] { dog.pet(); }});
   run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);

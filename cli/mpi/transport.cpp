@@ -6,6 +6,8 @@
 
 namespace parray {
 
+static constexpr std::size_t ledger_bytes = WindowLayout::shared_words * sizeof(std::uint64_t);
+
 void Transport::begin_pass(const WindowLayout& layout) {
   if (layout.bytes() <= bytes_) {
     clear(layout.zeroed_bytes());
@@ -26,7 +28,8 @@ void Transport::begin_pass(const WindowLayout& layout) {
 void Transport::open_window(const WindowLayout& layout) {
   close();
   try {
-    mpi_window_ = std::make_unique<MpiWindow>(world_.comm(), bytes_, layout.zeroed_bytes());
+    mpi_window_ = std::make_unique<MpiWindow>(world_.comm(), world_.first() ? bytes_ : ledger_bytes,
+                                              layout.zeroed_bytes());
   } catch (const RunError& error) {
     fallback_reason_ = error.what();
   }
@@ -53,8 +56,17 @@ const char* Transport::name() const {
   return mpi_window_ ? "window" : by_messages_ ? "messages" : "memory";
 }
 
-Window* Transport::window() {
-  return mpi_window_ ? static_cast<Window*>(mpi_window_.get()) : local_window_.get();
+Window* Transport::window() { return mpi_window_ ? &mpi_window_->of(0) : local_window_.get(); }
+
+LedgerWindows Transport::ledgers() {
+  if (!mpi_window_) {
+    return {Ledgers(world_.ranks(), world_.ranks()), {window()}};
+  }
+  LedgerWindows reached{Ledgers(world_.ranks(), ledger_ranks_), {}};
+  for (std::uint32_t ledger = 0; ledger < reached.ledgers.count(); ++ledger) {
+    reached.windows.push_back(&mpi_window_->of(reached.ledgers.keeper(ledger)));
+  }
+  return reached;
 }
 
 std::span<std::byte> Transport::memory() {

@@ -8,15 +8,19 @@
 
 #include "cli/mpi/mpi_world.h"
 #include "proto/mpi_window.h"
+#include "worker/window_source.h"
 
 namespace parray {
 
 /// The memory that leases and results go through, and how this rank reaches it.
 class Transport {
  public:
-  /// `world` outlives the object. `alone`: only rank 0 takes part.
-  Transport(const MpiWorld& world, bool alone, bool by_messages)
-      : world_(world), alone_(alone || world.ranks() == 1), by_messages_(!alone_ && by_messages) {}
+  /// `world` outlives the object. `alone`: only rank 0 takes part. `ledger_ranks`: see Ledgers.
+  Transport(const MpiWorld& world, bool alone, bool by_messages, std::uint32_t ledger_ranks)
+      : world_(world),
+        alone_(alone || world.ranks() == 1),
+        ledger_ranks_(ledger_ranks),
+        by_messages_(!alone_ && by_messages) {}
   ~Transport() { static_cast<void>(mpi_window_.release()); }
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
@@ -33,9 +37,11 @@ class Transport {
   [[nodiscard]] bool by_messages() const { return by_messages_; }
   /// The window as this rank reaches it; null in a rank that sends messages.
   [[nodiscard]] Window* window();
+  /// The ledgers as this rank reaches them; one, rank 0's, where there is no MPI window.
+  [[nodiscard]] LedgerWindows ledgers();
   /// Rank 0's memory.
   [[nodiscard]] std::span<std::byte> memory();
-  /// Rank 0: lets operations of others come in.
+  /// Lets operations of others come in.
   void progress();
   /// Closes the window. Collective; not called when something has gone wrong and somebody may not
   /// answer: what is not closed stays open until the process ends.
@@ -47,6 +53,7 @@ class Transport {
 
   const MpiWorld& world_;
   const bool alone_;
+  const std::uint32_t ledger_ranks_;
   bool by_messages_;
   std::size_t bytes_ = 0;  ///< of the memory, in rank 0
   std::string fallback_reason_;

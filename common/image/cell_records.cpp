@@ -8,10 +8,11 @@
 namespace parray {
 
 std::uint64_t cell_digest(std::span<const std::byte> record) {
-  constexpr std::size_t time = offsetof(CellHeader, nanoseconds);
-  const std::uint64_t counts = XXH3_64bits(record.data(), time);
+  // Not the sums by a seed of the counts: for each seed XXH3 makes a table.
   const auto sums = record.subspan(sizeof(CellHeader));
-  return std::max<std::uint64_t>(XXH3_64bits_withSeed(sums.data(), sums.size(), counts), 1);
+  CellHeader header = header_of(record);
+  header.nanoseconds = XXH3_64bits(sums.data(), sums.size());
+  return std::max<std::uint64_t>(XXH3_64bits(&header, sizeof header), 1);
 }
 
 std::vector<std::uint64_t> cell_digests(std::span<const std::byte> records,

@@ -75,12 +75,33 @@ CellGrid::Place CellGrid::place_of(std::uint64_t cell) const {
   const std::uint64_t rows =
       std::min<std::uint64_t>(shape_.band_rows, part.row_at.size() - first_row);
   const std::uint64_t in_band = within_layer - first_row * part.columns;
-  return {stage, in_stage / part.layer_cells(), first_row + in_band % rows, in_band / rows,
+  const std::uint64_t row = in_band % rows;
+  return {stage,       in_stage / part.layer_cells(), first_row + row, in_band / rows, rows - row,
           within_layer};
 }
 
-Cell CellGrid::cell(std::uint64_t index) const {
-  const Place place = place_of(index);
+Cell CellGrid::cell(std::uint64_t index) const { return cell_at(place_of(index)); }
+
+/// Down each column of a band only the row changes.
+std::vector<Cell> CellGrid::cells_of(const CellRange& range) const {
+  std::vector<Cell> cells;
+  cells.reserve(range.count());
+  for (std::uint64_t index = range.begin; index < range.end;) {
+    const Place top = place_of(index);
+    const Stage& stage = shape_.stages[top.stage];
+    const std::uint32_t* const rows = parts_[top.stage].row_at.data() + top.position;
+    const std::uint64_t count = std::min(top.rows_left, range.end - index);
+    Cell cell = cell_at(top);
+    for (std::uint64_t row = 0; row < count; ++row) {
+      cell.y = stage.lattice.y + rows[row] * stage.lattice.step;
+      cells.push_back(cell);
+    }
+    index += count;
+  }
+  return cells;
+}
+
+Cell CellGrid::cell_at(const Place& place) const {
   const Stage& stage = shape_.stages[place.stage];
   const Lattice& lattice = stage.lattice;
   const auto first = static_cast<std::uint32_t>(place.column) * shape_.cell_pixels;
@@ -130,9 +151,9 @@ std::vector<SampleRange> CellBatch::column_ranges_of(std::uint64_t index) const 
   return ranges;
 }
 
-RunSamples CellBatch::run_samples(std::uint64_t index) const {
+RunSamples CellBatch::run_samples(std::uint64_t index, const Cell& cell) const {
   if (samples.empty()) {
-    return RunSamples(grid->cell(index).samples);
+    return RunSamples(cell.samples);
   }
   const std::size_t pixels = grid->shape().cell_pixels;
   return RunSamples(std::span(samples).subspan((index - range.begin) * pixels, pixels));
@@ -141,8 +162,7 @@ RunSamples CellBatch::run_samples(std::uint64_t index) const {
 std::uint64_t CellBatch::sample_count() const {
   std::uint64_t count = 0;
   if (samples.empty()) {
-    for (std::uint64_t index = range.begin; index < range.end; ++index) {
-      const Cell cell = grid->cell(index);
+    for (const Cell& cell : grid->cells_of(range)) {
       count += std::uint64_t{cell.pixels()} * cell.samples.count();
     }
     return count;

@@ -72,6 +72,8 @@ class CellGrid {
   [[nodiscard]] std::uint64_t cells() const { return first_cell_.back(); }
   /// `index` is below cells().
   [[nodiscard]] Cell cell(std::uint64_t index) const;
+  /// All cells of a range, for less than one by one.
+  [[nodiscard]] std::vector<Cell> cells_of(const CellRange& range) const;
   /// Cells of a whole row of the image (of one layer of samples, if those are cut); where there
   /// are lattices, of the last.
   [[nodiscard]] std::uint64_t cells_per_row() const { return parts_.back().columns; }
@@ -86,9 +88,11 @@ class CellGrid {
     std::uint64_t layer;
     std::uint64_t position;  ///< of the row in the row order
     std::uint64_t column;
+    std::uint64_t rows_left;     ///< of the band, from this one on
     std::uint64_t within_layer;  ///< number of the cell among those of its layer
   };
   [[nodiscard]] Place place_of(std::uint64_t cell) const;
+  [[nodiscard]] Cell cell_at(const Place& place) const;
   /// What the cells of a stage are numbered by.
   struct Part {
     std::uint64_t columns = 0;          ///< cells across
@@ -117,7 +121,11 @@ struct CellBatch {
   /// none.
   [[nodiscard]] std::vector<SampleRange> column_ranges_of(std::uint64_t index) const;
   /// Of each pixel of the cell; a view of this.
-  [[nodiscard]] RunSamples run_samples(std::uint64_t index) const;
+  [[nodiscard]] RunSamples run_samples(std::uint64_t index) const {
+    return run_samples(index, samples.empty() ? grid->cell(index) : Cell());
+  }
+  /// The same of a cell that is at hand.
+  [[nodiscard]] RunSamples run_samples(std::uint64_t index, const Cell& cell) const;
   /// How many samples all cells have together.
   [[nodiscard]] std::uint64_t sample_count() const;
 };

@@ -31,9 +31,9 @@ bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
 /// Of one cell; sets `nonfinite`.
 const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixels,
                           const RunSamples& ranges, std::uint32_t max_depth,
-                          std::uint64_t& nonfinite) {
+                          std::uint64_t& nonfinite, std::uint64_t& samples) {
   const CellHeader header = header_of(record);
-  std::uint64_t samples = 0;
+  samples = 0;
   for (std::uint32_t i = 0; i < pixels; ++i) {
     samples += ranges[i].count();
   }
@@ -128,19 +128,25 @@ const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, cons
 
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth) {
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
-  if (!(traced.range == batch.range) || traced.records.size() != batch.range.count() * size ||
-      traced.samples != batch.sample_count()) {
-    return "other cells than were leased";
+  constexpr const char* others = "other cells than were leased";
+  if (!(traced.range == batch.range) || traced.records.size() != batch.range.count() * size) {
+    return others;
   }
+  std::uint64_t all_samples = 0;
   std::vector<std::uint64_t> nonfinite(batch.range.count());
   const std::span<const std::byte> records(traced.records);
+  const std::vector<Cell> cells = batch.grid->cells_of(batch.range);
   for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
-    const std::uint64_t index = batch.range.begin + i;
-    if (const char* fault =
-            fault_of_cell(records.subspan(i * size, size), batch.grid->cell(index).pixels(),
-                          batch.run_samples(index), max_depth, nonfinite[i])) {
+    std::uint64_t samples = 0;
+    if (const char* fault = fault_of_cell(records.subspan(i * size, size), cells[i].pixels(),
+                                          batch.run_samples(batch.range.begin + i, cells[i]),
+                                          max_depth, nonfinite[i], samples)) {
       return fault;
     }
+    all_samples += samples;
+  }
+  if (traced.samples != all_samples) {
+    return others;
   }
   const char* fault = fault_of_excluded(traced.excluded, batch, std::move(nonfinite));
   return fault == nullptr ? "" : fault;
@@ -183,6 +189,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
   std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
   std::vector<std::uint64_t> nonfinite(batch.range.count());
   const char* fault = nullptr;
+  std::uint64_t samples = 0;
   for (std::uint64_t i = 0; i < batch.range.count() && fault == nullptr; ++i) {
     const std::uint64_t index = batch.range.begin + i;
     const std::span<PixelSums> cell(sums.data(), batch.grid->cell(index).pixels());
@@ -196,7 +203,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     std::memcpy(record.data() + sizeof header, cell.data(), cell.size_bytes());
     // Each while it is at hand: they are many.
     fault = fault_of_cell(record, static_cast<std::uint32_t>(cell.size()), batch.run_samples(index),
-                          max_depth, nonfinite[i]);
+                          max_depth, nonfinite[i], samples);
   }
   while (fault == nullptr && in.left() > 0) {
     ExcludedSamples some;

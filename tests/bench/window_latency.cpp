@@ -69,7 +69,7 @@ void serve(const MpiWorld& world, const std::function<void()>& poll) {
   }
 }
 
-void measure_window(MpiWindow& window, std::size_t data) {
+void measure_window(Window& window, std::size_t data) {
   constexpr std::size_t repeats = 2000;
   print("window: fetch_add", seconds_of(repeats, [&] { window.fetch_add(0, 1); }));
   print("window: load", seconds_of(repeats, [&] { window.load(0); }));
@@ -156,14 +156,15 @@ int main() {
   if (measures) {
     bench::warn_of_assertions();
     std::printf("%s; medians; %u ranks\n", bench::processor().c_str(), world.ranks());
-    measure_window(window, layout.record_offset(0));
+    measure_window(window.of(0), layout.record_offset(0));
   }
   const auto meet = [&world] { return world.barrier(seconds(3600)); };
   if (world.ranks() > 1) {
     if (world.first()) {
       serve(world, [&] { window.progress(); });
     } else {
-      WindowSource source(report.job, report.pass, layout, window, one_cell_leases(world.rank()));
+      WindowSource source(report.job, report.pass, layout, window.of(0),
+                          one_cell_leases(world.rank()));
       if (measures) {
         measure_leases(source, "window", report.plan());
       }
@@ -172,8 +173,8 @@ int main() {
     if (world.first()) {
       std::vector<std::unique_ptr<WindowSource>> sources;
       for (std::uint32_t rank = 0; rank < world.ranks(); ++rank) {
-        sources.push_back(std::make_unique<WindowSource>(report.job, report.pass, layout, window,
-                                                         one_cell_leases(rank)));
+        sources.push_back(std::make_unique<WindowSource>(report.job, report.pass, layout,
+                                                         window.of(0), one_cell_leases(rank)));
       }
       MessageServer server(world.comm(), layout, window.memory(), sources);
       serve(world, [&] { server.poll(); });

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <deque>
 #include <memory>
 
 #include "tests/support/faulty_window.h"
@@ -16,6 +17,7 @@ namespace {
 struct Storm {
   std::uint64_t seed = 0;
   std::uint32_t ranks = 1;
+  std::uint32_t ledger_ranks = 1;  ///< as Ledgers has it
   WindowFaults faults;
   RenderSettings settings;
   std::vector<CellRange> done;  ///< by an earlier life
@@ -28,7 +30,12 @@ class Job {
   explicit Job(const Storm& storm)
       : storm_(storm),
         dice_(storm.seed),
-        rig_(storm.settings, storm.ranks, storm.tile, storm.done) {}
+        rig_(storm.settings, storm.ranks, storm.tile, storm.done),
+        ledgers_(storm.ranks, storm.ledger_ranks) {
+    for (std::uint32_t ledger = 0; ledgers_.count() > 1 && ledger < ledgers_.count(); ++ledger) {
+      ledger_memory_.emplace_back(WindowLayout::shared_words * sizeof(std::uint64_t));
+    }
+  }
 
   void run() {
     std::vector<std::function<void(std::size_t)>> tasks = {[this](std::size_t) { lead(); }};
@@ -58,19 +65,40 @@ class Job {
   [[nodiscard]] const FaultyWindow::Tally& faults() const { return faults_; }
 
  private:
-  WindowSource source(std::size_t rank, Window& window) {
+  WindowSource source(std::size_t rank, Window& window, LedgerWindows ledgers) {
     return {rig_.job,
             rig_.pass,
             rig_.layout,
             window,
-            {storm_.settings.schedule, static_cast<std::uint32_t>(rank), 1, storm_.ranks, {}}};
+            {storm_.settings.schedule, static_cast<std::uint32_t>(rank), 1, storm_.ranks, {}},
+            std::move(ledgers)};
   }
+
+  /// The ledgers as a rank reaches them: memory of other ranks, in which the same may go wrong.
+  struct Reached {
+    Reached(Job& job, Window& first, std::size_t self, const WindowFaults& faults)
+        : all{job.ledgers_, {}} {
+      for (WindowMemory& memory : job.ledger_memory_) {
+        kept.push_back(std::make_unique<LocalWindow>(memory.bytes()));
+        faulty.push_back(std::make_unique<FaultyWindow>(*kept.back(), job.turns_, job.mail_, self,
+                                                        faults, job.dice_.bits(), job.faults_));
+        all.windows.push_back(faulty.back().get());
+      }
+      if (all.windows.empty()) {
+        all.windows.push_back(&first);
+      }
+    }
+    std::vector<std::unique_ptr<LocalWindow>> kept;
+    std::vector<std::unique_ptr<FaultyWindow>> faulty;
+    LedgerWindows all;
+  };
 
   /// Rank 0, as the program's does it.
   void lead() {
     const WindowFaults slow{storm_.faults.longest_operation, 0, 0, {}, 0, 0};
     FaultyWindow window(rig_.window, turns_, mail_, 0, slow, dice_.bits(), faults_);
-    WindowSource leases = source(0, window);
+    const Reached ledgers(*this, window, 0, slow);
+    WindowSource leases = source(0, window, ledgers.all);
     MadeTeam team(turns_, 1e4 * (1 + dice_.unit()));
     LeaseRunner runner(leases, team, turns_);
     WindowCollector& collector = rig_.collector;
@@ -91,7 +119,8 @@ class Job {
   void follow(std::size_t self) {
     const double speed = 1e4 * dice_.ten_to(-1, 1);
     FaultyWindow window(rig_.window, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
-    WindowSource leases = source(self, window);
+    const Reached ledgers(*this, window, self, storm_.faults);
+    WindowSource leases = source(self, window, ledgers.all);
     MadeTeam team(turns_, speed);
     LeaseRunner runner(leases, team, turns_);
     try {
@@ -110,6 +139,8 @@ class Job {
   Turns turns_{std::chrono::hours(1)};
   Mail mail_;
   FaultyWindow::Tally faults_;
+  const Ledgers ledgers_;
+  std::deque<WindowMemory> ledger_memory_;  ///< none if rank 0 has the only one
 };
 
 Storm storm_of(std::uint64_t seed) {
@@ -121,6 +152,7 @@ Storm storm_of(std::uint64_t seed) {
       made_settings(20 + dice.below32(60), 5 + dice.below32(20), 20 + dice.below32(300));
   storm.settings.schedule = static_cast<SchedulePolicy>(seed % 4);
   storm.settings.row_order = dice.one_in(2) ? RowOrder::sequential : RowOrder::interleaved;
+  storm.ledger_ranks = 1 + dice.below32(storm.ranks);
   storm.tile = dice.one_in(3) ? 8 : 0;
   const std::uint64_t cells = whole_plan(storm.settings, storm.tile)->cells();
   if (dice.one_in(2)) {

@@ -33,8 +33,10 @@ struct Arguments {
   std::vector<double> stall;
   std::uint32_t failures = 0;
   std::uint64_t seed = 1;
+  std::uint32_t ledger_ranks = Ledgers::group_ranks;
   bool seed_scheme = false;
   bool hot_band = false;
+  std::uint32_t enlarge = 1;
   bool start = true;
   std::string per_rank;
   std::string label;
@@ -62,6 +64,17 @@ Measured read_report(const std::string& path) {
   measured.samples_per_pixel = report.at("samples_per_pixel");
   measured.build = report.at("seconds").at("build");
   measured.row_seconds = report.at("mpi").at("row_seconds").get<std::vector<double>>();
+  return measured;
+}
+
+/// As many times as wide and high; a pixel costs what it did.
+Measured enlarged(Measured measured, std::uint32_t times) {
+  measured.width *= times;
+  std::vector<double> rows;
+  for (const double row : measured.row_seconds) {
+    rows.insert(rows.end(), times, row * times);
+  }
+  measured.row_seconds = std::move(rows);
   return measured;
 }
 
@@ -107,6 +120,7 @@ JobOptions job_options(const Arguments& a, const Measured& measured, std::uint32
   job.seed = a.seed;
   job.ranks = ranks;
   job.threads = a.threads;
+  job.ledger_ranks = a.ledger_ranks;
   job.speeds = speeds_of(a, ranks);
   job.link = a.link_costs;
   job.host = a.host;
@@ -200,7 +214,7 @@ std::vector<double> simulate_parray(const Arguments& a, const JobOptions& option
 }
 
 void simulate(const Arguments& a) {
-  const Measured measured = read_report(a.rows);
+  const Measured measured = enlarged(read_report(a.rows), a.enlarge);
   print_header();
   for (const std::uint32_t ranks : a.ranks) {
     const JobOptions job = job_options(a, measured, ranks);
@@ -239,6 +253,10 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(1, 65536));
   app.add_option("--threads", a.threads, "Of each rank")->check(CLI::Range(1, 4096));
   app.add_option("--spp", a.samples_per_pixel, "Samples of each pixel")
+      ->check(CLI::Range(1, 65536));
+  app.add_option("--enlarge", a.enlarge, "So many times as wide and high a picture")
+      ->check(CLI::Range(1, 16));
+  app.add_option("--ledger-ranks", a.ledger_ranks, "Ranks that share a ledger")
       ->check(CLI::Range(1, 65536));
   app.add_option("--schedule", a.schedule, "static, guided, factoring or weighted");
   app.add_option("--row-order", a.row_order, "sequential or interleaved");

@@ -122,6 +122,13 @@ class OneHash(MpiCase):
                 self.check_ranks(report, ranks, threads)
                 self.assertEqual(report["mpi"]["transport"], "memory" if ranks == 1 else "window")
 
+    def test_one_hash_with_several_ledgers(self):
+        for ranks, each in ((3, 1), (5, 2), (8, 3)):
+            with self.subTest(ranks=ranks, each=each):
+                report, _ = self.check_job(ranks, "--ledger-ranks", each, "--threads", 1)
+                self.check_ranks(report, ranks, 1)
+                self.assertEqual(report["mpi"]["transport"], "window")
+
     def test_one_hash_for_every_mode(self):
         transports = {"window": "window", "messages": "messages", "static": "window",
                       "openmp": "memory", "sequential": "memory"}

@@ -245,8 +245,8 @@ TEST_CASE("an entry that is no range of the plan's cells is dropped") {
   Rig rig(fixed_settings());
   rig.rank.log({rig.cells - 1, rig.cells + 1}, 5);
   rig.rank.log({rig.cells + 7, rig.cells + 8}, 5);
-  rig.window.store(rig.layout.log_word(2), std::uint64_t{1} << 24);  // an empty range
-  rig.window.fetch_add(Word::log_head, 1);
+  // Another rank's: an empty range.
+  rig.window.store(rig.layout.log_word(WindowLayout::block_entries), std::uint64_t{1} << 24);
   rig.put({0, rig.cells});
   rig.collect();
   rig.collect(2 * arrival_time);
@@ -254,7 +254,7 @@ TEST_CASE("an entry that is no range of the plan's cells is dropped") {
   rig.check_picture();
 }
 
-TEST_CASE("an entry that was claimed and never written stops nothing") {
+TEST_CASE("blocks of the log that were claimed and never written stop nothing") {
   Rig rig(fixed_settings());
   rig.window.fetch_add(Word::log_head, 1);  // a rank that died in between
   rig.put({0, rig.cells / 2});
@@ -266,10 +266,92 @@ TEST_CASE("an entry that was claimed and never written stops nothing") {
   rig.check_picture();
 }
 
-TEST_CASE("an entry that is written long after it was claimed is taken in") {
+TEST_CASE("an entry that was lost hides those behind it only until ranks have nothing to do") {
+  Rig rig(test::made_settings(30, 9, 400));
+  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
+    rig.put({cell, cell + 1});
+  }
+  REQUIRE(rig.cells > 2 * WindowLayout::block_entries);
+  const std::size_t lost = rig.layout.log_word(1);
+  const std::uint64_t range = rig.window.load(lost);
+  rig.window.store(lost, 0);
+  CHECK(rig.collect());
+  CHECK(rig.picture.collector().done_cells() == rig.cells - WindowLayout::block_entries + 1);
+  rig.window.store(Word::tickets, 1);
+  rig.collector.issue_copies(seconds(1));
+  rig.collect(seconds(1));
+  CHECK(rig.picture.collector().missing() == std::vector{range_from_word(range)});
+  rig.window.store(lost, range);  // it was only late
+  rig.collect(seconds(2));
+  CHECK(rig.totals.copies == 0);
+  rig.check_picture();
+}
+
+TEST_CASE("of many ranks rank 0's threads take in results together, corrupt ones among them") {
+  Dice dice(12);
+  for (int i = 0; i < 20; ++i) {
+    CAPTURE(i);
+    Rig rig(random_settings(dice), dice.one_in(3) ? 5 : 0);
+    std::uint64_t merged = 0;
+    WindowCollector collector(
+        rig.picture, rig.layout, rig.window, rig.memory.bytes(), Time(0), rig.totals,
+        {[](const CellBatch& cell) { return test::made_cells(cell).excluded; },
+         [&](const TracedCells& cells) { merged += cells.range.count(); }},
+        {.own = 4, .all = 4096});
+    CHECK(collector.crew() == 4);
+    std::vector<CellRange> spoilt;
+    for (const CellRange& range : shuffled_ranges(dice, rig.cells)) {
+      if (dice.one_in(9)) {
+        rig.put_corrupt(range);
+        spoilt.push_back(range);
+      } else {
+        rig.put(range);
+      }
+      if (dice.one_in(8)) {
+        collector.collect(Time(0), 1 + dice.below(50));
+      }
+    }
+    for (int turn = 0; turn < 3; ++turn) {
+      collector.collect(arrival_time, UINT64_MAX);
+      collector.collect(2 * arrival_time, UINT64_MAX);
+    }
+    CHECK(rig.totals.corrupt == spoilt.size());
+    for (const CellRange& range : spoilt) {
+      rig.put(range);
+      rig.put(range);
+    }
+    collector.collect(3 * arrival_time, UINT64_MAX);
+    CHECK(merged == rig.cells);
+    rig.check_picture();
+  }
+}
+
+TEST_CASE("rank 0 of many leaves tracing to the others as long as their results come") {
+  Rig rig(fixed_settings());
+  const auto collector_of = [&](RankThreads threads) {
+    return std::make_unique<WindowCollector>(
+        rig.picture, rig.layout, rig.window, rig.memory.bytes(), seconds(1), rig.totals,
+        WindowCollector::Hooks{
+            [](const CellBatch& cell) { return test::made_cells(cell).excluded; }, {}},
+        threads);
+  };
+  const auto few = collector_of({.own = 2, .all = 1024});
+  const auto many = collector_of({.own = 2, .all = 1026});
+  CHECK(few->crew() == 1);
+  CHECK(many->crew() == 2);
+  CHECK(collector_of({.own = 16, .all = 4096})->crew() == 4);
+  CHECK_FALSE(few->wants_all_threads(seconds(1)));
+  CHECK(many->wants_all_threads(seconds(1)));
+  CHECK_FALSE(many->wants_all_threads(seconds(2)));
+  rig.put({0, 1});
+  CHECK(many->collect(seconds(2), 10));
+  CHECK(many->wants_all_threads(milliseconds(2900)));
+  CHECK_FALSE(many->wants_all_threads(seconds(3)));
+}
+
+TEST_CASE("an entry that is written long after ranks have begun is taken in") {
   Rig rig(fixed_settings());
   const auto records = made_records(rig.plan(), {3, 8});
-  rig.window.fetch_add(Word::log_head, 1);
   CHECK_FALSE(rig.collect(seconds(1)));
   CHECK_FALSE(rig.collect(seconds(100)));
   rig.window.put(rig.layout.record_offset(3), records);

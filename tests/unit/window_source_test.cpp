@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <deque>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -32,7 +34,16 @@ struct Rig : test::WindowRig {
   WindowSource rank(std::uint32_t number) {
     WindowOptions own = options;
     own.rank = number;
-    return source(own);
+    return {job, pass, layout, window, own, ledgers};
+  }
+  /// With several ledgers, each in memory of its own.
+  void split(std::uint32_t ledger_ranks) {
+    ledgers.emplace(LedgerWindows{Ledgers(layout.ranks(), ledger_ranks), {}});
+    for (std::uint32_t ledger = 0; ledger < ledgers->ledgers.count(); ++ledger) {
+      ledger_memory.emplace_back(WindowLayout::shared_words * sizeof(std::uint64_t));
+      kept.push_back(std::make_unique<LocalWindow>(ledger_memory.back().bytes()));
+      ledgers->windows.push_back(kept.back().get());
+    }
   }
   WindowSource rank(std::uint32_t number, double shortest, double longest) {
     options.length = {shortest, longest};
@@ -41,6 +52,9 @@ struct Rig : test::WindowRig {
   [[nodiscard]] std::uint64_t left() { return plan().cells() - window.load(Word::position); }
 
   WindowOptions options;
+  std::optional<LedgerWindows> ledgers;
+  std::deque<test::WindowMemory> ledger_memory;
+  std::vector<std::unique_ptr<LocalWindow>> kept;
 };
 
 RenderSettings medium() { return test::made_settings(60, 40, 700); }
@@ -95,7 +109,7 @@ double weighted_cells(Rig& rig, WindowSource& source, double speed) {
   return static_cast<double>(count);
 }
 
-/// Looks, whenever a word is stored, whether bytes have been put already.
+/// Where bytes have been put, in that order.
 class OrderWindow final : public Window {
  public:
   explicit OrderWindow(Window& window) : window_(window) {}
@@ -103,20 +117,15 @@ class OrderWindow final : public Window {
     return window_.fetch_add(word, delta);
   }
   std::uint64_t load(std::size_t word) override { return window_.load(word); }
-  void store(std::size_t word, std::uint64_t value) override {
-    CHECK(put_);
-    stored.push_back(word);
-    window_.store(word, value);
-  }
+  void store(std::size_t word, std::uint64_t value) override { window_.store(word, value); }
   void put(std::size_t offset, std::span<const std::byte> bytes) override {
-    put_ = true;
+    offsets.push_back(offset);
     window_.put(offset, bytes);
   }
-  std::vector<std::size_t> stored;
+  std::vector<std::size_t> offsets;
 
  private:
   Window& window_;
-  bool put_ = false;
 };
 
 ChunkRequest job_of(const Rig& rig) {
@@ -155,6 +164,64 @@ TEST_CASE("ranks in threads of their own lease every cell exactly once, whatever
       }
     }
   }
+}
+
+TEST_CASE("ranks of several ledgers lease every cell exactly once, each from its own at first") {
+  for (const std::uint32_t ranks : {2U, 5U, 8U, 13U}) {
+    for (const std::uint32_t each : {1U, 2U, 3U}) {
+      CAPTURE(ranks);
+      CAPTURE(each);
+      Rig rig(medium(), ranks, weighted);
+      rig.split(each);
+      const Ledgers& ledgers = rig.ledgers->ledgers;
+      std::vector<std::vector<CellRange>> taken(ranks);
+      std::vector<std::thread> threads;
+      for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+        threads.emplace_back([&, rank] {
+          WindowSource leases = rig.rank(rank);
+          taken[rank] = take_all(leases, 1e5 * (1 + rank));
+        });
+      }
+      std::vector<CellRange> all;
+      for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+        threads[rank].join();
+        all.insert(all.end(), taken[rank].begin(), taken[rank].end());
+      }
+      CHECK(is_partition(all, rig.plan().cells()));
+      CHECK(rig.window.load(Word::position) == 0);
+      for (std::uint32_t ledger = 0; ledger < ledgers.count(); ++ledger) {
+        CHECK(rig.kept[ledger]->load(Word::position) >=
+              ledgers.part(ledger, rig.plan().cells()).count());
+      }
+      WindowSource late = rig.rank(0);
+      CHECK(late.take_part(1e6, false).answer == Answer::wait);
+    }
+  }
+}
+
+TEST_CASE(
+    "a rank takes from its group's ledger first, and cells of a group that is gone go to others") {
+  Rig rig(medium(), 6, weighted);
+  rig.split(2);
+  const auto part = rig.ledgers->ledgers.part(1, rig.plan().cells());
+  WindowSource rank = rig.rank(2);
+  const auto first = rank.take_part(0, false).cells;
+  CHECK(first.begin == part.begin);
+  std::vector<CellRange> all = take_all(rank, 1e6);
+  all.push_back(first);
+  CHECK(is_partition(all, rig.plan().cells()));  // nobody else ever came
+}
+
+TEST_CASE("a ledger of fewer cells than ranks gives each once") {
+  Rig rig(test::made_settings(3, 2, 5), 12, weighted);
+  rig.split(2);
+  std::vector<CellRange> all;
+  for (std::uint32_t number = 0; number < 12; ++number) {
+    WindowSource rank = rig.rank(number);
+    const auto parts = take_all(rank, 1e6);
+    all.insert(all.end(), parts.begin(), parts.end());
+  }
+  CHECK(is_partition(all, rig.plan().cells()));
 }
 
 TEST_CASE("a chunk computed from its step is the one that a coordinator would have handed out") {
@@ -304,30 +371,48 @@ TEST_CASE("a result is in its place and in the log, with its digest") {
   const std::size_t offset = rig.layout.record_offset(4);
   CHECK(std::equal(records.begin(), records.end(),
                    rig.memory.bytes().begin() + static_cast<std::ptrdiff_t>(offset)));
-  CHECK(rig.window.load(Word::log_head) == 2);
-  CHECK(rig.window.load(rig.layout.log_word(1)) == to_word(range));
-  CHECK(rig.window.load(rig.layout.log_word(1) + 1) ==
+  CHECK(rig.window.load(Word::log_head) == 0);  // the first block is the rank's own
+  const std::size_t entry = rig.layout.log_word(WindowLayout::block_entries + 1);
+  CHECK(rig.window.load(entry) == to_word(range));
+  CHECK(rig.window.load(entry + 1) ==
         range_digest(cell_digests(records, rig.layout.record_bytes())));
   rank.publish(WindowLayout::takes, 17);
   CHECK(rig.window.load(WindowLayout::rank_word(1, WindowLayout::takes)) == 17);
 }
 
-TEST_CASE("bytes are put before the entry that speaks of them, and its range makes it valid") {
+TEST_CASE("bytes are put before the entry that speaks of them") {
   Rig rig(medium(), 2, weighted);
   OrderWindow window(rig.window);
   WindowSource rank(rig.job, rig.pass, rig.layout, window, rig.options);
   rank.put({4, 9}, test::made_records(rig.plan(), {4, 9}));
-  const std::size_t entry = rig.layout.log_word(0);
-  CHECK(window.stored == std::vector<std::size_t>{entry + 1, entry});
+  CHECK(window.offsets ==
+        std::vector<std::size_t>{rig.layout.record_offset(4), 8 * rig.layout.log_word(0)});
+}
+
+TEST_CASE("a rank that has filled its block of the log claims another, and nobody else's") {
+  Rig rig(test::made_settings(60, 4, 2000), 2, weighted);
+  WindowSource first = rig.rank(0);
+  WindowSource second = rig.rank(1);
+  REQUIRE(rig.plan().cells() > 5 * WindowLayout::block_entries);
+  for (std::uint64_t cell = 0; cell < rig.plan().cells(); ++cell) {
+    WindowSource& rank = cell % 3 == 0 ? first : second;
+    rank.put({cell, cell + 1}, test::made_records(rig.plan(), {cell, cell + 1}));
+  }
+  rig.collect();
+  CHECK(rig.collector.done());
+  CHECK(rig.totals.duplicates == 0);
 }
 
 TEST_CASE("a full log is left alone") {
   Rig rig(test::made_settings(8, 2, 3), 1, weighted);
   WindowSource rank = rig.rank(0);
-  rig.window.store(Word::log_head, rig.layout.most_log_entries());
+  for (std::uint64_t entry = 0; entry < WindowLayout::block_entries; ++entry) {
+    rank.log({0, 1}, 5);
+  }
+  rig.window.store(Word::log_head, rig.layout.log_blocks());
   const auto before = std::vector(rig.memory.bytes().begin(), rig.memory.bytes().end());
   rank.log({0, 1}, 5);
-  rig.window.store(Word::log_head, rig.layout.most_log_entries());
+  rig.window.store(Word::log_head, rig.layout.log_blocks());
   CHECK(std::equal(before.begin(), before.end(), rig.memory.bytes().begin()));
 }
 

@@ -36,7 +36,8 @@ std::vector<Region> regions_of(const WindowLayout& layout) {
   for (std::uint64_t copy = 0; copy < layout.most_copies(); ++copy) {
     regions.push_back(words(layout.copy_word(copy), 1));
   }
-  for (std::uint64_t entry = 0; entry < layout.most_log_entries(); ++entry) {
+  for (std::uint64_t entry = 0; entry < layout.log_blocks() * WindowLayout::block_entries;
+       ++entry) {
     regions.push_back(words(layout.log_word(entry), 2));
   }
   for (std::uint64_t cell = 0; cell < layout.cells(); ++cell) {
@@ -109,8 +110,39 @@ TEST_CASE("the regions of a window lie apart, in place, and fill it") {
     CHECK(layout.zeroed_bytes() == layout.record_offset(0));
     CHECK(layout.record_bytes() == record_bytes(plan->grid()->shape().cell_pixels));
     CHECK(layout.cells() == plan->cells());
-    CHECK(layout.most_log_entries() >= plan->cells() + layout.most_copies());
+    const std::uint64_t shared = layout.log_blocks() - layout.ranks();
+    CHECK(shared * WindowLayout::block_entries >= plan->cells() + layout.most_copies());
   }
+}
+
+TEST_CASE(
+    "every rank has one ledger, whose group is as large as others, and every cell is in one") {
+  Dice dice(5);
+  for (int i = 0; i < 300; ++i) {
+    const std::uint32_t ranks = 1 + dice.below32(i % 2 == 0 ? 20 : 5000);
+    const std::uint32_t each = 1 + dice.below32(ranks + 5);
+    CAPTURE(ranks);
+    CAPTURE(each);
+    const Ledgers ledgers(ranks, each);
+    std::vector<std::uint32_t> groups(ledgers.count());
+    for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+      REQUIRE(ledgers.home(rank) < ledgers.count());
+      ++groups[ledgers.home(rank)];
+    }
+    CHECK(*std::ranges::max_element(groups) <= each);
+    CHECK(*std::ranges::max_element(groups) - *std::ranges::min_element(groups) <= 1);
+    const std::uint64_t total = dice.below(std::uint64_t{1} << 40);
+    std::uint64_t end = 0;
+    for (std::uint32_t ledger = 0; ledger < ledgers.count(); ++ledger) {
+      CHECK(ledgers.is_keeper(ledgers.keeper(ledger)));
+      CHECK(ledgers.part(ledger, total).begin == end);
+      end = ledgers.part(ledger, total).end;
+    }
+    CHECK(end == total);
+  }
+  CHECK(Ledgers(7, 7).keeper(0) == 0);
+  CHECK(Ledgers(256).count() == 1);
+  CHECK(Ledgers(257).count() == 2);
 }
 
 TEST_CASE("a range of cells goes through a word and back, and none is the word for none") {

@@ -1,6 +1,7 @@
 #include "tests/experiments/simulation/sim_job.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -57,6 +58,8 @@ WindowOptions window_options(const JobOptions& o, std::uint32_t rank) {
   return options;
 }
 
+constexpr std::uint64_t events_until_settled = 1024;
+
 SimCellTeam::Options team_options(const JobOptions& o, std::uint32_t rank) {
   return {.threads = o.threads,
           .speed = o.speeds.empty() ? 1 : o.speeds.at(rank),
@@ -72,19 +75,42 @@ RankPass begin_pass(JobPicture& picture) {
 
 }  // namespace
 
+struct SimJob::Ledger {
+  Ledger(const JobOptions& options, std::uint32_t keeper)
+      : memory(std::as_writable_bytes(std::span(words)), options.link, options.stops, keeper) {}
+
+  std::array<std::uint64_t, WindowLayout::shared_words> words{};
+  SimMemory memory;
+};
+
 struct SimJob::Rank {
   Rank(SimJob& job, std::uint32_t which)
       : number(which),
         window(job.memory_, which, clock, job.options_.host),
         team(job.plan(), job.costs_, job.map_, clock, stops_of(which, job.options_.stops),
              team_options(job.options_, which)),
-        source(job.job_, job.pass_, job.layout_, window, window_options(job.options_, which)),
+        source(job.job_, job.pass_, job.layout_, window, window_options(job.options_, which),
+               reach_ledgers(job)),
         watched(source, team),
         runner(watched, team, clock) {}
+
+  LedgerWindows reach_ledgers(SimJob& job) {
+    std::vector<Window*> windows;
+    if (job.kept_.empty()) {
+      windows.push_back(&window);
+    }
+    for (const auto& ledger : job.kept_) {
+      ledgers.push_back(
+          std::make_unique<SimWindow>(ledger->memory, number, clock, job.options_.host));
+      windows.push_back(ledgers.back().get());
+    }
+    return {job.ledgers_, std::move(windows)};
+  }
 
   const std::uint32_t number;
   RankClock clock;
   SimWindow window;
+  std::vector<std::unique_ptr<SimWindow>> ledgers;
   SimCellTeam team;
   WindowSource source;
   WatchedSource watched;
@@ -98,13 +124,17 @@ SimJob::SimJob(const JobOptions& options)
       layout_(*plan().grid(), options.ranks),
       words_((layout_.bytes() + 7) / 8),
       memory_(std::as_writable_bytes(std::span(words_)), options_.link, options_.stops),
+      ledgers_(options.ranks, options.ledger_ranks),
       coordinator_window_(memory_, 0, coordinator_clock_, options_.host),
       collector_(picture_, layout_, coordinator_window_, std::as_bytes(std::span(words_)), Time(0),
-                 totals_, {}),
+                 totals_, {}, {.own = options.threads, .all = options.threads * options.ranks}),
       costs_(cell_costs(plan(), options.row_seconds, options.cell_noise, options.seed)),
       map_{std::vector<bool>(plan().cells()), Time(0)},
       work_(std::accumulate(costs_.begin(), costs_.end(), 0.0)),
       ready_(ready_seconds(options)) {
+  for (std::uint32_t ledger = 0; ledgers_.count() > 1 && ledger < ledgers_.count(); ++ledger) {
+    kept_.push_back(std::make_unique<Ledger>(options_, ledgers_.keeper(ledger)));
+  }
   for (std::uint32_t rank = 0; rank < options.ranks; ++rank) {
     ranks_.push_back(std::make_unique<Rank>(*this, rank));
     schedule(rank, to_time(ready_));
@@ -140,6 +170,11 @@ bool SimJob::run() {
       continue;
     }
     memory_.settle(event.at);
+    if (event.order % events_until_settled == 0) {
+      for (const auto& ledger : kept_) {
+        ledger->memory.settle(event.at);
+      }
+    }
     end_ = event.at;
     turn(*ranks_[event.rank], event.at);
   }
@@ -158,6 +193,12 @@ void SimJob::turn(Rank& rank, Time now) {
       end_ = rank.clock.now();
       return;
     }
+  }
+  if (rank.number == 0 && rank.runner.idle() && collector_.wants_all_threads(now)) {
+    memory_.occupy(rank.clock.now());
+    schedule(0,
+             std::max(rank.clock.now() + (collector_.behind() ? Time(0) : poll), now + Time(1000)));
+    return;
   }
   const Time begin = rank.clock.now();
   const Time due = rank.runner.tick(begin);
@@ -183,15 +224,17 @@ void SimJob::coordinate(Rank& rank) {
   const auto entries = static_cast<double>(totals_.entries - before.entries);
   const auto cells = static_cast<double>(picture_.collector().done_cells() - cells_before +
                                          totals_.duplicates - before.duplicates);
-  coordinator_clock_.advance(entries * options_.host.collect_entry +
-                             cells * options_.host.collect_cell);
+  coordinator_clock_.advance(
+      options_.ranks * options_.host.look +
+      (entries * options_.host.collect_entry + cells * options_.host.collect_cell) /
+          collector_.crew());
   collector_.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
     collector_.listen(now);
   }
   rank.clock.set(coordinator_clock_.now());
-  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator);
+  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator, collector_.crew());
 }
 
 double SimJob::cores() const {

@@ -29,6 +29,7 @@ struct JobOptions {
   LinkCosts link;
   HostCosts host;
   StartCosts start;
+  std::uint32_t ledger_ranks = Ledgers::group_ranks;  ///< as Ledgers has it
   Time give_up = std::chrono::hours(10000);
 };
 
@@ -71,6 +72,7 @@ class SimJob {
 
  private:
   struct Rank;
+  struct Ledger;
   struct Event {
     Time at;
     std::uint64_t order;
@@ -91,6 +93,8 @@ class SimJob {
   WindowLayout layout_;
   std::vector<std::uint64_t> words_;
   SimMemory memory_;
+  Ledgers ledgers_;
+  std::vector<std::unique_ptr<Ledger>> kept_;  ///< none if the only one is in rank 0's memory
   RankClock coordinator_clock_;
   SimWindow coordinator_window_;
   WindowCollector::Totals totals_;

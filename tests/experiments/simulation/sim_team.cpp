@@ -98,13 +98,14 @@ void SimCellTeam::start(Assignment assignment) {
   set_due();
 }
 
-void SimCellTeam::share_core(Time begin, Time end, Other what) {
+void SimCellTeam::share_core(Time begin, Time end, Other what, std::uint32_t cores) {
   begin = std::max(begin, begun_);
   if (!lease_ || due_ == never || begin >= std::min(end, due_)) {
     return;
   }
-  // With one thread the two take turns; else the threads have the other cores.
-  const double rate = options_.threads > 1 ? 1 - 1.0 / options_.threads : 0.5;
+  // Where no core is left the two take turns; else the threads have the other cores.
+  const double rate =
+      options_.threads > cores ? 1 - static_cast<double>(cores) / options_.threads : 0.5;
   const double delay =
       std::min(to_seconds(end - begin) * (1 - rate), to_seconds(due_ - begin) * (1 / rate - 1));
   (what == Other::leases ? for_leases_ : for_coordinator_) += to_time(delay);

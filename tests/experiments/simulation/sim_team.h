@@ -50,8 +50,8 @@ class SimCellTeam final : public Team {
   [[nodiscard]] Time due() const { return lease_ ? due_ : never; }
 
   enum class Other : std::uint8_t { leases, coordinator };
-  /// One of the rank's cores does something else in [begin, end).
-  void share_core(Time begin, Time end, Other what);
+  /// `cores` of the rank's do something else in [begin, end).
+  void share_core(Time begin, Time end, Other what, std::uint32_t cores = 1);
   /// Nothing is left to be leased.
   void note_waiting() { waiting_ = true; }
 

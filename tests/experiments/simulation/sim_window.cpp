@@ -45,7 +45,7 @@ Time SimMemory::reach_target(Time now) const {
 }
 
 Time SimMemory::atomic(std::uint32_t rank, Time now) {
-  if (rank == 0) {
+  if (rank == owner_) {
     return now + to_time(link_.own_atomic);
   }
   return atomics_.book(reach_target(now), link_.atomic_service) +
@@ -54,7 +54,7 @@ Time SimMemory::atomic(std::uint32_t rank, Time now) {
 
 Time SimMemory::put(std::uint32_t rank, Time now, std::size_t bytes) {
   const auto size = static_cast<double>(bytes);
-  if (rank == 0) {
+  if (rank == owner_) {
     return now + to_time(size / link_.own_bytes_per_second);
   }
   return put_lane_.book(reach_target(now), size / link_.bytes_per_second) + to_time(link_.put);

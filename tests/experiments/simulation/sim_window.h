@@ -49,18 +49,19 @@ class Resource {
   std::map<Time::rep, double> used_;  ///< seconds of each slot that is not free
 };
 
-/// Rank 0's memory and the link to it, which all ranks share.
+/// A rank's memory and the link to it, which all ranks share.
 ///
 /// A rank's turn is simulated at once: what it reads is what was there when the turn began, what it
 /// writes is there when the operation would be complete. A turn takes some microseconds.
 class SimMemory {
  public:
-  SimMemory(std::span<std::byte> memory, const LinkCosts& link, std::span<const Stop> stops)
-      : memory_(memory), view_(memory), link_(link), stops_(stops) {}
+  SimMemory(std::span<std::byte> memory, const LinkCosts& link, std::span<const Stop> stops,
+            std::uint32_t owner = 0)
+      : memory_(memory), view_(memory), link_(link), stops_(stops), owner_(owner) {}
 
   /// Makes everything visible that is complete by `now`.
   void settle(Time now);
-  /// Rank 0's thread does something else until then.
+  /// The owner's thread does something else until then.
   void occupy(Time until) { occupied_until_ = until; }
 
   /// When an atomic operation of `rank`, begun at `now`, is complete.
@@ -90,6 +91,7 @@ class SimMemory {
   LocalWindow view_;
   const LinkCosts& link_;
   std::span<const Stop> stops_;
+  const std::uint32_t owner_;
   Resource put_lane_;
   Resource atomics_;
   Time occupied_until_{};
