@@ -83,7 +83,8 @@ struct LedgerWindows {
 /// computes its chunk. Weighted leases come from the ledger of its group, and when that is empty
 /// from those of others. Long leases come in parts, so that results come in steadily and buffers
 /// stay small. When nothing is left it draws a ticket and waits for a copy of cells that others
-/// have not finished.
+/// have not finished. A rank makes one for each window: its results are logged where only it
+/// writes.
 class WindowSource final : public RankSource {
  public:
   /// References outlive the object. `window` is rank 0's, and the one ledger if none are given.

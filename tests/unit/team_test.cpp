@@ -440,7 +440,7 @@ TEST_CASE("teams over a window make the picture of one thread, whatever the poli
   for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
     for (const std::uint32_t tile : {0U, 6U}) {
       settings.schedule = policy;
-      test::WindowRig rig(settings, 2, tile);
+      test::WindowRig rig(settings, 3, tile);
       for (std::uint32_t rank = 0; rank < 2; ++rank) {
         WindowSource source = rig.source({policy, rank, 1, 2, {}});
         rig.job.scene = shared_scene();
@@ -454,7 +454,8 @@ TEST_CASE("teams over a window make the picture of one thread, whatever the poli
           CHECK_FALSE(rig.job.scene);
         }
       }
-      // What was taken and dropped comes back as copies.
+      // What was taken and dropped comes back as copies, for a third rank.
+      WindowSource third = rig.source({policy, 2, 1, 2, {}});
       for (Time now{}; !rig.collector.done() && now < seconds(60); now += milliseconds(60)) {
         rig.collect(now);
         rig.window.fetch_add(WindowLayout::tickets, 1);
@@ -463,7 +464,7 @@ TEST_CASE("teams over a window make the picture of one thread, whatever the poli
         const auto tracer = make_path_tracer(*shared_scene(), settings);
         for (std::uint64_t i = before; i < rig.window.load(WindowLayout::copies); ++i) {
           const CellRange copy = range_from_word(rig.window.load(rig.layout.copy_word(i)));
-          rig.source().put(copy, traced(*tracer, rig.plan().batch(copy), 1).records);
+          third.put(copy, traced(*tracer, rig.plan().batch(copy), 1).records);
         }
       }
       REQUIRE(rig.collector.done());
