@@ -21,7 +21,7 @@ constexpr double share_of_view = 0x1p-13;
 
 /// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
 /// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
-std::size_t largest_linear(Precision precision) { return precision == Precision::f32 ? 56 : 32; }
+std::size_t largest_linear(Precision precision) { return precision == Precision::f32 ? 48 : 28; }
 
 std::string number(double value) {
   std::array<char, 32> text{};
