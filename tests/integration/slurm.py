@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "chaos"))
 import hosts  # noqa: E402
@@ -17,7 +18,7 @@ CPUS = 2  # of each node, whatever the machine has
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "mpirun")
 PATH = f"{os.environ['PATH']}:/usr/sbin:/sbin"
 
-# Preemption requeues at once; a requeued job starts again as soon as its old credential has run out.
+# A requeued job starts again when its old credential has run out.
 CONFIGURATION = """
 ClusterName=parray
 SlurmctldHost=head({head})
@@ -61,8 +62,10 @@ def why_not():
     return "" if hosts.permitted() else "network namespaces are not permitted"
 
 
-class NoSlurm(Exception):
-    """Its daemons do not start on this machine."""
+def last_lines(directory):
+    """What the daemons said last, a line each."""
+    said = {path.stem: path.read_text(errors="replace").splitlines() for path in directory.glob("*.log")}
+    return "; ".join(f"{name}: {lines[-1]}" for name, lines in said.items() if lines)
 
 
 class Cluster:
@@ -76,12 +79,14 @@ class Cluster:
         self.head, *self.nodes = self._hosts.__enter__()
         try:
             self._start()
-        except BaseException:
+        except (AssertionError, OSError) as error:
+            said = last_lines(self.directory / "slurm")
             self.__exit__()
-            raise
+            raise unittest.SkipTest(f"Slurm does not start: {error}; {said}") from None
         return self
 
     def __exit__(self, *_):
+        subprocess.run(["umount", "--lazy", "/etc/hosts"], check=False)
         self._hosts.__exit__()
 
     def _start(self):
@@ -95,7 +100,8 @@ class Cluster:
         configuration = system / "slurm.conf"
         configuration.write_text(CONFIGURATION.format(head=self.head.address, directory=system, nodes=nodes))
         os.environ.update({"SLURM_CONF": str(configuration), "PATH": f"{BIN}:{PATH}",
-                           "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
+                           "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+                           "ASAN_OPTIONS": "detect_leaks=0"})  # as in mpi.py
         self._start_munge()
         self._daemon(self.head, "slurmctld")
         for node in self.nodes:
@@ -122,10 +128,14 @@ class Cluster:
         """Under the host's own name, as a machine has it."""
         host.start("/usr/bin/unshare", "--uts", "sh", "-c", f'hostname {host.name} && exec "$@"', "sh", *command)
 
-    def command(self, *command, env=None, timeout=60):
-        """What a command on the head, the login node, prints; AssertionError if it fails."""
-        done = subprocess.run(["nsenter", "--net=/run/netns/head", *map(str, command)], capture_output=True, text=True,
+    def run(self, *command, env=None, timeout=120):
+        """A finished command of the head, the login node."""
+        return subprocess.run(["nsenter", "--net=/run/netns/head", *map(str, command)], capture_output=True, text=True,
                               timeout=timeout, cwd=self.directory, env={**os.environ, **(env or {})})
+
+    def command(self, *command, env=None):
+        """What a command prints; AssertionError if it fails."""
+        done = self.run(*command, env=env)
         assert done.returncode == 0, f"{command}: status {done.returncode}\n{done.stdout}{done.stderr}"
         return done.stdout
 
