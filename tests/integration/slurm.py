@@ -1,6 +1,7 @@
 """A Slurm of two nodes on one machine: each node is a network namespace with a host name of its own, so that ranks and
 workers talk TCP. Everything vanishes with the process namespace of hosts.enter()."""
 
+import getpass
 import os
 import pathlib
 import re
@@ -42,7 +43,7 @@ SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
 ReturnToService=2
 SchedulerType=sched/builtin
-SchedulerParameters=sched_interval=1
+SchedulerParameters=sched_interval=1,sched_min_interval=100000
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
 KillWait=10
@@ -79,14 +80,19 @@ class Cluster:
         self.head, *self.nodes = self._hosts.__enter__()
         try:
             self._start()
-        except (AssertionError, OSError) as error:
+        except (AssertionError, OSError, subprocess.SubprocessError) as error:
             said = last_lines(self.directory / "slurm")
-            self.__exit__()
+            self._end()
             raise unittest.SkipTest(f"Slurm does not start: {error}; {said}") from None
         return self
 
     def __exit__(self, *_):
-        subprocess.run(["umount", "--lazy", "/etc/hosts"], check=False)
+        self.command("scancel", "--user", getpass.getuser())
+        wait_for(lambda: not self.command("squeue", "--noheader"), "all jobs to end")
+        self._end()
+
+    def _end(self):
+        subprocess.run(["umount", "--lazy", "/etc/hosts"], capture_output=True)
         self._hosts.__exit__()
 
     def _start(self):
@@ -128,7 +134,7 @@ class Cluster:
         """Under the host's own name, as a machine has it."""
         host.start("/usr/bin/unshare", "--uts", "sh", "-c", f'hostname {host.name} && exec "$@"', "sh", *command)
 
-    def run(self, *command, env=None, timeout=120):
+    def run(self, *command, env=None, timeout=300):
         """A finished command of the head, the login node."""
         return subprocess.run(["nsenter", "--net=/run/netns/head", *map(str, command)], capture_output=True, text=True,
                               timeout=timeout, cwd=self.directory, env={**os.environ, **(env or {})})
@@ -154,5 +160,5 @@ class Cluster:
     def state(self, number):
         return self.job(number)["JobState"]
 
-    def wait(self, number, *states, timeout=120):
+    def wait(self, number, *states, timeout=300):
         wait_for(lambda: self.state(number) in states, f"job {number} to be {states}", timeout)

@@ -13,7 +13,7 @@ from mpi import kept_bytes
 from slurm import hosts
 
 SCENE = SCENES / "one-weekend-484.json"
-SETTINGS = ("--width", "240", "--height", "160", "--spp", "1500")  # some seconds for four threads
+SETTINGS = ("--width", "240", "--height", "160", "--spp", "2500")  # some seconds for four threads
 SMALL = ("--width", "60", "--height", "40", "--spp", "16")
 ONE_NODE = ("--nodes=1", "--cpus-per-task=1")
 ALL = ("--nodes=2", f"--cpus-per-task={slurm.CPUS}")
