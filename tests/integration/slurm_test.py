@@ -58,7 +58,7 @@ class Jobs(unittest.TestCase):
     def expected(self, settings):
         """The hash of the picture that one process renders."""
         done = run("render", SCENE, *settings, "-q", "-o", self.directory / "expected.exr", "--report",
-                   self.directory / "expected.json")
+                   self.directory / "expected.json", timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
         return self.report("expected")["image_sha256"]
 
