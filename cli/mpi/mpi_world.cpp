@@ -131,7 +131,7 @@ bool MpiWorld::barrier(Time patience, const std::function<void()>& meanwhile) co
 std::uint32_t rank_in_environment() {
   std::uint32_t rank = 0;
   // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
-  if (const char* text = std::getenv("OMPI_COMM_WORLD_RANK")) {
+  if (const char* text = std::getenv("PMIX_RANK")) {
     const std::string_view digits(text);
     std::from_chars(digits.data(), digits.data() + digits.size(), rank);
   }

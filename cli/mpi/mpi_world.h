@@ -51,8 +51,8 @@ class MpiWorld {
   std::uint32_t threads_ = 1;
 };
 
-/// This process's rank as mpirun has put it into the environment, before MPI is started; 0 without
-/// mpirun.
+/// This process's rank as mpirun, or srun --mpi=pmix, has put it into the environment, before MPI
+/// is started; 0 without either.
 std::uint32_t rank_in_environment();
 
 }  // namespace parray

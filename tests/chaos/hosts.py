@@ -65,7 +65,7 @@ class Host:
         return ["nsenter", f"--net=/run/netns/{self.name}", BIN / program, *map(str, arguments)]
 
     def start(self, program, *arguments, stdout=subprocess.DEVNULL):
-        log = self.directory / f"{self.name}-{len(self.processes)}-{program}.log"
+        log = self.directory / f"{self.name}-{len(self.processes)}-{pathlib.Path(program).name}.log"
         with log.open("w") as stderr:
             process = subprocess.Popen(self._command(program, arguments), stdout=stdout, stderr=stderr, text=True)
         process.log = log
