@@ -326,6 +326,13 @@ void add_following(Command& command, Following& following) {
       .type_name("FILE")
       .forbid_empty();
   command
+      .option(
+          "--display", following.display,
+          "Show the picture as it grows in the viewer tev, or another that speaks its protocol; "
+          "tev's port is 14158")
+      .type_name("HOST:PORT")
+      .forbid_empty();
+  command
       .option("--on-end", following.on_end,
               "Run this by the shell when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
               "PARRAY_REASON and PARRAY_IMAGE in its environment")

@@ -120,7 +120,7 @@ class OutputOptions {
 };
 
 void add_quiet(Command& command, bool& quiet);
-/// --quiet, --preview and --on-end: what is shown of a job until it has ended, and done then.
+/// --quiet, --preview, --display and --on-end: what is shown of a job until it has ended, and done then.
 void add_following(Command& command, Following& following);
 void add_json(Command& command, bool& as_json);
 

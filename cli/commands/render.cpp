@@ -37,9 +37,10 @@ int render(const RenderCommand& command) {
   const Time started = clock.now();
   const OutputPaths outputs = command.output.paths(command.following);
   check_outputs(outputs, command.scene);
+  Display::check(command.following.display);
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
-  submission.settings.progressive = !outputs.preview.empty();
+  submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));

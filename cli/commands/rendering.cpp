@@ -114,13 +114,12 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
 /// Shows a job until it has ended. What writes `image`, if that is not empty, is loaded meanwhile,
 /// but not before there is something to see: it takes a core a quarter of a second, during which
 /// no thread can be made.
-static JobStatus follow(Client& client, JobId job, const Following& following,
+static JobStatus follow(Client& client, JobId job, bool quiet, Preview& preview,
                         const std::filesystem::path& image) {
   const SteadyClock clock;
   std::jthread loading;
   const Time begin = clock.now();
-  Progress progress(progress_style(following.quiet), std::cerr, terminal_columns());
-  Preview preview(following.preview);
+  Progress progress(progress_style(quiet), std::cerr, terminal_columns());
   for (;;) {
     JobStatus status = job_status(client.show(job));
     const Time now = clock.now();
@@ -143,12 +142,14 @@ static void require_done(const JobStatus& status) {
 }
 
 void wait_until_done(Client& client, JobId job, const Following& following) {
-  const JobStatus status = follow(client, job, following, {});
+  Preview preview(following);
+  const JobStatus status = follow(client, job, following.quiet, preview, {});
   run_end_command(following.on_end, job, status.state, status.reason, "");
   require_done(status);
-  if (!following.preview.empty()) {
-    write_picture(following.preview, client.fetch(job, PictureDetail::image));
-  }
+  if (!following.shows_picture()) return;
+  const Picture picture = client.fetch(job, PictureDetail::image);
+  if (!following.preview.empty()) write_picture(following.preview, picture);
+  preview.finish(picture.image);
 }
 
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
@@ -161,7 +162,8 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
 int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
-  const JobStatus status = follow(client, job, following, outputs.image);
+  Preview preview(following);
+  const JobStatus status = follow(client, job, following.quiet, preview, outputs.image);
   const auto end = [&](const std::string& state, const std::string& reason) {
     run_end_command(following.on_end, job, state, reason, outputs.image.string());
   };
@@ -169,6 +171,7 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
     require_done(status);
     Picture picture = fetch_picture(client, job, outputs);
     add_channels(picture, extra);
+    preview.finish(picture.image);
     const int result = deliver(std::move(picture), outputs, times);
     end(status.state, "");
     return result;

@@ -32,8 +32,8 @@ int submit_frames(const SubmitCommand& command) {
   if (command.output.paths().denoise) {
     throw InputError("--denoise is for one picture: leave it out of a series");
   }
-  if (!command.following.preview.empty()) {
-    throw InputError("--preview shows one picture: leave it out of a series");
+  if (command.following.shows_picture()) {
+    throw InputError("--preview and --display show one picture: leave them out of a series");
   }
   FarmClient client(command.farm);
   return submit_series(
@@ -47,9 +47,10 @@ int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   const OutputPaths outputs = command.output.paths(command.following);
   check_outputs(outputs, command.scene);
+  Display::check(command.following.display);
   Submission submission = load_submission(command.scene, command.render, command.priority);
   submission.max_failures = command.max_failures;
-  submission.settings.progressive = !outputs.preview.empty();
+  submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);
   const ExtraChannels extra =
       extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus());

@@ -66,6 +66,7 @@ class MpiCoordinator {
     return pass_ ? pass_->collector.rank_value(rank, word) : 0;
   }
   [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
+  void show_finished(const Image& image) { preview_.finish(image); }
 
  private:
   /// A pass under way.

@@ -183,9 +183,10 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
 
 MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept, Time started) {
   check_outputs(options.output.paths(options.following), options.scene);
+  Display::check(options.following.display);
   Submission submission = load_submission(options.scene, options.render, 50);
   check_isa(submission.settings.isa);
-  submission.settings.progressive = !options.following.preview.empty();
+  submission.settings.progressive = options.following.shows_picture();
   if (options.output.paths().denoise) ask_for_denoising(submission.settings, false);
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
@@ -300,6 +301,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   FinishedPicture finished = finish_picture(kept.picture(), kept.record(), facts);
   rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
                       nlohmann::json::parse(finished.report)};
+  coordinator.show_finished(rendered.picture.image);
   // Nothing is known of them where there are none.
   rendered.picture.statistics.half_width.resize(rendered.picture.image.rgb.size(),
                                                 std::numeric_limits<float>::infinity());

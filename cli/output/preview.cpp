@@ -23,8 +23,10 @@ void PreviewPace::wrote(double elapsed, bool whole, double cost) {
   shown_whole_ = shown_whole_ || whole;
 }
 
-Preview::Preview(std::filesystem::path file, std::function<void()> while_writing)
-    : file_(std::move(file)), while_writing_(std::move(while_writing)) {}
+Preview::Preview(const Following& following, std::function<void()> while_writing)
+    : file_(following.preview), while_writing_(std::move(while_writing)) {
+  if (!following.display.empty()) display_ = std::make_unique<Display>(following.display);
+}
 
 void Preview::follow(const Clock& clock, const JobStatus& status,
                      const std::function<Image()>& partial) {
@@ -33,9 +35,17 @@ void Preview::follow(const Clock& clock, const JobStatus& status,
   const Time begin = clock.now();
   began_ = began_.value_or(begin);
   if (!pace_.due(to_seconds(begin - *began_), status.whole)) return;
-  write_preview(file_, partial(), while_writing_);
+  Image image = partial();
+  if (!file_.empty()) write_preview(file_, image, while_writing_);
+  if (display_) display_->show(std::move(image), name_ = status.name);
   const Time end = clock.now();
   pace_.wrote(to_seconds(end - *began_), status.whole, to_seconds(end - begin));
+}
+
+void Preview::finish(const Image& image) {
+  if (!display_ || name_.empty()) return;
+  display_->show(image, name_);
+  display_->finish(std::chrono::seconds(2));
 }
 
 }  // namespace parray

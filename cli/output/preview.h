@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "cli/farm/client.h"
+#include "cli/output/display.h"
 #include "common/image/image.h"
 #include "common/process/stop_signal.h"
 
@@ -15,7 +17,11 @@ namespace parray {
 struct Following {
   bool quiet = false;   ///< no progress
   std::string preview;  ///< picture file; empty: none
+  std::string display;  ///< HOST:PORT of a viewer; empty: none
   std::string on_end;   ///< command for the shell; see run_end_command(). Empty: none
+
+  /// The picture is looked at before it is done.
+  [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }
 };
 
 /// When to write previews: the first as soon as every pixel has a sample, or after a tenth of a
@@ -38,24 +44,29 @@ class PreviewPace {
   bool shown_whole_ = false;
 };
 
-/// A picture file that follows a job: written anew every now and then, always a whole file. Pixels
-/// without a sample are filled. What it ends with, deliver() writes.
+/// A picture that follows a job, in a file that is written anew every now and then, always a whole
+/// one, and on a display. Pixels without a sample are filled. What the file ends with, deliver()
+/// writes.
 class Preview {
  public:
-  /// `file` may be written (check_image_path()); empty: there is no preview. `while_writing` is
-  /// called time and again, and may throw.
-  explicit Preview(std::filesystem::path file,
+  /// Of `following` preview, which may be written (check_image_path()), and display; throws
+  /// InputError where that is no address. `while_writing` is called time and again, and may throw.
+  explicit Preview(const Following& following,
                    std::function<void()> while_writing = check_interrupted);
 
-  [[nodiscard]] bool wanted() const { return !file_.empty(); }
+  [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
   /// There has been one of a picture with a sample of every pixel.
   [[nodiscard]] bool shown() const { return pace_.shown_whole(); }
 
   /// Writes what there is of the picture, when it is time to. `now` is what `clock` says.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
+  /// Puts the finished picture on the display, if it has been there.
+  void finish(const Image& image);
 
  private:
   std::filesystem::path file_;
+  std::unique_ptr<Display> display_;
+  std::string name_;  ///< of the window
   std::function<void()> while_writing_;
   std::optional<Time> began_;  ///< samples were seen
   PreviewPace pace_;

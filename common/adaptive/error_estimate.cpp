@@ -114,7 +114,7 @@ std::array<float, 2> quantiles(std::span<const float> values, std::array<double,
 
 }  // namespace
 
-ErrorEstimate estimate_rmse(const FramebufferView& state) {
+ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;
   if (!all_have_two(state)) {
     return error;
@@ -122,7 +122,7 @@ ErrorEstimate estimate_rmse(const FramebufferView& state) {
   std::vector<MeanSquare> bands(noise_bands(state.height));
   for_noise_bands(state.height, [&](const NoiseBand& band) {
     NoiseRows rows(state, NeighbourhoodSize::neighbours);
-    for (std::size_t y = band.begin; y < band.end; ++y) {
+    for (std::size_t y = band.first(stride); y < band.end; y += stride) {
       bands[band.number].add(rows.own(y));
     }
   });
@@ -130,7 +130,7 @@ ErrorEstimate estimate_rmse(const FramebufferView& state) {
   return error;
 }
 
-ErrorEstimate estimate_error(const FramebufferView& state) {
+ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;
   if (!all_have_two(state)) {
     return error;
@@ -140,13 +140,14 @@ ErrorEstimate estimate_error(const FramebufferView& state) {
   const std::size_t bands = noise_bands(state.height);
   std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
   std::vector<MeanSquare> mean_squares(bands);
-  error.half_width.resize(state.pixels.size() * 3);
   const std::size_t values = std::size_t{3} * state.width;
-  visit_noise(state, 1, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
+  error.half_width.resize((state.height + stride - 1) / stride * values);
+  visit_noise(state, stride, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
     NoiseForecast& forecast = forecasts[band];
     mean_squares[band].add(row.own);
     model.foresee(row, forecast);
-    half_widths(row.own.count, forecast, std::span(error.half_width).subspan(y * values, values));
+    half_widths(row.own.count, forecast,
+                std::span(error.half_width).subspan(y / stride * values, values));
   });
   sum_of(mean_squares).report(state.largest_radiance, error);
   const auto [middle, high] = quantiles(error.half_width, {0.5, 0.99});

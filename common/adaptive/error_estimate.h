@@ -29,10 +29,11 @@ struct ErrorEstimate : ErrorFigures {
 /// From the differences of each pixel's two replicates, whatever the sampler; see
 /// common/image/pixel_sums.h and, for the half-widths, common/adaptive/noise_model.h. `high`
 /// includes what no sample has shown, by the rule of three. Samples that were not finite count as
-/// black. A function of its argument alone, in arithmetic that is the same everywhere.
-ErrorEstimate estimate_error(const FramebufferView& state);
+/// black. A function of its arguments alone, in arithmetic that is the same everywhere.
+/// From every `stride`-th row: the interval is wider, and half-widths are those of these rows.
+ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride = 1);
 /// The same without half-widths, which cost most of the time.
-ErrorEstimate estimate_rmse(const FramebufferView& state);
+ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride = 1);
 
 /// Of ErrorEstimate, as reports name it.
 inline constexpr std::string_view error_method = "replicates";

@@ -29,6 +29,23 @@ PassSize towards_denoised(const FramebufferView& state, double target, std::uint
   return {std::min(most, static_cast<std::uint64_t>(lacking)), StopReason::samples, 0, error};
 }
 
+/// The picture's error; that of some of its rows where they show it to be far from the targets.
+ErrorFigures error_of(const FramebufferView& state, const StopSettings& settings) {
+  constexpr std::size_t asked = 1 << 17;  // pixels
+  constexpr double far = 3;               // times the error: lacking is a multiple of what there is
+  constexpr double wide = 1.02;           // times the half-width
+  const bool widths = settings.target_half_width > 0;
+  const auto estimate = widths ? estimate_error : estimate_rmse;
+  if (const std::size_t stride = state.pixels.size() / asked; stride > 1) {
+    const ErrorFigures some = estimate(state, stride);
+    if (some.high > far * settings.target_error &&
+        (!widths || some.half_width_p99 > wide * settings.target_half_width)) {
+      return some;
+    }
+  }
+  return estimate(state, 1);
+}
+
 /// What the picture still lacks of the targets: samples, or why it is done.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
                          std::uint64_t most, const PictureJudge& judge, Placement& placement) {
@@ -36,7 +53,7 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
     return towards_denoised(state, settings.target_error, most, judge);
   }
   const bool widths = settings.target_half_width > 0;
-  const ErrorFigures error = widths ? estimate_error(state) : estimate_rmse(state);
+  const ErrorFigures error = error_of(state, settings);
   if (!error.known()) {
     return {most};
   }

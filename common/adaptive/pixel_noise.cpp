@@ -224,6 +224,7 @@ void NoiseRows::keep_rows_until(std::size_t y) {
 }
 
 void NoiseRows::keep(std::size_t y) {
+  constexpr std::size_t ahead = 32;  // pixels: 2 KiB, which no processor fetches by itself
   Kept& row = kept(y);
   CountFactors factors;
   for (std::size_t x = 0; x < state_.width; ++x) {
@@ -231,6 +232,7 @@ void NoiseRows::keep(std::size_t y) {
     if (state_.counts[i] != factors.count) {
       factors = CountFactors(state_.counts[i], scale_);
     }
+    __builtin_prefetch(state_.pixels.data() + i + ahead);
     const PixelNoise noise = factors.noise_of(state_.pixels[i]);
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const std::size_t at = 3 * (x + 1) + channel;

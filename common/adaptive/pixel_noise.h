@@ -166,6 +166,10 @@ struct NoiseBand {
   std::size_t number = 0;
   std::size_t begin = 0;
   std::size_t end = 0;
+  /// The first of every `stride`-th row of the picture.
+  [[nodiscard]] std::size_t first(std::size_t stride) const {
+    return (begin + stride - 1) / stride * stride;
+  }
 };
 std::size_t noise_bands(std::size_t height);
 /// Calls work(NoiseBand) for all bands, on as many threads as OpenMP gives the caller. Throws what
@@ -178,7 +182,7 @@ void visit_noise(const FramebufferView& state, std::size_t stride, Neighbourhood
                  Visit&& visit) {
   for_noise_bands(state.height, [&](const NoiseBand& band) {
     NoiseRows rows(state, horizon);
-    for (std::size_t y = (band.begin + stride - 1) / stride * stride; y < band.end; y += stride) {
+    for (std::size_t y = band.first(stride); y < band.end; y += stride) {
       visit(band.number, y, rows.row(y));
     }
   });

@@ -18,6 +18,10 @@
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/embree_peer.h"
 
+#if !defined(PARRAY_BENCH_ISA)
+#define PARRAY_BENCH_ISA "auto"
+#endif
+
 namespace {
 
 using namespace parray;
@@ -269,7 +273,7 @@ void print_head() {
       "300 x 200 pixels, depth 10, %u samples a pixel in calls of a row x %u; medians of %zu "
       "rounds\n"
       "of turns of about %.1f s. Ratio: ParRay to the faster of two Embree variants, single rays\n"
-      "(rtcIntersect1) and packets (rtcIntersect16), and its range over the rounds. Apart: how far "
+      "(rtcIntersect1) and packets (rtcIntersect16; 8 under AVX2), and its range. Apart: how far "
       "the\n"
       "mean pictures lie from ParRay's, in standard errors. Bytes: ParRay's accelerator; all that\n"
       "Embree holds, with its vertex buffer. Build: make_accelerator() with all its copying; "
@@ -326,6 +330,7 @@ Json play_match(std::uint32_t spheres, const std::string& folder) {
   const Scene scene = scene_of_size(spheres, folder);
   RenderSettings asked = small_picture();
   asked.precision = Precision::f32;
+  asked.isa = isa_from(PARRAY_BENCH_ISA);
   Match match(scene, resolve_settings(requirements_of(scene), asked).settings);
   match.play();
   return match.result();

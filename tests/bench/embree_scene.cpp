@@ -49,8 +49,12 @@ std::vector<std::uint32_t> morton_order(const std::vector<Sphere>& spheres) {
 
 }  // namespace
 
+#if !defined(PARRAY_PEER_ISA)
+#define PARRAY_PEER_ISA ""
+#endif
+
 EmbreeScene::EmbreeScene(const std::vector<Sphere>& spheres)
-    : device_(rtcNewDevice("threads=1,hugepages=1")) {
+    : device_(rtcNewDevice(PARRAY_PEER_ISA "threads=1,hugepages=1")) {
   const FlushDenormals mode;
   check();
   rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);

@@ -40,14 +40,14 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet",
-                                "--preview", "--on-end"],
+                                "--preview", "--display", "--on-end"],
     "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
                                               "--priority", "--max-failures", "--quiet",
                                               "--frames", "--camera-path",
-                                              "--preview", "--on-end"],
+                                              "--preview", "--display", "--on-end"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet", "--preview", "--on-end"],
+    "watch": COORDINATOR + ["--quiet", "--preview", "--display", "--on-end"],
     "cancel": COORDINATOR + ["--json"],
     "requeue": COORDINATOR + ["--json"],
     "forget": COORDINATOR + ["--json"],

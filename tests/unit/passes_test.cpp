@@ -201,6 +201,30 @@ TEST_CASE("passes: a target error is met, with little more than it takes") {
 }
 
 TEST_CASE(
+    "passes: some rows of a large picture tell that a target is far, all rows that it is met") {
+  RenderSettings settings = sized(640, 620, 1 << 20);  // every third row
+  GrowingPicture picture(settings, 1);
+  picture.make_up(std::vector<std::uint32_t>(640 * 620, 4), TwoHalves{640});
+  const auto error_for = [&](double error, double half_width) {
+    settings.target_error = error;
+    settings.target_half_width = half_width;
+    return next_pass_size(picture.state(), settings, 1).error;
+  };
+  const ErrorEstimate all = estimate_error(picture.state());
+  const ErrorEstimate some = estimate_error(picture.state(), 3);
+  CHECK(some.high != all.high);
+  CHECK(some.rmse == doctest::Approx(all.rmse).epsilon(0.01));
+  CHECK(some.half_width.size() == 207 * 640 * 3);
+  CHECK(some.half_width_p99 == doctest::Approx(all.half_width_p99).epsilon(0.02));
+  CHECK(error_for(all.high / 3.2, 0).high == some.high);
+  CHECK(error_for(all.high / 2.8, 0).high == all.high);
+  CHECK(error_for(all.high, 0).high == all.high);
+  CHECK(error_for(0, all.half_width_p99 / 1.1).half_width_p99 == some.half_width_p99);
+  CHECK(error_for(0, all.half_width_p99).half_width_p99 == all.half_width_p99);
+  CHECK(error_for(all.high / 2, all.half_width_p99 / 1.1).half_width_p99 == all.half_width_p99);
+}
+
+TEST_CASE(
     "passes: a target half-width is met by 99 of 100 pixels, with little more than it takes") {
   for (const bool adaptive : {false, true}) {
     RenderSettings settings = sized(64, 48, 1 << 20);
