@@ -373,4 +373,49 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   send(peer, msg::Workers{m.request, std::move(list), workers_.size()});
 }
 
+/// The farm map of PROTOCOL.md.
+void Coordinator::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
+  json jobs = json::object();
+  for (const JobState state : {JobState::queued, JobState::running, JobState::paused,
+                               JobState::done, JobState::failed, JobState::cancelled}) {
+    jobs[std::string(name_of(state))] = 0;
+  }
+  double seconds_left = 0;
+  for (const auto& [id, job] : jobs_) {
+    auto& count = jobs[std::string(name_of(job.record.state))];
+    count = count.get<std::uint64_t>() + 1;
+    if (!job.ended()) seconds_left += job.samples_left(now) * price_;
+  }
+  json workers = {{"ready", 0}, {"draining", 0}, {"drained", 0}, {"quarantined", 0}};
+  std::uint64_t threads = 0;
+  std::uint64_t leases = 0;
+  double speed = 0;
+  for (const auto& [id, worker] : workers_) {
+    auto& count = workers[std::string(worker.state())];
+    count = count.get<std::uint64_t>() + 1;
+    threads += worker.may_trace() ? worker.hello.threads : 0;
+    leases += worker.held;
+    speed += worker.held > 0 ? worker.samples_per_second : 0;
+  }
+  send(peer, msg::Farm{m.request,
+                       {{"jobs", std::move(jobs)},
+                        {"workers", std::move(workers)},
+                        {"threads", threads},
+                        {"leases", leases},
+                        {"samples_per_second", speed},
+                        {"thread_seconds_left", seconds_left},
+                        {"memory", {{"used", memory_in_use()}, {"most", options_.memory}}},
+                        {"disk", {{"used", usage_.total}, {"most", options_.limits.disk}}},
+                        {"storage", storage_},
+                        {"since_start",
+                         {{"samples", tally_.samples},
+                          {"granted", tally_.granted},
+                          {"accepted", tally_.accepted},
+                          {"duplicate", tally_.duplicate},
+                          {"stale", tally_.stale},
+                          {"mismatch", tally_.mismatch},
+                          {"failed", tally_.failed},
+                          {"malformed", tally_.malformed}}}}});
+}
+
 }  // namespace parray

@@ -1,6 +1,5 @@
 // parray-coordinator: the service that owns jobs, pictures and leases.
 #include <malloc.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -14,6 +13,7 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/log/log.h"
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 #include "common/process/stop_signal.h"
@@ -44,7 +44,7 @@ struct Arguments {
   double takeover_after = 15;
   double lease_timeout = 10;
   double heartbeat = 1;
-  std::string log_level = "info";
+  LogOptions log;
   double memory_gib = static_cast<double>(default_memory_gib());
   std::size_t max_failures = 3;
   double disk_gib = 100;
@@ -176,9 +176,7 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
               "Seconds without progress after which a lease goes to another worker")
       .show_default();
-  line.option("--log-level", a.log_level, "debug (every lease), info, warn or error")
-      .one_of({"debug", "info", "warn", "error"})
-      .show_default();
+  a.log.add_to(line, "debug (every lease), info, warn or error");
 }
 
 /// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
@@ -279,8 +277,7 @@ int serve(Arguments& a) {
   a.options.fingerprint = trace_fingerprint();
   a.options.first_epoch = random_epoch();
 
-  const auto log = spdlog::stderr_color_mt("coordinator");
-  log->set_level(spdlog::level::from_str(a.log_level));
+  const auto log = make_log("coordinator", a.log);
   a.keeper.keys = a.keys;
   a.keeper.takeover_after = from_seconds(a.takeover_after);
   Keeper keeper(a.keeper, *log, check_interrupted);

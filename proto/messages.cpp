@@ -220,6 +220,15 @@ void fields(F& f, msg::Workers& m) {
   f.number("total", m.total);
 }
 template <typename F>
+void fields(F& f, msg::ShowFarm& m) {
+  f.number("request", m.request);
+}
+template <typename F>
+void fields(F& f, msg::Farm& m) {
+  f.number("request", m.request);
+  f.object("farm", m.farm);
+}
+template <typename F>
 void fields(F& f, msg::Error& m) {
   f.number("request", m.request);
   f.number("status", m.status, 1U, 2U);
@@ -234,7 +243,7 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
     "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
     "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
-    "steer_workers", "workers",    "error"};
+    "steer_workers", "workers",    "show_farm",    "farm",          "error"};
 
 // The bulk frame of the messages that have one.
 

@@ -8,6 +8,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "coordinator/http/metrics.h"
 
 namespace parray::http {
 namespace {
@@ -106,6 +107,10 @@ void Api::add_to(Router& router) {
     reply.type = "text/event-stream";
     if (request.method != "HEAD") reply.events = events_.listen({});
     return reply;
+  });
+  router.add("GET", "/metrics", [this](const Request& request, const Arguments&) {
+    return text_reply(metrics_text(loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm),
+                      metrics_type);
   });
   router.add(
       "GET", "/healthz", [](const Request&, const Arguments&) { return text_reply("ok\n"); }, {},

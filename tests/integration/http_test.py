@@ -45,7 +45,7 @@ class Web(Farm):
         if "--http" not in self.options:
             self.options += ("--http", "127.0.0.1:0")
         super().start_coordinator(bind)
-        found = wait_for(lambda: re.search(r"HTTP is served at http://(\S+)", self.coordinator_log()),
+        found = wait_for(lambda: re.search(r"HTTP is served at http://([\w.:\[\]]+)", self.coordinator_log()),
                          "the HTTP address")
         self.web = found.group(1)
 

@@ -80,6 +80,8 @@ inline std::vector<Message> sample_messages() {
           msg::ListWorkers{8, 1000, 500},
           msg::SteerWorkers{8, msg::WorkerAction::readmit, true, "node"},
           msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
+          msg::ShowFarm{8},
+          msg::Farm{8, {{"threads", 16}}},
           msg::Error{8, 2, "no room", true}};
 }
 
