@@ -75,8 +75,10 @@ class Coordinator final : public Actor {
   /// Tells every worker goodbye; the next outbox carries the messages.
   void leave(const std::string& reason);
 
-  /// What has happened since the start: leases granted, results by verdict, messages dropped.
+  /// What has happened since the start: samples that are new, leases granted, results by verdict,
+  /// messages dropped.
   struct Tally {
+    std::uint64_t samples = 0;
     std::uint64_t granted = 0;
     std::uint64_t accepted = 0;
     std::uint64_t duplicate = 0;
@@ -103,6 +105,7 @@ class Coordinator final : public Actor {
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::FetchJournal& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
+  void on(Time now, const PeerId& peer, msg::ShowFarm& m);
   // Those that change something (steering.cpp).
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);

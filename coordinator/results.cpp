@@ -201,6 +201,7 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
 
 void Coordinator::note_accepted(Job& job, const Merged& merged) {
   ++tally_.accepted;
+  tally_.samples += merged.taken.fresh_samples;
   log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
               lease_number(merged.epoch), merged.worker, merged.name);
   JobWork& work = *job.work;

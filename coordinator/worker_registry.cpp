@@ -9,18 +9,20 @@ namespace parray {
 
 using nlohmann::json;
 
+std::string_view WorkerRecord::state() const {
+  if (!quarantined.empty()) return "quarantined";
+  if (!drained) return "ready";
+  return held > 0 ? "draining" : "drained";
+}
+
 json worker_summary(const WorkerRecord& worker, Time now) {
-  const std::string_view state = !worker.quarantined.empty() ? "quarantined"
-                                 : !worker.drained           ? "ready"
-                                 : worker.held > 0           ? "draining"
-                                                             : "drained";
   return {{"name", worker.hello.name},
           {"host", worker.hello.host},
           {"threads", worker.hello.threads},
           {"leases", worker.held},
           {"accepted", worker.accepted},
           {"samples_per_second", worker.samples_per_second},
-          {"state", state},
+          {"state", worker.state()},
           {"reason", worker.quarantined},
           {"seconds_silent", to_seconds(now - worker.last_heard)}};
 }

@@ -55,6 +55,8 @@ struct WorkerRecord {
   /// When it got that lease; `otherwise` if that is long ago.
   [[nodiscard]] Time granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
 
+  /// "ready", "draining", "drained" or "quarantined".
+  [[nodiscard]] std::string_view state() const;
   [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained; }
   [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }
 };

@@ -145,6 +145,9 @@ void fields(F& f, msg::Submitted& m) {
 template <typename F>
 void fields(F& f, msg::ListJobs& m) {
   f.number("request", m.request);
+  f.number_if_there("before", m.before);
+  f.number_if_there("limit", m.limit, 1U, msg::most_listed);
+  f.text_if_there("states", m.states, max_name);
 }
 template <typename F>
 void fields(F& f, msg::Jobs& m) {
@@ -200,6 +203,8 @@ void fields(F& f, msg::JournalData& m) {
 template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
   f.number("request", m.request);
+  f.number_if_there("offset", m.offset);
+  f.number_if_there("limit", m.limit, 1U, msg::most_listed);
 }
 template <typename F>
 void fields(F& f, msg::SteerWorkers& m) {
@@ -213,6 +218,15 @@ void fields(F& f, msg::Workers& m) {
   f.number("request", m.request);
   f.list("workers", m.workers);
   f.number("total", m.total);
+}
+template <typename F>
+void fields(F& f, msg::ShowFarm& m) {
+  f.number("request", m.request);
+}
+template <typename F>
+void fields(F& f, msg::Farm& m) {
+  f.number("request", m.request);
+  f.object("farm", m.farm);
 }
 template <typename F>
 void fields(F& f, msg::Error& m) {
@@ -229,7 +243,7 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
     "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
     "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
-    "steer_workers", "workers",    "error"};
+    "steer_workers", "workers",    "show_farm",    "farm",          "error"};
 
 // The bulk frame of the messages that have one.
 

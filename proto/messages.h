@@ -142,8 +142,13 @@ struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
 };
+/// Entries of a list that one answer may have.
+inline constexpr std::uint32_t most_listed = 1000;
 struct ListJobs {
   std::uint64_t request = 0;
+  std::uint64_t before = 0;           ///< only jobs of lower numbers; 0: all
+  std::uint32_t limit = most_listed;  ///< the newest of them
+  std::string states{};               ///< names with commas between; empty: any
 };
 struct Jobs {
   std::uint64_t request = 0;
@@ -195,6 +200,8 @@ struct JournalData {
 };
 struct ListWorkers {
   std::uint64_t request = 0;
+  std::uint32_t offset = 0;
+  std::uint32_t limit = most_listed;
 };
 enum class WorkerAction : std::uint8_t { drain, readmit };
 struct SteerWorkers {
@@ -208,6 +215,13 @@ struct Workers {
   nlohmann::json workers;
   std::uint64_t total = 0;  ///< of workers; more than are listed, perhaps
 };
+struct ShowFarm {
+  std::uint64_t request = 0;
+};
+struct Farm {
+  std::uint64_t request = 0;
+  nlohmann::json farm;
+};
 struct Error {
   std::uint64_t request = 0;
   std::uint32_t status = 1;
@@ -217,13 +231,14 @@ struct Error {
 
 }  // namespace msg
 
-using Message = std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse,
-                             msg::Who, msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk,
-                             msg::Chunk, msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed,
-                             msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
-                             msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob,
-                             msg::Fetch, msg::ImageData, msg::FetchJournal, msg::JournalData,
-                             msg::ListWorkers, msg::SteerWorkers, msg::Workers, msg::Error>;
+using Message =
+    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
+                 msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk, msg::Chunk,
+                 msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict,
+                 msg::Revoke, msg::Bye, msg::Submit, msg::Submitted, msg::ListJobs, msg::Jobs,
+                 msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch, msg::ImageData,
+                 msg::FetchJournal, msg::JournalData, msg::ListWorkers, msg::SteerWorkers,
+                 msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.

@@ -1,5 +1,4 @@
 // parray-worker: traces leases for a coordinator.
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -10,6 +9,7 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/log/log.h"
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 #include "common/process/stop_signal.h"
@@ -29,7 +29,7 @@ struct Arguments {
   std::string name;
   double idle_exit = 0;
   std::string sharing = "on";
-  std::string log_level = "info";
+  LogOptions log;
 };
 
 void declare_options(CommandLine& line, Arguments& a) {
@@ -50,9 +50,7 @@ void declare_options(CommandLine& line, Arguments& a) {
               "from the coordinator alone")
       .one_of({"on", "off"})
       .show_default();
-  line.option("--log-level", a.log_level, "debug, info, warn or error")
-      .one_of({"debug", "info", "warn", "error"})
-      .show_default();
+  a.log.add_to(line, "debug, info, warn or error");
 }
 
 std::string host_name() {
@@ -128,8 +126,7 @@ class Reporter {
 };
 
 int work(const Arguments& a) {
-  const auto log = spdlog::stderr_color_mt("worker");
-  log->set_level(spdlog::level::from_str(a.log_level));
+  const auto log = make_log("worker", a.log);
   std::optional<MemberKey> key;
   if (!a.keys.empty()) {
     key = read_member_key(a.keys, "worker");

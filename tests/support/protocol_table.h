@@ -129,6 +129,8 @@ inline const std::vector<TypeRow>& protocol() {
       {"steer_workers", {{"request", 8}, {"action", "readmit"}, {"host", true}, {"name", "node"}}},
       {"workers",
        {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}, {"total", 1500}}},
+      {"show_farm", {{"request", 8}}},
+      {"farm", {{"request", 8}, {"farm", {{"threads", 16}}}}},
       {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}}};
   return table;
 }

@@ -42,6 +42,7 @@ const Rules& room_may_include() {
   static const Rules rules = {
       {"common/base", {}},
       {"common/process", {"common/base"}},
+      {"common/log", {"common/process"}},
       {"common/math", {}},
       {"common/scene", {"common/base", "common/math"}},
       {"common/image", {"common/base", "common/math", "common/scene"}},
@@ -56,10 +57,10 @@ const Rules& room_may_include() {
       {"proto", {"common/base", "common/math", "common/scene", "common/image", "common/schedule"}},
       {"worker",
        {"common/base", "common/math", "common/scene", "common/image", "common/schedule",
-        "common/trace", "common/process"}},
+        "common/trace", "common/process", "common/log"}},
       {"coordinator",
        {"common/base", "common/math", "common/scene", "common/image", "common/adaptive",
-        "common/schedule", "common/trace", "common/process"}},
+        "common/schedule", "common/trace", "common/process", "common/log"}},
       {"cli/process", {}},
       {"cli/farm", {}},
       {"cli/output", {"cli/farm"}},
@@ -72,6 +73,7 @@ const Rules& room_may_include() {
       {"cli/commands",
        {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/verify", "cli/plan",
         "cli/tradeoff", "cli/doctor"}},
+      {"cli/http_child", {"cli/farm", "cli/output", "cli/commands"}},
       {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
   return rules;
 }

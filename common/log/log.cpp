@@ -1,0 +1,51 @@
+#include "common/log/log.h"
+
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace parray {
+namespace {
+
+/// The message as a JSON string; bytes that are no UTF-8 are replaced.
+class JsonMessage final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& out) override {
+    const std::string text =
+        nlohmann::json(std::string(message.payload.data(), message.payload.size()))
+            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    out.append(text.data(), text.data() + text.size());
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<JsonMessage>();
+  }
+};
+
+}  // namespace
+
+void LogOptions::add_to(CommandLine& line, const std::string& levels) {
+  line.option("--log-level", level, levels)
+      .one_of({"debug", "info", "warn", "error"})
+      .show_default();
+  line.option("--log-format", format, "text, or json: an object a line")
+      .one_of({"text", "json"})
+      .show_default();
+}
+
+std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options) {
+  auto log = spdlog::stderr_color_mt(name);
+  log->set_level(spdlog::level::from_str(options.level));
+  if (options.format == "json") {
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<JsonMessage>('*').set_pattern(
+        R"({"time":"%Y-%m-%dT%H:%M:%S.%f%z","level":"%l","logger":"%n","message":%*})");
+    log->set_formatter(std::move(formatter));
+  }
+  return log;
+}
+
+}  // namespace parray

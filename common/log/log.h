@@ -1,0 +1,26 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <memory>
+#include <string>
+
+#include "common/process/command_line.h"
+
+namespace parray {
+
+/// How a service logs: --log-level and --log-format.
+struct LogOptions {
+  std::string level = "info";
+  std::string format = "text";
+
+  /// `levels`: explanation of --log-level.
+  void add_to(CommandLine& line, const std::string& levels);
+};
+
+/// A log on stderr, a line for each event, any thread. As text for people; or as JSON, one object
+/// with `time` (RFC 3339, with microseconds and the zone's offset), `level`, `logger` and
+/// `message`.
+std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
+
+}  // namespace parray

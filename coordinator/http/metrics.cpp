@@ -1,0 +1,136 @@
+#include "coordinator/http/metrics.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+namespace parray::http {
+namespace {
+
+using nlohmann::json;
+
+class Text {
+ public:
+  void family(std::string_view name, std::string_view type, std::string_view help) {
+    text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
+  }
+  /// `labels`: empty, or in braces. Values need no escapes: they are words of ours.
+  void sample(std::string_view name, std::string_view labels, double value) {
+    text_ += fmt::format("{}{} {}\n", name, labels, value);
+  }
+  void single(std::string_view name, std::string_view type, std::string_view help, double value) {
+    family(name, type, help);
+    sample(name, "", value);
+  }
+  /// A sample for each key of a map of numbers.
+  void by(std::string_view label, std::string_view name, std::string_view type,
+          std::string_view help, const json& numbers) {
+    family(name, type, help);
+    for (const auto& [key, value] : numbers.items()) {
+      sample(name, fmt::format("{{{}=\"{}\"}}", label, key), value.get<double>());
+    }
+  }
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+/// Seconds since 1970 when this was first asked for: near enough to when the process began.
+double started() {
+  static const double at =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return at;
+}
+
+double resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0;
+  double resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+double open_files() {
+  std::error_code error;
+  double count = 0;
+  for (std::filesystem::directory_iterator at("/proc/self/fd", error), end; !error && at != end;
+       at.increment(error)) {
+    ++count;
+  }
+  return count;
+}
+
+void add_process(Text& text) {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / 1e6;
+  };
+  text.single("process_cpu_seconds_total", "counter", "Processor time of the coordinator",
+              seconds(used.ru_utime) + seconds(used.ru_stime));
+  text.single("process_resident_memory_bytes", "gauge", "Memory of the coordinator",
+              resident_bytes());
+  text.single("process_open_fds", "gauge", "Files, connections included, that it has open",
+              open_files());
+  text.single("process_start_time_seconds", "gauge", "When it began to serve HTTP, since 1970",
+              started());
+}
+
+void add_results(Text& text, const json& since_start) {
+  json results;
+  for (const char* verdict : {"accepted", "duplicate", "stale", "mismatch", "failed"}) {
+    results[verdict] = since_start.at(verdict);
+  }
+  text.by("verdict", "parray_results_total", "counter",
+          "Results of workers: accepted; equal copies; too late; copies whose bits differ; failed",
+          results);
+  const auto number = [&](const char* key) { return since_start.at(key).get<double>(); };
+  text.single("parray_samples_total", "counter", "Samples that results have brought",
+              number("samples"));
+  text.single("parray_leases_granted_total", "counter", "Leases granted", number("granted"));
+  text.single("parray_malformed_messages_total", "counter",
+              "Messages that were dropped or refused as malformed or not allowed",
+              number("malformed"));
+}
+
+}  // namespace
+
+std::string metrics_text(const json& farm) {
+  Text text;
+  text.family("parray_build_info", "gauge", "1; its version");
+  text.sample("parray_build_info", "{version=\"" PARRAY_VERSION "\"}", 1);
+  text.by("state", "parray_jobs", "gauge", "Jobs that are kept", farm.at("jobs"));
+  text.by("state", "parray_workers", "gauge", "Workers that are connected", farm.at("workers"));
+  const auto number = [&](const char* key) { return farm.at(key).get<double>(); };
+  text.single("parray_worker_threads", "gauge", "Threads of workers that may trace",
+              number("threads"));
+  text.single("parray_leases", "gauge", "Leases that workers hold", number("leases"));
+  text.single("parray_samples_per_second", "gauge", "Measured speed of workers that hold leases",
+              number("samples_per_second"));
+  text.single("parray_work_left_thread_seconds", "gauge",
+              "Seconds that one thread would need for all unfinished jobs, roughly: divide by "
+              "parray_worker_threads for the time left, scale workers by it",
+              number("thread_seconds_left"));
+  add_results(text, farm.at("since_start"));
+  for (const auto& [key, what] : {std::pair("memory", "Pictures under way, scenes"),
+                                  std::pair("disk", "What is kept below --state")}) {
+    text.single(fmt::format("parray_{}_bytes", key), "gauge", what,
+                farm.at(key).at("used").get<double>());
+    text.single(fmt::format("parray_{}_limit_bytes", key), "gauge", "The most that it may be",
+                farm.at(key).at("most").get<double>());
+  }
+  text.single("parray_storage_blocked", "gauge",
+              "1 while nothing can be kept, because the disk is full or the standby is away",
+              farm.at("storage").get<std::string>().empty() ? 0 : 1);
+  add_process(text);
+  return text.take();
+}
+
+}  // namespace parray::http

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""What a farm tells those who watch it: metrics for Prometheus, dashboards and alerts that name only metrics
+that there are, and logs that are JSON."""
+
+import json
+import re
+import shutil
+import subprocess
+import unittest
+
+from farm import BIN, SOURCE, wait_for
+from http_test import SCENE, Web
+
+MONITORING = SOURCE / "deploy" / "monitoring"
+SAMPLE = re.compile(r"([a-z_]+)(?:\{(.*)\})? (\S+)")
+
+
+def metrics_of(text):
+    """Values by name and labels; of those without labels by name."""
+    found = {}
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            name, labels, value = SAMPLE.fullmatch(line).groups()
+            found[(name, labels) if labels else name] = float(value)
+    return found
+
+
+def promtool(*arguments, text=None):
+    return subprocess.run(["promtool", *map(str, arguments)], input=text, capture_output=True, text=True, timeout=60)
+
+
+class Metrics(unittest.TestCase):
+    def setUp(self):
+        self.farm = Web()
+        self.addCleanup(self.farm.close)
+        self.farm.start_coordinator()
+
+    def text(self):
+        answer = self.farm.ask("GET", "/metrics")
+        self.assertEqual(answer.status, 200, answer.body)
+        self.assertTrue(answer.headers["Content-Type"].startswith("text/plain; version=0.0.4"))
+        return answer.body.decode()
+
+    def metrics(self):
+        return metrics_of(self.text())
+
+    def test_jobs_workers_and_samples_are_counted(self):
+        before = self.metrics()
+        self.assertEqual(before["parray_samples_total"], 0)
+        self.assertEqual(before[("parray_workers", 'state="ready"')], 0)
+        job = self.farm.submitted(self.farm.post_scene())
+        waiting = self.metrics()
+        self.assertEqual(sum(waiting[("parray_jobs", f'state="{state}"')] for state in ("queued", "running")), 1)
+        self.assertGreater(waiting["parray_work_left_thread_seconds"], 0)
+        self.farm.start_worker("one", threads=3)
+        wait_for(lambda: self.farm.state(job) == "done", "the picture")
+        after = self.metrics()
+        self.assertEqual(after[("parray_jobs", 'state="done"')], 1)
+        self.assertEqual(after[("parray_jobs", 'state="queued"')], 0)
+        self.assertEqual(after["parray_samples_total"], 60 * 40 * 4)
+        self.assertEqual(after[("parray_workers", 'state="ready"')], 1)
+        self.assertEqual(after["parray_worker_threads"], 3)
+        self.assertEqual(after["parray_work_left_thread_seconds"], 0)
+        self.assertEqual(after["parray_leases_granted_total"], after[("parray_results_total", 'verdict="accepted"')])
+        self.assertGreater(after["process_cpu_seconds_total"], 0)
+        self.assertGreater(after["process_resident_memory_bytes"], 1e6)
+
+    def test_dashboards_and_alerts_name_only_metrics_that_there_are(self):
+        there = {key if isinstance(key, str) else key[0] for key in self.metrics()} | {"up"}
+        dashboard = json.loads((MONITORING / "grafana-dashboard.json").read_text())
+        expressions = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
+        expressions += re.findall(r"expr: (?:>-\n)?((?:.|\n)*?)\n +(?:for|labels):", (MONITORING / "alerts.yml").read_text())
+        self.assertGreater(len(expressions), 20)
+        for expression in expressions:
+            named = set(re.findall(r"\b(?:parray|process)_[a-z_]+|\bup\b", expression))
+            self.assertTrue(named, expression)
+            self.assertLessEqual(named, there, expression)
+
+    @unittest.skipUnless(shutil.which("promtool"), "promtool is missing (package prometheus)")
+    def test_promtool_finds_nothing_to_say(self):
+        checked = promtool("check", "metrics", text=self.text())
+        self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (0, "", ""))
+        for what, file in (("rules", "alerts.yml"), ("config", "prometheus.yml")):
+            checked = promtool("check", what, MONITORING / file)
+            self.assertEqual(checked.returncode, 0, checked.stderr)
+
+
+class JsonLogs(unittest.TestCase):
+    def test_every_line_is_an_object_whatever_names_hold(self):
+        with Web("--log-format", "json") as farm:
+            worker = farm._start("parray-worker", "--connect", farm.address, "--threads", "1", "--name", 'a "b" \\ c',
+                                 "--log-format", "json")
+            job = farm.submitted(farm.post_scene())
+            wait_for(lambda: farm.state(job) == "done", "the picture")
+            for log, logger in ((farm.coordinator.log, "coordinator"), (worker.log, "worker")):
+                lines = [json.loads(line) for line in log.read_text().splitlines()]
+                self.assertGreater(len(lines), 1)
+                for line in lines:
+                    self.assertEqual(list(line), ["time", "level", "logger", "message"])
+                    self.assertRegex(line["time"], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}[+-]\d\d:\d\d$")
+                    self.assertEqual(line["logger"], logger)
+            self.assertTrue(any('a "b" \\ c' in json.loads(line)["message"]
+                                for line in farm.coordinator.log.read_text().splitlines()))
+
+    def test_another_format_is_refused(self):
+        refused = subprocess.run([BIN / "parray-worker", "--log-format", "xml"], capture_output=True, text=True,
+                                 timeout=60)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--log-format", refused.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
