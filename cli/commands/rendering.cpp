@@ -119,7 +119,8 @@ static JobStatus follow(Client& client, JobId job, const Following& following,
   const SteadyClock clock;
   std::jthread loading;
   const Time begin = clock.now();
-  Progress progress(progress_style(following.quiet), std::cerr, terminal_columns());
+  Progress progress(progress_style(following.quiet, following.progress), std::cerr,
+                    terminal_columns());
   Preview preview(following.preview);
   for (;;) {
     JobStatus status = job_status(client.show(job));

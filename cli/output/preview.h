@@ -13,9 +13,10 @@ namespace parray {
 
 /// What is shown of a job until it is done.
 struct Following {
-  bool quiet = false;   ///< no progress
-  std::string preview;  ///< picture file; empty: none
-  std::string on_end;   ///< command for the shell; see run_end_command(). Empty: none
+  bool quiet = false;    ///< no progress
+  std::string progress;  ///< its style, see progress_style()
+  std::string preview;   ///< picture file; empty: none
+  std::string on_end;    ///< command for the shell; see run_end_command(). Empty: none
 };
 
 /// When to write previews: the first as soon as every pixel has a sample, or after a tenth of a
