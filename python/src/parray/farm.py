@@ -46,7 +46,7 @@ class Farm:
         **options: Unpack[SubmitOptions],
     ) -> Job:
         """Hands a scene to the farm, which renders it whether you wait or not. Arguments of parray.render(), and name,
-        priority, max_failures and webhook as in the farm's document. Particles with `camera`, `sky`, `material` or
+        priority, max_failures, webhook and progressive as in the farm's document. Particles with `camera`, `sky`, `material` or
         `frame` need the program `parray` on this machine, too, to make a scene of them."""
         scene_options, settings = split(options, SubmitOptions)
         with tempfile.TemporaryDirectory(prefix="parray-") as folder:

@@ -28,10 +28,10 @@ class Form:
         self._add(f'name="{name}"', content_type, value)
 
     def file(self, name: str, path: Path) -> None:
+        """`name`: letters, digits, '.', '_' and '-'."""
         if not path.is_file():
             raise InputError(f"{path}: no such file: check the path")
-        quoted = name.replace('"', "%22").replace("\r", "%0D").replace("\n", "%0A")
-        self._add(f'name="{quoted}"; filename="{quoted}"', "application/octet-stream", path)
+        self._add(f'name="file"; filename="{name}"', "application/octet-stream", path)
 
     def _add(self, disposition: str, content_type: str, body: Union[bytes, Path]) -> None:
         head = f"--{self._boundary}\r\nContent-Disposition: form-data; {disposition}\r\nContent-Type: {content_type}\r\n\r\n"

@@ -76,6 +76,7 @@ class SubmitOptions(PictureOptions, total=False):
     priority: int
     max_failures: int
     webhook: str
+    progressive: bool
 
 
 # Those that make the scene; all others are handed on by their names.

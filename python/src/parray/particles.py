@@ -60,8 +60,9 @@ class Particles:
     def _elements(self, elements: Union[npt.ArrayLike, Sequence[str]]) -> npt.NDArray[np.str_]:
         texts = self._one_each("elements", np.asarray(elements).astype(np.str_), ())
         # A blank name would be none of the line's words.
-        clean = np.array(["_".join(text.split()) or "?" for text in np.unique(texts)])
-        return clean[np.unique(texts, return_inverse=True)[1]]
+        names, which = np.unique(texts, return_inverse=True)
+        clean = np.array(["_".join(name.split()) or "?" for name in names.tolist()])
+        return clean[which]
 
     def _one_each(self, name: str, values: npt.NDArray[Any], tail: tuple[int, ...]) -> npt.NDArray[Any]:
         wanted = (len(self), *tail)

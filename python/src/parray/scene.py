@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Callable, NamedTuple, Optional, Union
@@ -35,16 +36,21 @@ class Work(NamedTuple):
     def parts(self) -> tuple[Optional[bytes], dict[str, Path]]:
         """For a form: the scene, if there is one, and files by the names that it has for them."""
         if isinstance(self.source, Path) and not _is_scene(self.source):
-            return None, {self.source.name: self.source}
+            return None, {_safe(self.source.name): self.source}
         scene = _read(self.source) if isinstance(self.source, Path) else copy.deepcopy(self.source)
         files: dict[str, Path] = {}
         for item in _particle_items(scene):
             path = Path(item["file"])
-            item["file"] = f"{len(files)}-{path.name}"
+            item["file"] = f"{len(files)}-{_safe(path.name)}"
             files[item["file"]] = path
         # A scene without files may be in a format that only ParRay knows.
         whole = isinstance(self.source, Path) and not files
         return (self.source.read_bytes() if isinstance(self.source, Path) and whole else scene_bytes(scene)), files
+
+
+def _safe(name: str) -> str:
+    """For a server: its end, with the extension, of harmless characters."""
+    return re.sub(r"[^A-Za-z0-9._-]", "_", name)[-100:].lstrip(".-")
 
 
 def scene_bytes(scene: Scene) -> bytes:
