@@ -1,6 +1,7 @@
 """parray.render() on this machine, with the real program."""
 
 import asyncio
+import doctest
 import hashlib
 import json
 import os
@@ -278,6 +279,17 @@ class Shown(Test):
         self.assertTrue(any("<img src=\"data:image/png;base64,iVBOR" in html for html in shown))
         self.assertIn('<progress value="1', shown[-1])
         self.assertNotIn("<img", shown[-1])
+
+
+class Readme(Test):
+    def test_the_readme_shows_what_comes_out(self):
+        here = os.getcwd()
+        self.addCleanup(os.chdir, here)
+        os.chdir(self.folder)
+        (self.folder / "scenes").symlink_to(SOURCE / "scenes")
+        result = doctest.testfile(str(SOURCE / "python/README.md"), module_relative=False)
+        self.assertGreater(result.attempted, 10)
+        self.assertEqual(result.failed, 0)
 
 
 if __name__ == "__main__":
