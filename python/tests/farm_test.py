@@ -2,12 +2,10 @@
 
 import asyncio
 import contextlib
-import json
 import os
 import socket
 import subprocess
 import sys
-import urllib.request
 
 from support import BIN, SCENE, SKIPPED, SMALL, SOURCE, Test, cloud, main, np, parray
 
@@ -30,12 +28,15 @@ def serves_http():
 class FarmTest(Test):
     def setUp(self):
         super().setUp()
+        self.start()
+
+    def start(self, *options, token=None):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
-        self.processes = integration.Farm("--http", f"127.0.0.1:{port}", log_level="info")
+        self.processes = integration.Farm("--http", f"127.0.0.1:{port}", *options, log_level="info")
         self.addCleanup(self.processes.close)
         self.processes.start_coordinator()
-        self.farm = parray.Farm(f"http://127.0.0.1:{port}")
+        self.farm = parray.Farm(f"http://127.0.0.1:{port}", token)
 
     def start_worker(self):
         self.processes.start_worker("w", 2)
@@ -65,14 +66,6 @@ class Renders(FarmTest):
                                          (({**SCENE, "camera": {}},), {}, "missing key"),
                                          (({**SCENE, "cammera": {}},), {}, "camera")):
             self.refused(parray.InputError, text, self.farm.submit, *arguments, **options)
-
-    def test_denoised_pictures_state_their_own_error(self):
-        self.start_worker()
-        picture = self.farm.render(SCENE, width=60, height=40, spp=16, denoise=True)
-        self.assertEqual(picture.error.rmse, picture.report["denoised"]["rmse"])
-        self.assertLess(picture.error.rmse, picture.report["error"]["rmse"])
-        here = parray.render(SCENE, width=60, height=40, spp=16, denoise=True)
-        self.assertEqual(picture.pixels.tobytes(), here.pixels.tobytes())
 
 
 class Jobs(FarmTest):
@@ -128,16 +121,29 @@ class Jobs(FarmTest):
         self.assertEqual([job.state for job in self.farm.jobs()], ["cancelled", "done", "done"])
 
 
+class Tokens(FarmTest):
+    def setUp(self):
+        Test.setUp(self)
+        keys = self.folder / "keys"
+        for arguments in ((keys,), (keys, "--name", "ann")):
+            self.assertEqual(integration.run("keygen", *arguments).returncode, 0)
+        made = integration.run("keygen", keys, "--token", "ann")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.start("--keys", keys, token=made.stdout.strip())
+
+    def test_a_farm_with_keys_wants_a_token_and_knows_whose_it_is(self):
+        job = self.farm.submit(SCENE, **SMALL)
+        self.assertEqual(job.show()["user"], "ann")
+        for token in (None, "guessed"):
+            self.refused(parray.RenderError, "token", parray.Farm(self.farm.url, token).submit, SCENE)
+
+
 class Document(FarmTest):
-    def test_the_server_serves_the_document_that_the_client_was_built_by(self):
-        with urllib.request.urlopen(self.farm.url + "/api/v1/openapi.json", timeout=60) as answer:
-            served = answer.read()
-        kept = json.loads((SOURCE / "coordinator/http/openapi.json").read_bytes())
-        self.assertEqual(json.loads(served)["paths"].keys(), kept["paths"].keys())
-        options = kept["components"]["schemas"]["Options"]["properties"]
+    def test_keywords_are_the_options_of_the_servers_document(self):
+        served = self.farm._http.json("GET", "/api/v1/openapi.json")
+        options = served["components"]["schemas"]["Options"]["properties"]
         ours = set(parray.options.names_of(parray.options.SubmitOptions))
-        of_scene = {"elements", "camera", "sky", "material", "frame"}
-        self.assertEqual(ours - of_scene, set(options))
+        self.assertEqual(ours - {"elements", "camera", "sky", "material", "frame"}, set(options))
 
 
 if __name__ == "__main__":

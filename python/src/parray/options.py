@@ -53,8 +53,6 @@ class PictureOptions(TypedDict, total=False):
     time_limit: float
     adaptive: bool
     passes: Sequence[int]
-    # What becomes of it.
-    denoise: bool
     # How the work is done.
     accelerator: Literal["auto", "linear", "bvh", "octree"]
     isa: Literal["auto", "scalar", "avx2", "avx512", "neon"]
@@ -66,6 +64,7 @@ class RenderOptions(PictureOptions, total=False):
     """What is for this machine only."""
 
     threads: int
+    denoise: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
 
