@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy.typing as npt
 
-from .errors import RenderError
+from .errors import ParRayError, RenderError
 from .http import Form, Http
 from .options import SubmitOptions, shows_keywords, split
 from .picture import Picture
@@ -186,7 +186,7 @@ class Job:
             if now.ended:
                 break
             if shower.wants_preview and now.done > 0:
-                with contextlib.suppress(RenderError):  # there is nothing yet
+                with contextlib.suppress(ParRayError):  # there is nothing yet
                     shower.preview(self.png())
             waited = time.monotonic() - begin
             if timeout is not None and waited >= timeout:
