@@ -5,6 +5,7 @@ import email
 import http.server
 import json
 import re
+import socket
 import threading
 
 from support import SCENE, SOURCE, Test, cloud, main, parray
@@ -132,6 +133,21 @@ class Requests(HttpTest):
         farm = parray.Farm(self.server.url, patience=0.3)
         self.refused(parray.RenderError, "does parray-coordinator --http listen there?", lambda: list(farm.jobs()))
         self.refused(parray.InputError, "give http://HOST:PORT", parray.Farm, "tcp://127.0.0.1:7400")
+
+    def test_an_answer_to_half_a_form_is_heard(self):
+        """As that of a server to which it is too large."""
+        text = json.dumps(problem(413, "too large")[1]).encode()
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            def answer():
+                connection, _ = server.accept()
+                with connection:
+                    connection.recv(1000)
+                    connection.sendall(b"HTTP/1.1 413 X\r\nContent-Length: %d\r\n\r\n" % len(text) + text)
+            thread = threading.Thread(target=answer)
+            thread.start()
+            self.addCleanup(thread.join)
+            farm = parray.Farm(f"http://127.0.0.1:{server.getsockname()[1]}", patience=0.2)
+            self.refused(parray.RenderError, "too large", farm.submit, *cloud(300000))
 
     def test_jobs_are_listed_page_by_page(self):
         first = "GET /api/v1/jobs?limit=1000&state=queued,running"

@@ -45,9 +45,9 @@ class Farm:
         colors: Optional[npt.ArrayLike] = None,
         **options: Unpack[SubmitOptions],
     ) -> Job:
-        """Hands a scene to the farm, which renders it whether you wait or not. Arguments of parray.render(), and name,
-        priority, max_failures, webhook and progressive as in the farm's document. Particles with `camera`, `sky`, `material` or
-        `frame` need the program `parray` on this machine, too, to make a scene of them."""
+        """Hands a scene to the farm, which renders it whether you wait or not. Arguments of parray.render(), but for those
+        of this machine, and name, priority, max_failures, webhook and progressive as in the farm's document. Particles
+        with `camera`, `sky`, `material` or `frame` need the program `parray` here, too, to make a scene of them."""
         scene_options, settings = split(options, SubmitOptions)
         with tempfile.TemporaryDirectory(prefix="parray-") as folder:
             work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert)
@@ -147,15 +147,15 @@ class Job:
         return Progress.of(self.show())
 
     def picture(self) -> Picture:
-        """The picture, or what there is of it. RenderError as long as there is nothing."""
+        """The picture, or what there is of it. InputError as long as there is nothing."""
         job = self.show()
-        exr = self._http.bytes("GET", self._path + "/image.exr")
+        exr = self._http.body("GET", self._path + "/image.exr")
         done = job["state"] == "done"
         return Picture(exr, self._http.json("GET", self._path + "/report") if done else {"error": job.get("error")})
 
     def png(self) -> bytes:
         """The same as a PNG file."""
-        return self._http.bytes("GET", self._path + "/image.png")
+        return self._http.body("GET", self._path + "/image.png")
 
     def wait(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:
         """Until it is done; `progress` as parray.render() has it. RenderError when it fails or is cancelled,
@@ -217,7 +217,7 @@ class Job:
 
     def forget(self) -> None:
         """Deletes one that has ended, with its picture."""
-        self._http.bytes("DELETE", self._path)
+        self._http.body("DELETE", self._path)
 
     def _give_up(self) -> None:
         with contextlib.suppress(Exception):

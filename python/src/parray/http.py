@@ -5,14 +5,14 @@ from __future__ import annotations
 import http.client
 import json
 import time
-import urllib.error
-import urllib.request
 import uuid
 from collections.abc import Iterator, Mapping
+from contextlib import closing, suppress
 from pathlib import Path
-from typing import IO, Any, NoReturn, Optional, Union
+from typing import Any, Optional, Union
+from urllib.parse import urlsplit
 
-from .errors import InputError, RenderError
+from .errors import InputError, ParRayError, RenderError
 
 _TIMEOUT = 60  # seconds of silence in one request
 
@@ -62,29 +62,23 @@ class Form:
         yield self._end
 
 
-class _NoRedirect(urllib.request.HTTPRedirectHandler):
-    """A token is for the server that it was given for."""
-
-    def redirect_request(
-        self, req: urllib.request.Request, fp: IO[bytes], code: int, msg: str, headers: Any, newurl: str
-    ) -> None:
-        return None
-
-
 class Http:
     def __init__(self, url: str, token: Optional[str], patience: float) -> None:
-        if not url.startswith(("http://", "https://")):
+        parts = urlsplit(url)
+        if parts.scheme not in ("http", "https") or not parts.hostname:
             raise InputError(f"{url}: give http://HOST:PORT or https://HOST:PORT, as parray-coordinator --http has it")
         self._url = url.rstrip("/")
+        self._prefix = parts.path.rstrip("/")
+        self._host, self._port = parts.hostname, parts.port
+        self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._patience = patience
-        self._opener = urllib.request.build_opener(_NoRedirect)
 
     def json(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> Any:
         """`body`: a Form, or what becomes JSON."""
-        return json.loads(self.bytes(method, path, body, headers))
+        return json.loads(self.body(method, path, body, headers))
 
-    def bytes(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> bytes:
+    def body(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> bytes:
         """The answer's body. Every request here may be repeated: again and again, the same comes of it."""
         headers = {**self._headers, **headers}
         if body is not None and not isinstance(body, Form):
@@ -93,36 +87,39 @@ class Http:
         end = time.monotonic() + self._patience
         pause = 0.1
         while True:
+            last = time.monotonic() + pause > end
             try:
-                request = urllib.request.Request(self._url + path, body, headers, method=method)
-                with self._opener.open(request, timeout=_TIMEOUT) as answer:
-                    data: bytes = answer.read()
-                    return data
-            except urllib.error.HTTPError as error:
-                problem = _problem(error)
-                if error.code != 503 or time.monotonic() + pause > end:
-                    _fail(problem, error)
+                status, answer = self._ask(method, path, body, headers)
             except (OSError, http.client.HTTPException) as error:
-                if time.monotonic() + pause > end:
-                    reason = getattr(error, "reason", error)
+                if last:
                     raise RenderError(
-                        f"no answer from {self._url} for {self._patience:g} s ({reason}): "
+                        f"no answer from {self._url} for {self._patience:g} s ({error or type(error).__name__}): "
                         "does parray-coordinator --http listen there?"
                     ) from error
+            else:
+                if status < 300:
+                    return answer
+                if status != 503 or last:
+                    raise _problem(status, answer, self._url + path)
             time.sleep(pause)
             pause = min(2 * pause, 2)
 
+    def _ask(self, method: str, path: str, body: Any, headers: Mapping[str, str]) -> tuple[int, bytes]:
+        """Status and body of the answer. No redirection is followed: a token is for one server."""
+        with closing(self._kind(self._host, self._port, timeout=_TIMEOUT)) as connection:
+            # A server may have answered, and closed, before it has read all.
+            with suppress(BrokenPipeError, ConnectionResetError):
+                connection.request(method, self._prefix + path, body, headers)
+            answer = connection.getresponse()
+            return answer.status, answer.read()
 
-def _problem(error: urllib.error.HTTPError) -> dict[str, Any]:
+
+def _problem(status: int, answer: bytes, url: str) -> ParRayError:
     """What the server says of it (RFC 9457)."""
-    with error:
-        try:
-            problem = json.loads(error.read())
-            return problem if isinstance(problem, dict) else {}
-        except (OSError, ValueError, http.client.HTTPException):
-            return {}
-
-
-def _fail(problem: Mapping[str, Any], error: urllib.error.HTTPError) -> NoReturn:
-    text = str(problem.get("detail") or f"{error.url}: status {error.code}, {error.reason}")
-    raise (InputError if problem.get("exit_status") == 2 else RenderError)(text) from None
+    try:
+        problem = json.loads(answer)
+    except ValueError:
+        problem = None
+    if not isinstance(problem, dict) or not problem.get("detail"):
+        return RenderError(f"{url}: status {status}")
+    return (InputError if problem.get("exit_status") == 2 else RenderError)(str(problem["detail"]))
