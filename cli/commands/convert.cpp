@@ -30,10 +30,11 @@ struct ConvertCommand {
   std::string out;
   ParticleMaterial material;
   ParticleRadius radius;
+  RenderOptions size;
   bool expand = false;
 
   [[nodiscard]] bool about_particles() const {
-    return expand || material.rule != ParticleMaterial::Rule::automatic ||
+    return expand || size.has_size() || material.rule != ParticleMaterial::Rule::automatic ||
            radius.rule != ParticleRadius::Rule::automatic;
   }
 };
@@ -51,14 +52,15 @@ std::string reference_to(const fs::path& file, const fs::path& scene) {
 SceneFile converted(const ConvertCommand& command) {
   if (is_particle_file(command.in)) {
     PortraitScene portrait = portrait_scene(command.in, command.material, command.radius,
-                                            portrait_settings(), usable_cpus());
+                                            command.size.over(portrait_settings()), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
   if (command.about_particles()) {
     throw InputError(
         printable(command.in, 4096) +
-        " is not a file of particles: --material, --radius and --expand are for those");
+        " is not a file of particles: --material, --radius, --width, --height and --expand are for "
+        "those");
   }
   SceneFile scene = read_scene_file(command.in, usable_cpus());
   expand_particles(scene, command.in, usable_cpus());
@@ -126,6 +128,7 @@ void add_convert(CommandLine& line, Action& chosen) {
   command.option("OUT.json", options->out, "Scene file to write").required().type_name("");
   add_material(command, options->material);
   add_radius(command, options->radius);
+  options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,
             "Write every particle as a sphere instead of the name of their file")

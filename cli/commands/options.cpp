@@ -117,17 +117,23 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
 }
 
+/// An option whose value is a whole number from 1 to `most`.
+static Option add_count(Command& command, const char* name, std::uint32_t most,
+                        std::optional<std::uint32_t>& target, const char* description) {
+  return add_whole_number(
+      command, name, 1, most,
+      [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); }, description);
+}
+
+void RenderOptions::add_size_to(Command& command, const std::string& group) {
+  add_count(command, "--width", limits::max_image_side, width_, "Pixels across").group(group);
+  add_count(command, "--height", limits::max_image_side, height_, "Pixels down").group(group);
+}
+
 void RenderOptions::add_without_samples_to(Command& command) {
-  const auto number = [&](const char* name, std::uint32_t most,
-                          std::optional<std::uint32_t>& target, const char* description) {
-    add_whole_number(
-        command, name, 1, most,
-        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); }, description)
-        .group(settings_group);
-  };
-  number("--width", limits::max_image_side, width_, "Pixels across");
-  number("--height", limits::max_image_side, height_, "Pixels down");
-  number("--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments");
+  add_size_to(command, settings_group);
+  add_count(command, "--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments")
+      .group(settings_group);
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
@@ -320,6 +326,12 @@ void add_quiet(Command& command, bool& quiet) {
 
 void add_following(Command& command, Following& following) {
   add_quiet(command, following.quiet);
+  command
+      .option("--progress", following.progress,
+              "How progress is shown on stderr: a bar, lines for logs, or JSON lines for programs "
+              "(default: what suits stderr)")
+      .type_name("bar|lines|json")
+      .one_of({"bar", "lines", "json"});
   command
       .option("--preview", following.preview,
               "Picture file that shows what there is, and ends as the picture")

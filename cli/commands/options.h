@@ -46,6 +46,9 @@ inline constexpr const char* work_group = "How the work is done (never changes t
 class RenderOptions {
  public:
   void add_to(Command& command);
+  /// --width and --height alone, under that heading.
+  void add_size_to(Command& command, const std::string& group);
+  [[nodiscard]] bool has_size() const { return width_ || height_; }
   /// All but how many samples to take: for a command that finds out.
   void add_without_samples_to(Command& command);
   /// --like, after add_to(): for commands that render.
@@ -120,7 +123,8 @@ class OutputOptions {
 };
 
 void add_quiet(Command& command, bool& quiet);
-/// --quiet, --preview, --display and --on-end: what is shown of a job until it has ended, and done then.
+/// --quiet, --progress, --preview, --display and --on-end: what is shown of a job until it has
+/// ended, and done then.
 void add_following(Command& command, Following& following);
 void add_json(Command& command, bool& as_json);
 

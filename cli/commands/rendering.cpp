@@ -114,12 +114,13 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
 /// Shows a job until it has ended. What writes `image`, if that is not empty, is loaded meanwhile,
 /// but not before there is something to see: it takes a core a quarter of a second, during which
 /// no thread can be made.
-static JobStatus follow(Client& client, JobId job, bool quiet, Preview& preview,
+static JobStatus follow(Client& client, JobId job, const Following& following, Preview& preview,
                         const std::filesystem::path& image) {
   const SteadyClock clock;
   std::jthread loading;
   const Time begin = clock.now();
-  Progress progress(progress_style(quiet), std::cerr, terminal_columns());
+  Progress progress(progress_style(following.quiet, following.progress), std::cerr,
+                    terminal_columns());
   for (;;) {
     JobStatus status = job_status(client.show(job));
     const Time now = clock.now();
@@ -143,7 +144,7 @@ static void require_done(const JobStatus& status) {
 
 void wait_until_done(Client& client, JobId job, const Following& following) {
   Preview preview(following);
-  const JobStatus status = follow(client, job, following.quiet, preview, {});
+  const JobStatus status = follow(client, job, following, preview, {});
   run_end_command(following.on_end, job, status.state, status.reason, "");
   require_done(status);
   if (!following.shows_picture()) return;
@@ -163,7 +164,7 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
   Preview preview(following);
-  const JobStatus status = follow(client, job, following.quiet, preview, outputs.image);
+  const JobStatus status = follow(client, job, following, preview, outputs.image);
   const auto end = [&](const std::string& state, const std::string& reason) {
     run_end_command(following.on_end, job, state, reason, outputs.image.string());
   };

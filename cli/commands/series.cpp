@@ -112,7 +112,9 @@ class SeriesRun {
       : client_(client),
         request_(request),
         token_(token_of(request)),
-        progress_(progress_style(request.quiet || !request.wait), std::cerr, terminal_columns()) {
+        progress_(
+            progress_style(request.following.quiet || !request.wait, request.following.progress),
+            std::cerr, terminal_columns()) {
     if (!request.camera_path.empty()) path_.emplace(request.camera_path);
   }
 
@@ -226,7 +228,7 @@ class SeriesRun {
 
   void run_end() const {
     const bool done = failures_.empty();
-    run_end_command(request_.on_end, series_,
+    run_end_command(request_.following.on_end, series_,
                     std::string(name_of(done ? JobState::done : JobState::failed)),
                     done ? "" : failures_.begin()->second, request_.outputs.image.string());
   }

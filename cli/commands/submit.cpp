@@ -36,10 +36,9 @@ int submit_frames(const SubmitCommand& command) {
     throw InputError("--preview and --display show one picture: leave them out of a series");
   }
   FarmClient client(command.farm);
-  return submit_series(
-      *client, {command.scene, command.camera_path, *command.frames, command.render,
-                command.output.paths(), command.priority, command.max_failures, command.wait,
-                command.following.quiet, command.following.on_end});
+  return submit_series(*client, {command.scene, command.camera_path, *command.frames,
+                                 command.render, command.output.paths(), command.priority,
+                                 command.max_failures, command.wait, command.following});
 }
 
 int submit(const SubmitCommand& command) {

@@ -15,10 +15,11 @@ namespace parray {
 
 /// What is shown of a job until it is done.
 struct Following {
-  bool quiet = false;   ///< no progress
-  std::string preview;  ///< picture file; empty: none
-  std::string display;  ///< HOST:PORT of a viewer; empty: none
-  std::string on_end;   ///< command for the shell; see run_end_command(). Empty: none
+  bool quiet = false;    ///< no progress
+  std::string progress;  ///< its style, see progress_style()
+  std::string preview;   ///< picture file; empty: none
+  std::string display;   ///< HOST:PORT of a viewer; empty: none
+  std::string on_end;    ///< command for the shell; see run_end_command(). Empty: none
 
   /// The picture is looked at before it is done.
   [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
+#include "coordinator/report.h"
 
 namespace parray {
 namespace {
@@ -45,8 +47,11 @@ std::string frames_text(const JobStatus& job) {
   return std::to_string(job.frames_done) + "/" + std::to_string(job.frames) + " frames";
 }
 
-ProgressStyle progress_style(bool quiet) {
+ProgressStyle progress_style(bool quiet, std::string_view wanted) {
   if (quiet) return ProgressStyle::none;
+  if (wanted == "json") return ProgressStyle::json;
+  if (wanted == "bar") return ProgressStyle::bar;
+  if (wanted == "lines") return ProgressStyle::lines;
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const terminal = std::getenv("TERM");
   const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
@@ -69,6 +74,20 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
   const auto filled =
       static_cast<std::size_t>(static_cast<double>(length) * std::clamp(job.progress, 0.0, 1.0));
   return "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
+}
+
+std::string progress_json(const JobStatus& job) {
+  nlohmann::json map = {{"state", job.state},
+                        {"progress", job.progress},
+                        {"samples_per_second", job.samples_per_second},
+                        {"seconds_left", job.seconds_left},
+                        {"waits_for", job.waits_for},
+                        {"error", error_to_json(job.error)}};
+  if (job.frames > 0) {
+    map["frames"] = job.frames;
+    map["frames_done"] = job.frames_done;
+  }
+  return map.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
@@ -107,6 +126,11 @@ void Progress::show(Time now, const JobStatus& reported) {
   if (style_ == ProgressStyle::none || (now < next_ && !job.ended())) return;
   if (style_ == ProgressStyle::bar) {
     draw_bar(job);
+    next_ = now + bar_interval;
+    return;
+  }
+  if (style_ == ProgressStyle::json) {
+    out_ << progress_json(job) + "\n" << std::flush;
     next_ = now + bar_interval;
     return;
   }

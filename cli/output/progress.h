@@ -2,6 +2,7 @@
 
 #include <ostream>
 #include <string>
+#include <string_view>
 
 #include "cli/farm/client.h"
 
@@ -10,11 +11,13 @@ namespace parray {
 enum class ProgressStyle {
   none,
   lines,  ///< a line every 10 s, and the last: for logs
-  bar     ///< one line, redrawn
+  bar,    ///< one line, redrawn
+  json    ///< for programs: progress_json(), a line each time that `bar` would be drawn
 };
 
-/// What suits stderr: a bar on a terminal that can go back to the start of a line, else lines.
-ProgressStyle progress_style(bool quiet);
+/// `wanted` is "bar", "lines" or "json"; empty: what suits stderr, a bar on a terminal that can go
+/// back to the start of a line, else lines.
+ProgressStyle progress_style(bool quiet, std::string_view wanted = {});
 
 /// Columns of the terminal behind stderr; 80 if that is unknown.
 std::size_t terminal_columns();
@@ -25,6 +28,11 @@ std::string frames_text(const JobStatus& job);
 /// "[#####     ]  43.1 %  3.14 M samples/s  error 0.021 of 0.01  12 s left", at most `columns`
 /// long: the bar shrinks, then goes. Plain text: no colours, no control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
+
+/// One line of JSON with those members of `show --json` that change: `state`, `progress`,
+/// `samples_per_second`, `seconds_left`, `waits_for`, `error`; of a series also `frames` and
+/// `frames_done`.
+std::string progress_json(const JobStatus& job);
 
 /// Tells people how far a job is. Never colours, so NO_COLOR has nothing to ask for. One thread.
 class Progress {

@@ -39,15 +39,15 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--target-error", "--target-half-width", "--time-limit", "--passes"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet",
+    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
                                 "--preview", "--display", "--on-end"],
     "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
-                                              "--priority", "--max-failures", "--quiet",
+                                              "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
     "jobs": COORDINATOR + ["--json"],
     "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet", "--preview", "--display", "--on-end"],
+    "watch": COORDINATOR + ["--quiet", "--progress", "--preview", "--display", "--on-end"],
     "cancel": COORDINATOR + ["--json"],
     "requeue": COORDINATOR + ["--json"],
     "forget": COORDINATOR + ["--json"],
@@ -57,7 +57,7 @@ OPTIONS = {
     "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map"],
     "workers": COORDINATOR + ["--host", "--json"],
     "validate": RENDER_OPTIONS + ["--json"],
-    "convert": ["--material", "--radius", "--expand"],
+    "convert": ["--material", "--radius", "--width", "--height", "--expand"],
     "compare": ["--output", "--json"],
     "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
     "doctor": ["--json"],
@@ -421,6 +421,15 @@ class Talk(CliTest):
         result = run(*arguments[1:])
         self.assertEqual(result.stderr, "scene.json: 100.0 %  done\n")
         self.assertEqual(run(*arguments[1:], "--quiet").stderr, "")
+
+    def test_programs_get_json_lines(self):
+        result = run("render", self.scene, "-o", self.path("a.png"), "--progress", "json")
+        lines = [json.loads(line) for line in result.stderr.splitlines()]
+        self.assertEqual(set(lines[-1]), {"state", "progress", "samples_per_second", "seconds_left",
+                                          "waits_for", "error"})
+        self.assertEqual((lines[-1]["state"], lines[-1]["progress"]), ("done", 1))
+        self.assertGreater(lines[-1]["error"]["rmse"], 0)
+        self.assertEqual(run("render", self.scene, "-o", self.path("a.png"), "--progress", "pie").returncode, 2)
 
     def test_the_same_picture_is_the_same_file(self):
         arguments = ["render", self.scene, "-q", "-o"]

@@ -92,9 +92,14 @@ class Refusals(ParticlesTest):
         self.refused("convert", missing, self.path("folder.json"), mentions="directory")
 
     def test_options_for_particles_are_refused_for_scenes(self):
-        for option in (["--radius", "1"], ["--material", "column"], ["--expand"]):
+        for option in (["--radius", "1"], ["--material", "column"], ["--expand"],
+                       ["--width", "100"]):
             self.refused("convert", self.scene, self.path("a.json"), *option,
                          mentions="scene.json is not a file of particles")
+
+    def test_a_portrait_has_the_size_of_a_picture_at_most(self):
+        self.refused("convert", self.path("atoms.xyz"), self.path("a.json"), "--width", "65536", "--height", "65536",
+                     mentions="--width, --height: ")
 
     def test_a_full_disk_is_a_failure_that_leaves_what_was_there(self):
         self.path("a.json").write_text("an older scene")
@@ -121,6 +126,16 @@ class Conversions(ParticlesTest):
                     facts.pop("format")
                 self.assertEqual(after, before)
                 self.assertNotIn("particles", json.loads(out.read_text()))
+
+    def test_a_portrait_is_framed_for_the_size_asked_for(self):
+        """As `render` frames it: that scene is the same to the last bit."""
+        size = ["--width", "100", "--height", "200"]
+        self.convert(self.path("atoms.xyz"), self.path("tall.json"), *size)
+        self.assertEqual(json.loads(self.path("tall.json").read_text())["image"], {"width": 100, "height": 200})
+        report = self.path("report.json")
+        self.assertEqual(run("render", self.path("atoms.xyz"), *size, "--spp", "1", "--quiet", "-o", self.path("a.png"),
+                             "--report", report).returncode, 0)
+        self.assertEqual(self.identity(self.path("tall.json")), json.loads(report.read_text())["scene_sha256"])
 
     def test_a_portrait_is_one_scene_however_it_is_written(self):
         for name, count in MOLECULES.items():

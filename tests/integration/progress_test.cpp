@@ -180,6 +180,38 @@ TEST_CASE("a report's error is said with its interval, or that it is not known")
   }
 }
 
+TEST_CASE("a program gets lines of JSON, the last one of the end") {
+  Recorder recorder(ProgressStyle::json);
+  JobStatus job = job_at(0.25);
+  job.error = {0.02, 0.019, 0.021, 0.03, 0.06};
+  recorder.show(seconds(1), job);
+  recorder.show(seconds(1) + milliseconds(50), job_at(0.5));  // too soon
+  job.state = "failed";
+  job.waits_for = "a disk \xFF";  // no UTF-8
+  job.frames = 3;
+  recorder.show(seconds(1) + milliseconds(60), job);
+  std::istringstream lines(recorder.end());
+  std::string line;
+  REQUIRE(std::getline(lines, line));
+  const auto first = nlohmann::json::parse(line);
+  CHECK(first.at("progress") == 0.25);
+  CHECK(first.at("state") == "running");
+  CHECK(first.at("seconds_left") == 12);
+  CHECK(first.at("error").at("high") == 0.021);
+  CHECK(!first.contains("frames"));
+  REQUIRE(std::getline(lines, line));
+  CHECK(nlohmann::json::parse(line).at("state") == "failed");
+  CHECK(nlohmann::json::parse(line).at("frames_done") == 0);
+  CHECK(!std::getline(lines, line));
+}
+
+TEST_CASE("a style that is asked for counts on any terminal, and quiet counts more") {
+  CHECK(progress_style(false, "json") == ProgressStyle::json);
+  CHECK(progress_style(false, "bar") == ProgressStyle::bar);
+  CHECK(progress_style(false, "lines") == ProgressStyle::lines);
+  CHECK(progress_style(true, "json") == ProgressStyle::none);
+}
+
 TEST_CASE("quiet is quiet") {
   Recorder recorder(ProgressStyle::none);
   recorder.show(seconds(1), job_at(0.5));

@@ -1,0 +1,12 @@
+"""ASE: carbon monoxide on platinum, polished."""
+
+import ase.build
+
+import parray
+
+slab = ase.build.fcc111("Pt", (6, 6, 3), vacuum=8)
+ase.build.add_adsorbate(slab, ase.build.molecule("CO"), 2.5, "ontop", offset=(3, 3))
+
+picture = parray.render(slab, width=600, height=450, target_error=0.02)
+picture.save("slab.png")
+print(picture)

@@ -1,0 +1,125 @@
+"""Requests to a coordinator: repeated until answered, problems as exceptions, forms streamed from disk."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import time
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any, Optional, Union
+from urllib.parse import urlsplit
+
+from .errors import InputError, ParRayError, RenderError
+
+_TIMEOUT = 60  # seconds of silence in one request
+
+
+class Form:
+    """multipart/form-data (RFC 7578), whose files are read while they are sent. Iterated once for each try."""
+
+    def __init__(self) -> None:
+        self._boundary = uuid.uuid4().hex
+        self._parts: list[tuple[bytes, Union[bytes, Path]]] = []
+
+    def text(self, name: str, value: bytes, content_type: str) -> None:
+        self._add(f'name="{name}"', content_type, value)
+
+    def file(self, name: str, path: Path) -> None:
+        """`name`: letters, digits, '.', '_' and '-'."""
+        if not path.is_file():
+            raise InputError(f"{path}: no such file: check the path")
+        self._add(f'name="file"; filename="{name}"', "application/octet-stream", path)
+
+    def _add(self, disposition: str, content_type: str, body: Union[bytes, Path]) -> None:
+        head = f"--{self._boundary}\r\nContent-Disposition: form-data; {disposition}\r\nContent-Type: {content_type}\r\n\r\n"
+        self._parts.append((head.encode(), body))
+
+    @property
+    def _end(self) -> bytes:
+        return f"--{self._boundary}--\r\n".encode()
+
+    @property
+    def headers(self) -> dict[str, str]:
+        def size(body: Union[bytes, Path]) -> int:
+            return body.stat().st_size if isinstance(body, Path) else len(body)
+
+        length = sum(len(head) + size(body) + 2 for head, body in self._parts) + len(self._end)
+        return {"Content-Type": f"multipart/form-data; boundary={self._boundary}", "Content-Length": str(length)}
+
+    def __iter__(self) -> Iterator[bytes]:
+        for head, body in self._parts:
+            yield head
+            if isinstance(body, bytes):
+                yield body
+            else:
+                with body.open("rb") as file:
+                    while chunk := file.read(1 << 20):
+                        yield chunk
+            yield b"\r\n"
+        yield self._end
+
+
+class Http:
+    def __init__(self, url: str, token: Optional[str], patience: float) -> None:
+        parts = urlsplit(url)
+        if parts.scheme not in ("http", "https") or not parts.hostname:
+            raise InputError(f"{url}: give http://HOST:PORT or https://HOST:PORT, as parray-coordinator --http has it")
+        self._url = url.rstrip("/")
+        self._prefix = parts.path.rstrip("/")
+        self._host, self._port = parts.hostname, parts.port
+        self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self._patience = patience
+
+    def json(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> Any:
+        """`body`: a Form, or what becomes JSON."""
+        return json.loads(self.body(method, path, body, headers))
+
+    def body(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> bytes:
+        """The answer's body. Every request here may be repeated: again and again, the same comes of it."""
+        headers = {**self._headers, **headers}
+        if body is not None and not isinstance(body, Form):
+            body = json.dumps(body).encode()
+            headers["Content-Type"] = "application/json"
+        end = time.monotonic() + self._patience
+        pause = 0.1
+        while True:
+            last = time.monotonic() + pause > end
+            try:
+                status, answer = self._ask(method, path, body, headers)
+            except (OSError, http.client.HTTPException) as error:
+                if last:
+                    raise RenderError(
+                        f"no answer from {self._url} for {self._patience:g} s ({error or type(error).__name__}): "
+                        "does parray-coordinator --http listen there?"
+                    ) from error
+            else:
+                if status < 300:
+                    return answer
+                if status != 503 or last:
+                    raise _problem(status, answer, self._url + path)
+            time.sleep(pause)
+            pause = min(2 * pause, 2)
+
+    def _ask(self, method: str, path: str, body: Any, headers: Mapping[str, str]) -> tuple[int, bytes]:
+        """Status and body of the answer. No redirection is followed: a token is for one server."""
+        with closing(self._kind(self._host, self._port, timeout=_TIMEOUT)) as connection:
+            # A server may have answered, and closed, before it has read all.
+            with suppress(BrokenPipeError, ConnectionResetError):
+                connection.request(method, self._prefix + path, body, headers)
+            answer = connection.getresponse()
+            return answer.status, answer.read()
+
+
+def _problem(status: int, answer: bytes, url: str) -> ParRayError:
+    """What the server says of it (RFC 9457)."""
+    try:
+        problem = json.loads(answer)
+    except ValueError:
+        problem = None
+    if not isinstance(problem, dict) or not problem.get("detail"):
+        return RenderError(f"{url}: status {status}")
+    return (InputError if problem.get("exit_status") == 2 else RenderError)(str(problem["detail"]))

@@ -1,0 +1,130 @@
+"""The keywords of `render` and `Farm.submit`: names and meaning of the command line's, underscores for hyphens."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Literal, TypedDict, TypeVar, Union
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+Vector = Union[Sequence[float], "npt.NDArray[Any]"]
+
+
+class Camera(TypedDict, total=False):
+    """As in a scene file; angles in degrees."""
+
+    look_from: Vector
+    look_at: Vector
+    up: Vector
+    vfov: float
+    aperture: float
+    focus_distance: float
+
+
+class Sky(TypedDict, total=False):
+    """Radiance, red, green, blue."""
+
+    horizon: Vector
+    zenith: Vector
+
+
+class PictureOptions(TypedDict, total=False):
+    # What is seen.
+    elements: Union[npt.ArrayLike, Sequence[str]]
+    camera: Camera
+    sky: Sky
+    material: Union[str, Mapping[str, Any]]
+    frame: int
+    # Settings of the picture.
+    width: int
+    height: int
+    spp: int
+    max_depth: int
+    seed: int
+    sampler: Literal["independent", "sobol"]
+    precision: Literal["auto", "f32", "mixed", "f64"]
+    # When it is good enough.
+    target_error: float
+    target_half_width: float
+    time_limit: float
+    adaptive: bool
+    passes: Sequence[int]
+    # How the work is done.
+    accelerator: Literal["auto", "linear", "bvh", "octree"]
+    isa: Literal["auto", "scalar", "avx2", "avx512", "neon"]
+    schedule: Literal["static", "guided", "factoring", "weighted"]
+    row_order: Literal["auto", "sequential", "interleaved"]
+
+
+class RenderOptions(PictureOptions, total=False):
+    """What is for this machine only."""
+
+    threads: int
+    denoise: bool
+    aov: Union[str, Sequence[str]]
+    like: Union[str, os.PathLike[str]]
+
+class SubmitOptions(PictureOptions, total=False):
+    """What is for a farm only."""
+
+    name: str
+    priority: int
+    max_failures: int
+    webhook: str
+    progressive: bool
+
+
+# Those that make the scene; all others are handed on by their names.
+_OF_SCENE = ("elements", "camera", "sky", "material", "frame")
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def shows_keywords(options: type) -> Callable[[_Function], _Function]:
+    """`help` and completion of the function show these names where its signature says **options."""
+    named = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names_of(options)]
+
+    def decorate(function: _Function) -> _Function:
+        own = inspect.signature(function)
+        first = [p for p in own.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
+        function.__signature__ = own.replace(parameters=[*first, *named])  # type: ignore[attr-defined]
+        return function
+
+    return decorate
+
+
+def names_of(options: type) -> list[str]:
+    return list(options.__annotations__)
+
+
+def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What makes the scene, and the rest; None is as good as not given. TypeError for a name that is no option."""
+    known = names_of(options)
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+            raise TypeError(f"no option {name!r}: {hint}")
+    asked = {name: value for name, value in given.items() if value is not None}
+    scene = {name: asked.pop(name) for name in _OF_SCENE if name in asked}
+    return scene, asked
+
+
+def as_arguments(options: Mapping[str, Any]) -> list[str]:
+    """For the command line."""
+    arguments = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if name == "denoise":
+            arguments += [option] if value else []
+        elif isinstance(value, bool):
+            arguments += [option, "on" if value else "off"]
+        elif isinstance(value, (str, os.PathLike)) or not hasattr(value, "__iter__"):
+            arguments += [option, os.fspath(value) if isinstance(value, os.PathLike) else str(value)]
+        else:
+            arguments += [option, ",".join(map(str, value))]
+    return arguments

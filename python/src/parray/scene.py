@@ -1,0 +1,197 @@
+"""What is to be rendered, as files: a file that there is, particles written to one, or a scene that names such."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Callable, NamedTuple, Optional, Union
+
+import numpy.typing as npt
+
+from .errors import InputError
+from .particles import Particles, particles_of
+
+Scene = dict[str, Any]
+Convert = Callable[[Path, Path, list[str]], None]
+"""Runs `parray convert` of a file of particles to a scene file, with options."""
+
+
+class Work(NamedTuple):
+    """A file as the user, or prepare(), has named it; or a scene whose files have absolute paths."""
+
+    source: Union[Path, Scene]
+
+    def local_file(self, folder: Path) -> Path:
+        """For the program."""
+        if isinstance(self.source, Path):
+            return self.source
+        path = folder / "scene.json"
+        path.write_bytes(scene_bytes(self.source))
+        return path
+
+    def parts(self) -> tuple[Optional[bytes], dict[str, Path]]:
+        """For a form: the scene, if there is one, and files by the names that it has for them."""
+        if isinstance(self.source, Path) and not _is_scene(self.source):
+            return None, {_safe(self.source.name): self.source}
+        scene = _read(self.source) if isinstance(self.source, Path) else copy.deepcopy(self.source)
+        files: dict[str, Path] = {}
+        for item in _particle_items(scene):
+            path = Path(item["file"])
+            item["file"] = f"{len(files)}-{_safe(path.name)}"
+            files[item["file"]] = path
+        # A scene without files may be in a format that only ParRay knows.
+        whole = isinstance(self.source, Path) and not files
+        return (self.source.read_bytes() if isinstance(self.source, Path) and whole else scene_bytes(scene)), files
+
+
+def _safe(name: str) -> str:
+    """For a server: its end, with the extension, of harmless characters."""
+    return re.sub(r"[^A-Za-z0-9._-]", "_", name)[-100:].lstrip(".-")
+
+
+def scene_bytes(scene: Scene) -> bytes:
+    try:
+        return json.dumps(scene, default=_plain, allow_nan=False).encode()
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the scene is no JSON: {error}") from error
+
+
+def _plain(value: Any) -> Any:
+    """Of numpy's numbers and arrays, and of paths."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"{type(value).__name__} is neither a number nor text")
+
+
+def prepare(
+    source: Any,
+    radii: Optional[npt.ArrayLike],
+    colors: Optional[npt.ArrayLike],
+    options: Mapping[str, Any],
+    settings: Mapping[str, Any],
+    folder: Path,
+    convert: Convert,
+) -> Work:
+    """`options` make the scene, `settings` are the others. `folder` may be written to and lives as long as the
+    result. InputError."""
+    columns = {"radii": radii, "colors": colors, "elements": options.get("elements")}
+    columns = {name: value for name, value in columns.items() if value is not None}
+    changes = {name: options[name] for name in ("camera", "sky") if name in options}
+    frame = options.get("frame")
+    if isinstance(source, Mapping) or (isinstance(source, (str, os.PathLike)) and _is_scene(Path(source))):
+        refused = [*columns, *(name for name in ("material", "frame") if name in options)]
+        if refused:
+            raise InputError(f"{', '.join(refused)}: for particles; a scene says that itself")
+        if isinstance(source, Mapping):
+            return Work(_changed(_with_files(source, folder), changes))
+        path = Path(source)
+        return Work(_changed(_read(path), changes)) if changes else Work(path)
+    particles = particles_of(source, frame)
+    rules: list[str] = []
+    if particles is None:
+        path = Path(source)
+        rules = _radius_rule(columns)
+    else:
+        path, frame = _with_columns(particles, columns).write(folder), None
+    if not (changes or rules or frame is not None or "material" in options):
+        return Work(path)
+    return Work(_portrait(path, folder, rules, options.get("material"), frame, changes, settings, convert))
+
+
+def _portrait(
+    path: Path,
+    folder: Path,
+    rules: list[str],
+    material: Union[str, Mapping[str, Any], None],
+    frame: Optional[int],
+    changes: Mapping[str, Any],
+    settings: Mapping[str, Any],
+    convert: Convert,
+) -> Scene:
+    """The scene that `parray` makes of a file of particles, changed."""
+    if isinstance(material, str):
+        rules = [*rules, "--material", material]
+    elif material is not None:
+        rules = [*rules, "--material", "plain"]
+    for side in ("width", "height"):
+        if side in settings:
+            rules = [*rules, "--" + side, str(settings[side])]
+    file = folder / "portrait.json"
+    convert(path, file, rules)
+    scene = _read(file)
+    item = scene["particles"][0]
+    if frame is not None:
+        item["frame"] = frame
+    if material is not None and not isinstance(material, str):
+        item["material"] = "particles"
+        scene["materials"]["particles"] = material
+    return _changed(scene, changes)
+
+
+def _with_columns(particles: Particles, columns: Mapping[str, Any]) -> Particles:
+    if not columns:
+        return particles
+    own = {"radii": particles.radii, "colors": particles.colors, "elements": particles.elements}
+    return Particles(particles.positions, **{**own, **columns})
+
+
+def _radius_rule(columns: Mapping[str, Any]) -> list[str]:
+    """Of a file `parray` can take one radius for all."""
+    refused = [name for name, value in columns.items() if name != "radii" or hasattr(value, "__len__")]
+    if refused:
+        raise InputError(f"{', '.join(refused)}: a file has its own; give one radius for all, or arrays instead of the file")
+    return ["--radius", str(columns["radii"])] if columns else []
+
+
+def _is_scene(path: Path) -> bool:
+    return path.suffix.lower() == ".json"
+
+
+def _particle_items(scene: Any) -> list[Any]:
+    """Those of `particles` that name a file; what is wrong with the others, ParRay says."""
+    items = scene.get("particles") if isinstance(scene, dict) else None
+    named = items if isinstance(items, list) else []
+    return [item for item in named if isinstance(item, dict) and isinstance(item.get("file"), str)]
+
+
+def _read(path: Path) -> Scene:
+    """A scene file, its particle files with absolute paths."""
+    try:
+        scene: Scene = json.loads(path.read_bytes())
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from error
+    for item in _particle_items(scene):
+        item["file"] = str((path.parent / item["file"]).absolute())
+    return scene
+
+
+def _with_files(scene: Mapping[str, Any], folder: Path) -> Scene:
+    """A copy; in the place of a file's name anything may stand that render() takes for particles."""
+    changed = dict(scene)
+    items = []
+    for number, item in enumerate(scene.get("particles", [])):
+        source = item.get("file")
+        particles = particles_of(source) if source is not None else None
+        if particles is not None:
+            place = folder / str(number)
+            place.mkdir()
+            source = particles.write(place)
+        items.append({**item, "file": str(Path(source).absolute())} if source is not None else item)
+    if items:
+        changed["particles"] = items
+    return changed
+
+
+def _changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Keys of `camera` and `sky` in the place of the scene's."""
+    for name, values in changes.items():
+        scene = {**scene, name: {**scene.get(name, {}), **values}}
+    return scene

@@ -1,0 +1,55 @@
+"""What the tests share: the package from its sources, the programs, a scene. Skips, with a word, without numpy."""
+
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+PYTHON = pathlib.Path(__file__).resolve().parents[1]
+SOURCE = PYTHON.parent
+BIN = pathlib.Path(os.environ.get("PARRAY_BIN_DIR", SOURCE / "build/release/bin"))
+SKIPPED = 77
+
+sys.path.insert(0, str(PYTHON / "src"))
+try:
+    import numpy as np
+except ModuleNotFoundError:
+    print("skipped: needs numpy (Debian: python3-numpy)")
+    sys.exit(SKIPPED)
+import parray
+
+os.environ["PARRAY_BIN"] = str(BIN)
+SMALL = {"width": 60, "height": 40, "spp": 8}
+SCENE = {
+    "version": 1,
+    "camera": {"look_from": [0, 1, 8], "look_at": [0, 0, 0], "vfov": 30},
+    "materials": {"a": {"type": "diffuse", "albedo": [0.5, 0.2, 0.1]}, "b": {"type": "dielectric", "ior": 1.5}},
+    "spheres": [
+        {"center": [-1, 0, 0], "radius": 1, "material": "a"},
+        {"center": [1, 0, 0], "radius": 1, "material": "b"},
+    ],
+}
+
+
+def cloud(count=40, seed=1):
+    """Positions, radii, colours."""
+    dice = np.random.default_rng(seed)
+    return dice.normal(size=(count, 3)), dice.uniform(0.1, 0.3, count), dice.uniform(0, 1, (count, 3))
+
+
+class Test(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="parray-python-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def refused(self, kind, mentions, call, *arguments, **options):
+        with self.assertRaises(kind) as caught:
+            call(*arguments, **options)
+        self.assertIn(mentions, str(caught.exception))
+        self.assertNotIn("\n", str(caught.exception))
+
+
+def main():
+    unittest.main(verbosity=1)
