@@ -54,7 +54,7 @@ function(stage_debian)
       zipped(${page} ${page}.gz)
       file(REMOVE ${page})
     endforeach()
-    file(GLOB programs ${root}/usr/bin/*)
+    file(GLOB programs ${root}/usr/bin/* ${root}/usr/lib/parray/*)
     foreach(program ${programs})
       file(RPATH_REMOVE FILE ${program})  # the system knows where its libraries are
     endforeach()
