@@ -112,6 +112,9 @@ class Life(Packed):
         self.machine.run(*command, "-o", "/tmp/picture.exr", "--report", report)
         return json.loads(self.machine.run("cat", report))["image_sha256"]
 
+    def job(self, number):
+        return json.loads(self.machine.run("parray", "show", number, "--json"))
+
     def configure(self, role, text):
         (self.machine.root / f"etc/parray/{role}.conf").write_text(text)
         self.machine.run("systemctl", "restart", f"parray-{role}")
@@ -121,7 +124,7 @@ class Life(Packed):
         before = self.snapshot()
         scene = "/usr/share/parray/scenes/one-weekend-8.json"
         small = [scene, "--width", "64", "--height", "48", "--spp", "16"]
-        long = [scene, "--width", "200", "--height", "100", "--spp", "1000"]
+        long = [scene, "--width", "400", "--height", "200", "--spp", "1000"]
 
         # Installed: both services run, as their own user, and are started with the machine.
         self.install(self.first)
@@ -143,11 +146,15 @@ class Life(Packed):
         conffile = machine.root / "etc/parray/coordinator.conf"
         conffile.write_text(conffile.read_text() + "# mine\n")
         job = machine.run("parray", "submit", *long).strip()
-        machine.until(lambda: json.loads(machine.run("parray", "show", job, "--json"))["state"] == "rendering")
+        machine.until(lambda: self.job(job)["state"] != "queued")
+        machine.run("parray", "pause", job)
+        self.assertEqual(self.job(job)["state"], "paused")
         self.install(self.second)
         self.wait_active()
         self.assertEqual(machine.run("dpkg-query", "-W", "-f", "${Version}", "parray-worker"), field(self.second["parray-worker"], "Version"))
         self.assertIn("# mine", conffile.read_text())
+        self.assertEqual(self.job(job)["state"], "paused")
+        machine.run("parray", "resume", job)
         machine.run("parray", "watch", job)
         machine.run("parray", "fetch", job, "-o", "/tmp/long.exr", "--report", "/tmp/long.json")
         self.assertEqual(json.loads(machine.run("cat", "/tmp/long.json"))["image_sha256"],
