@@ -2,15 +2,14 @@
 #include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
 #include <random>
 #include <utility>
 
+#include "common/base/cgroup_limits.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/log/log.h"
@@ -28,13 +27,6 @@ namespace {
 
 using namespace parray;
 
-/// Half of the machine's memory, in whole gigabytes, one at least.
-std::uint64_t default_memory_gib() {
-  const auto pages = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
-  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return std::max<std::uint64_t>(pages * page >> 31, 1);
-}
-
 struct Arguments {
   std::string bind = "tcp://127.0.0.1:7400";
   std::size_t max_message_bytes = default_max_message_bytes;
@@ -45,7 +37,7 @@ struct Arguments {
   double lease_timeout = 10;
   double heartbeat = 1;
   LogOptions log;
-  double memory_gib = static_cast<double>(default_memory_gib());
+  double memory_gib = static_cast<double>(usable_memory()) * 0x1p-31;
   std::size_t max_failures = 3;
   double disk_gib = 100;
   double user_disk_gib = 50;
@@ -158,7 +150,7 @@ void declare_options(CommandLine& line, Arguments& a) {
       .show_default();
   line.number("--memory", a.memory_gib, 0.001, 1e6,
               "GiB for pictures under way and, without --state, scenes and finished pictures; jobs "
-              "beyond it wait (default: half of the machine's)");
+              "beyond it wait (default: half of what it may use)");
   line.number("--max-failures", a.max_failures, 1, 1000,
               "A job fails when so many different workers have failed at the same part of it")
       .show_default();

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
@@ -9,6 +10,7 @@
 
 #include "cli/output/processor.h"
 #include "cli/output/text.h"
+#include "common/base/cgroup_limits.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
@@ -61,8 +63,8 @@ Finding check_processor() {
 }
 
 Finding check_memory() {
-  const std::uint64_t total = memory_bytes("MemTotal");
-  const std::uint64_t available = memory_bytes("MemAvailable");
+  const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
+  const std::uint64_t available = std::min(memory_bytes("MemAvailable"), total);
   if (total == 0) return skipped("the system does not say how much there is", "");
   const std::string text = bytes_text(available) + " available of " + bytes_text(total);
   constexpr std::uint64_t enough = std::uint64_t{256} << 20;  // a few million spheres

@@ -1,19 +1,10 @@
 #pragma once
 
-#include <sched.h>
-
 namespace parray {
 
-/// CPUs that this process may use; at least 1. Not the machine's: a container or taskset may allow
-/// fewer.
-inline int usable_cpus() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) != 0) {
-    return 1;
-  }
-  const int count = CPU_COUNT(&set);
-  return count > 0 ? count : 1;
-}
+/// CPUs that this process may use; at least 1. Not the machine's: an affinity mask (taskset,
+/// cpusets, batch systems) or a quota of CPU time (cgroups: containers, systemd), which counts
+/// rounded up, may allow fewer.
+int usable_cpus();
 
 }  // namespace parray

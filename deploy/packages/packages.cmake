@@ -1,0 +1,87 @@
+# What cpack makes, in packages/ of the build directory: `cpack -G DEB` a package for each role, whose
+# components have the packages' names; `cpack -G TGZ` one tarball of everything, with its libraries.
+set(packages ${CMAKE_CURRENT_LIST_DIR})
+
+set(CPACK_PACKAGE_NAME parray)
+set(CPACK_PACKAGE_VENDOR "The ParRay authors")
+set(CPACK_PACKAGE_CONTACT "The ParRay authors <parray@example.org>")
+set(CPACK_PACKAGE_FILE_NAME parray-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)  # cpack -B says another
+set(CPACK_STRIP_FILES ON)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_PARRAY_SOURCE_DIR ${CMAKE_SOURCE_DIR})
+set(CPACK_PRE_BUILD_SCRIPTS ${packages}/stage.cmake)
+set(CPACK_POST_BUILD_SCRIPTS ${packages}/repack.cmake)
+
+set(CPACK_COMPONENTS_ALL parray-worker)
+if(NOT PARRAY_WORKER_ONLY)
+  list(PREPEND CPACK_COMPONENTS_ALL parray parray-coordinator)
+endif()
+if(TARGET parray-mpi)
+  list(APPEND CPACK_COMPONENTS_ALL parray-mpi)
+endif()
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+
+foreach(package ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${package} key)
+  set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${package})
+endforeach()
+
+# service(PACKAGE OTHER): unit, configuration and scripts. `PURGED` is what goes when the package is purged,
+# `POSTINST` what is done when it is installed.
+function(service package other)
+  string(REPLACE parray- "" role ${package})
+  set(SERVICE ${package}.service)
+  set(OTHER ${other})
+  file(READ ${packages}/hardening.conf HARDENING)
+  set(made ${CMAKE_BINARY_DIR}/deploy/${package})
+  configure_file(${packages}/${SERVICE} ${made}/${SERVICE} @ONLY)
+  foreach(script postinst prerm postrm)
+    configure_file(${packages}/${script}.in ${made}/${script} @ONLY
+      FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  endforeach()
+  file(WRITE ${made}/conffiles "/etc/parray/${role}.conf\n")
+  # EXCLUDE_FROM_ALL: packed, but not for cmake --install, which may have a prefix in a home.
+  install(FILES ${made}/${SERVICE} DESTINATION lib/systemd/system COMPONENT ${package} EXCLUDE_FROM_ALL)
+  install(FILES ${packages}/${role}.conf DESTINATION /etc/parray COMPONENT ${package} EXCLUDE_FROM_ALL)
+  string(TOUPPER ${package} key)
+  set(CPACK_DEBIAN_${key}_PACKAGE_DEPENDS adduser PARENT_SCOPE)
+  set(CPACK_DEBIAN_${key}_PACKAGE_CONTROL_EXTRA ${made}/postinst ${made}/prerm ${made}/postrm ${made}/conffiles PARENT_SCOPE)
+endfunction()
+
+set(PURGED "/var/lib/parray /etc/parray/keys")
+set(POSTINST "# Keys of the farm are made there by that user: parray keygen.
+install -d -o parray -g parray -m 700 /etc/parray/keys")
+service(parray-coordinator parray-worker)
+set(PURGED "/etc/parray/worker.key")
+set(POSTINST "")
+service(parray-worker parray-coordinator)
+set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
+set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)  # its module that reads and writes pictures
+set(CPACK_DEBIAN_PARRAY-MPI_PACKAGE_DEPENDS openmpi-bin)
+
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
+set(CPACK_COMPONENT_PARRAY_DESCRIPTION "path tracer of spheres with stated errors
+ParRay renders scenes of spheres, such as molecules, grains and stars, to the
+same bits on any machine and any number of them, and states the error of every
+picture. This package has the program that renders on this machine and talks to
+a farm, and some scenes.")
+set(CPACK_COMPONENT_PARRAY-COORDINATOR_DESCRIPTION "path tracer of spheres: coordinator of a render farm
+The service that owns the jobs of a farm, leases their work to workers and
+keeps what they bring back in /var/lib/parray. It serves its own machine alone
+until it is given keys.")
+set(CPACK_COMPONENT_PARRAY-WORKER_DESCRIPTION "path tracer of spheres: worker of a render farm
+The service that traces for a coordinator, on the same machine or on another.")
+set(CPACK_COMPONENT_PARRAY-MPI_DESCRIPTION "path tracer of spheres: one picture by all ranks of an mpirun
+The program that renders with all ranks of an MPI job, without a coordinator or
+workers to start, to the bits that parray renders.")
+
+include(CPack)

@@ -1,0 +1,26 @@
+# Run by cpack on what it has packed: its archives list files in the directory's order, which is any. These
+# are in the order of names, so that they are the same bytes wherever they are made.
+cmake_policy(VERSION 3.25)
+
+function(repack_debian file)
+  set(tree ${file}.tree)
+  execute_process(COMMAND dpkg-deb --raw-extract ${file} ${tree} COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND sort -k 2 -o ${tree}/DEBIAN/md5sums ${tree}/DEBIAN/md5sums COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND dpkg-deb --root-owner-group --build ${tree} ${file} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  file(REMOVE_RECURSE ${tree})
+endfunction()
+
+function(repack_tarball file)
+  get_filename_component(directory ${CPACK_TEMPORARY_DIRECTORY} DIRECTORY)
+  get_filename_component(name ${CPACK_TEMPORARY_DIRECTORY} NAME)
+  execute_process(COMMAND tar -C ${directory} --sort=name --mtime=@$ENV{SOURCE_DATE_EPOCH} --owner=0 --group=0
+    --numeric-owner -cf - ${name} COMMAND gzip -6n OUTPUT_FILE ${file} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+foreach(file ${CPACK_PACKAGE_FILES})
+  if(CPACK_GENERATOR STREQUAL DEB)
+    repack_debian(${file})
+  else()
+    repack_tarball(${file})
+  endif()
+endforeach()
