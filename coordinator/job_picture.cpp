@@ -163,7 +163,8 @@ std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at) {
   if (picture.journal().has_pass(pass)) {
     return {};
   }
-  return {JournalPass{pass, picture.plan()->cells(), at, grain_of(*picture.plan())}};
+  return {JournalPass{pass, picture.plan()->cells(), at, grain_of(*picture.plan())},
+          JournalGrid{pass, picture.plan()->grid()->shape()}};
 }
 
 TracerKey tracer_key(std::string_view name, std::string_view instance) {

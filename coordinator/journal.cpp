@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/bytes.h"
+#include "common/base/error.h"
 
 namespace parray {
 namespace {
@@ -45,6 +46,22 @@ void put(ByteWriter& out, const JournalRetraction& e) {
   out.put(std::uint64_t{e.cells.size()});
   for (const CellRange& range : e.cells) {
     put(out, range);
+  }
+}
+
+void put(ByteWriter& out, const JournalGrid& e) {
+  const GridShape& shape = e.shape;
+  for (const std::uint32_t number :
+       {e.pass, shape.width, shape.height, static_cast<std::uint32_t>(shape.row_order),
+        shape.band_rows, shape.cell_pixels, shape.layer_samples, shape.piece_cells,
+        static_cast<std::uint32_t>(shape.stages.size())}) {
+    out.put(number);
+  }
+  for (const Stage& stage : shape.stages) {
+    for (const std::uint32_t number :
+         {stage.begin, stage.end, stage.lattice.x, stage.lattice.y, stage.lattice.step}) {
+      out.put(number);
+    }
   }
 }
 
@@ -101,6 +118,40 @@ void get(ByteReader& in, JournalRetraction& e) {
   std::generate(e.cells.begin(), e.cells.end(), [&] { return get_range(in); });
 }
 
+void get(ByteReader& in, JournalGrid& e) {
+  const auto number = [&in] { return in.get<std::uint32_t>(); };
+  GridShape& shape = e.shape;
+  e.pass = number();
+  shape.width = number();
+  shape.height = number();
+  const std::uint32_t row_order = number();
+  if (row_order > 1) {
+    throw DecodeError("journal: an unknown order of rows");
+  }
+  shape.row_order = static_cast<RowOrder>(row_order);
+  shape.band_rows = number();
+  shape.cell_pixels = number();
+  shape.layer_samples = number();
+  shape.piece_cells = number();
+  const std::uint32_t stages = number();
+  if (stages > in.left() / (5 * sizeof(std::uint32_t))) {
+    throw DecodeError("journal: data end early");
+  }
+  shape.stages.clear();
+  for (std::uint32_t i = 0; i < stages; ++i) {
+    const std::uint32_t begin = number();
+    const std::uint32_t end = number();
+    const std::uint32_t x = number();
+    const std::uint32_t y = number();
+    shape.stages.emplace_back(begin, end, Lattice{x, y, number()});
+  }
+  try {
+    const CellGrid checked(shape);
+  } catch (const InputError& error) {
+    throw DecodeError(std::string("journal: ") + error.what());
+  }
+}
+
 template <typename Entry>
 JournalEntry get_as(ByteReader& in) {
   Entry entry;
@@ -119,6 +170,8 @@ JournalEntry get_entry(ByteReader& in) {
       return get_as<JournalMerge>(in);
     case 3:
       return get_as<JournalRetraction>(in);
+    case 4:
+      return get_as<JournalGrid>(in);
     default:
       throw DecodeError("journal: an entry of an unknown kind");
   }

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/schedule/cell_grid.h"
 #include "common/schedule/chunk_sizer.h"
 #include "coordinator/result_collector.h"
 
@@ -26,6 +27,11 @@ struct JournalPass {
   double at = 0;
   ChunkGrain grain{};  ///< of its plan
 };
+/// Where the cells of a pass lie (coordinator/work_map.h).
+struct JournalGrid {
+  std::uint32_t pass = 0;
+  GridShape shape;
+};
 struct JournalMerge {
   std::uint32_t pass = 0;
   TracerKey tracer = 0;
@@ -43,7 +49,8 @@ struct JournalRetraction {
   double at = 0;
   std::vector<CellRange> cells;
 };
-using JournalEntry = std::variant<JournalWorker, JournalPass, JournalMerge, JournalRetraction>;
+using JournalEntry =
+    std::variant<JournalWorker, JournalPass, JournalMerge, JournalRetraction, JournalGrid>;
 
 class Journal {
  public:

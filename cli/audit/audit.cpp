@@ -70,6 +70,8 @@ class Auditor {
     ++audit_.passes;
   }
 
+  void take(const JournalGrid& /*entry*/) {}
+
   void take(const JournalMerge& e) {
     ++audit_.leases;
     const auto pass = passes_.find(e.pass);

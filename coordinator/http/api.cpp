@@ -173,12 +173,15 @@ void Api::add_pictures(Router& router) {
                return report(request, job_in(arguments));
              });
   using enum Pictures::Kind;
-  const std::array<std::pair<const char*, Pictures::Kind>, 5> files = {
+  const std::array<std::pair<const char*, Pictures::Kind>, 8> files = {
       {{"image.png", png},
        {"image.exr", exr},
        {"pixels.f32", pixels},
        {"error.png", error_png},
-       {"error.f32", error_pixels}}};
+       {"error.f32", error_pixels},
+       {"cost.f32", cost},
+       {"workers.u32", tracers},
+       {"workers.json", tracer_names}}};
   for (const auto& [name, kind] : files) {
     router.add("GET", std::string("/api/v1/jobs/{id}/") + name,
                [this, kind = kind](const Request& request, const Arguments& arguments) {
@@ -296,6 +299,7 @@ Reply Api::picture(const Request& request, JobId job, Pictures::Kind kind) {
   Reply reply;
   using enum Pictures::Kind;
   reply.type = kind == exr                        ? "image/x-exr"
+               : kind == tracer_names             ? "application/json"
                : kind == png || kind == error_png ? "image/png"
                                                   : "application/octet-stream";
   reply.headers = {{"ETag", made.etag},

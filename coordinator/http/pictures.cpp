@@ -1,6 +1,9 @@
 #include "coordinator/http/pictures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <bit>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -8,6 +11,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/image/picture_bytes.h"
+#include "coordinator/work_map.h"
 
 namespace parray::http {
 namespace {
@@ -20,6 +24,9 @@ using Kind = Pictures::Kind;
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
 constexpr std::size_t most_entries = 32;
 
+bool of_work(Kind kind) {
+  return kind == Kind::cost || kind == Kind::tracers || kind == Kind::tracer_names;
+}
 bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 const char* file_of(Kind kind) {
@@ -32,10 +39,23 @@ const char* file_of(Kind kind) {
       return "error.png";
     case Kind::error_pixels:
       return "error.f32";
+    case Kind::cost:
+      return "cost.f32";
+    case Kind::tracers:
+      return "workers.u32";
+    case Kind::tracer_names:
+      return "workers.json";
     case Kind::pixels:
       break;
   }
   return "pixels";
+}
+
+/// As they travel: little-endian.
+template <typename T>
+std::string bytes_of(const std::vector<T>& values) {
+  static_assert(std::endian::native == std::endian::little);
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
 void write_file(const fs::path& file, std::string_view bytes) {
@@ -76,7 +96,7 @@ Pictures::Made Pictures::get(const Sender& sender, JobId job, Kind kind) {
   const bool fresh = made.bytes && made.partial != done && (done || now - entry->made_at < rest);
   if (!fresh) {
     made = {};
-    made = make(sender, job, kind);
+    made = of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
   }
@@ -102,6 +122,28 @@ Pictures::Made Pictures::make(const Sender& sender, JobId job, Kind kind) {
                              : make_file(data, kind));
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
+  }
+  return made;
+}
+
+Pictures::Made Pictures::make_map(const Sender& sender, JobId job, Kind kind) {
+  const auto data = loop_.ask<msg::JournalData>(sender, msg::FetchJournal{0, job});
+  Made made;
+  made.width = data.job.at("width").get<std::uint32_t>();
+  made.height = data.job.at("height").get<std::uint32_t>();
+  made.partial = data.job.at("state") != name_of(JobState::done);
+  made.samples = data.report.value("samples", std::uint64_t{0});
+  const std::string_view journal = data.journal.verified();
+  made.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
+  try {
+    const WorkMap map = work_map(read_journal(journal), made.width, made.height);
+    made.bytes = std::make_shared<const std::string>(
+        kind == Kind::cost ? bytes_of(map.seconds)
+        : kind == Kind::tracers
+            ? bytes_of(map.tracer)
+            : json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace));
+  } catch (const DecodeError& error) {
+    throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
   }
   return made;
 }

@@ -18,7 +18,7 @@ namespace parray::http {
 /// most once a second, and such that making them takes a twentieth of the time. Any thread.
 class Pictures {
  public:
-  enum class Kind : std::uint8_t { png, exr, pixels, error_png, error_pixels };
+  enum class Kind : std::uint8_t { png, exr, pixels, error_png, error_pixels, cost, tracers, tracer_names };
 
   /// `directory`: for what children read and write. The others must outlive this.
   Pictures(LoopClient& loop, ChildRunner& runner, std::filesystem::path directory)
@@ -47,6 +47,7 @@ class Pictures {
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
   void drop_old();
   Made make(const Sender& sender, JobId job, Kind kind);
+  Made make_map(const Sender& sender, JobId job, Kind kind);
   std::string make_file(const msg::ImageData& data, Kind kind);
 
   LoopClient& loop_;

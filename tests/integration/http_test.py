@@ -102,6 +102,26 @@ class Test(unittest.TestCase):
 
 
 class Jobs(Test):
+    def test_maps_say_what_pixels_took_and_who_traced_them(self):
+        with Web() as farm:
+            farm.start_worker("one")
+            farm.start_worker("two")
+            job = farm.submitted(farm.post_scene({**SCENE, "image": {"width": 300, "height": 200},
+                                                  "render": {"samples_per_pixel": 200}}))
+            wait_for(lambda: farm.state(job) == "done", "the picture")
+            cost = farm.get(f"/jobs/{job}/cost.f32")
+            self.assertEqual((cost.status, cost.headers["Parray-Width"]), (200, "300"))
+            seconds = struct.unpack("<60000f", cost.body)
+            self.assertGreater(min(seconds), 0)
+            traced = farm.get(f"/jobs/{job}/report").json()["seconds"]["render"]
+            self.assertLess(sum(seconds), 2.5 * traced + 1)
+            names = farm.get(f"/jobs/{job}/workers.json").json()["workers"]
+            self.assertLessEqual(set(names), {"one", "two"})
+            numbers = set(struct.unpack("<60000I", farm.get(f"/jobs/{job}/workers.u32").body))
+            self.assertEqual(numbers, set(range(len(names))))
+            self.assertEqual(farm.get(f"/jobs/{job}/cost.f32", **{"If-None-Match": cost.headers["ETag"]}).status, 304)
+            self.assertEqual(farm.get("/jobs/999/cost.f32").status, 404)
+
     def test_a_scene_is_submitted_rendered_and_fetched_with_the_bits_of_the_command_line(self):
         with Web() as farm:
             farm.start_worker("one")

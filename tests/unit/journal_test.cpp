@@ -10,6 +10,7 @@
 #include "cli/audit/time_spent.h"
 #include "common/base/bytes.h"
 #include "common/base/error.h"
+#include "coordinator/work_map.h"
 
 namespace parray::test {
 namespace {
@@ -30,6 +31,17 @@ Entries whole() {
           JournalWorker{2, 4, "bob"}, merge(2, 2, {60, 100})};
 }
 
+/// 5 cells across each of 20 rows, of two pixels.
+GridShape grid() {
+  GridShape shape;
+  shape.width = 10;
+  shape.height = 20;
+  shape.cell_pixels = 2;
+  shape.layer_samples = 4;
+  shape.stages = {{0, 4}};
+  return shape;
+}
+
 bool has_problem(Entries entries, JournalEntry last) {
   entries.push_back(std::move(last));
   return !audit_journal(entries).problems.empty();
@@ -40,6 +52,7 @@ bool has_problem(Entries entries, JournalEntry last) {
 TEST_CASE("a journal comes back as it was written, in one life or in two") {
   Entries entries = whole();
   entries.emplace_back(JournalRetraction{0, 13, {{0, 10}, {20, 30}}});
+  entries.emplace_back(JournalGrid{0, grid()});
   Journal journal;
   Journal second;
   for (const JournalEntry& entry : entries) {
@@ -55,6 +68,7 @@ TEST_CASE("a journal comes back as it was written, in one life or in two") {
   CHECK(std::get<JournalMerge>(back[4]).digest == 77);
   CHECK(std::get<JournalRetraction>(back[5]).cells.back() == CellRange{20, 30});
   CHECK(std::get<JournalPass>(back[0]).grain.row_cells == 10);
+  CHECK(std::get<JournalGrid>(back[6]).shape == grid());
 }
 
 TEST_CASE("a journal that is cut or damaged is refused") {
@@ -66,6 +80,29 @@ TEST_CASE("a journal that is cut or damaged is refused") {
   CHECK_THROWS_AS(read_journal(std::string_view(bytes).substr(0, bytes.size() - 1)), DecodeError);
   CHECK_THROWS_AS(read_journal(std::string(4, '\x09')), DecodeError);
   CHECK_THROWS_AS(read_journal(bytes + "x"), DecodeError);
+}
+
+TEST_CASE("a journal says what each pixel took, and who traced it last") {
+  Entries entries = whole();
+  CHECK(work_map(entries, 10, 20).tracer ==
+        std::vector(200, WorkMap::nobody));  // cells are not placed
+  entries.insert(entries.begin(), JournalGrid{0, grid()});
+  WorkMap map = work_map(entries, 10, 20);
+  CHECK(map.workers == std::vector<std::string>{"ann", "bob"});
+  CHECK(map.tracer[0] == 0);
+  CHECK(map.tracer[119] == 0);
+  CHECK(map.tracer[120] == 1);  // cell 60 begins row 12
+  CHECK(map.seconds[0] == doctest::Approx(2 * 2 / 120.0));
+  CHECK(map.seconds[199] == doctest::Approx(2 * 4 / 80.0));
+  entries.emplace_back(JournalRetraction{0, 13, {{0, 1}}});
+  entries.emplace_back(merge(2, 3, {0, 1}));
+  map = work_map(entries, 10, 20);
+  CHECK(map.tracer[1] == 1);
+  CHECK(map.tracer[2] == 0);
+  CHECK(map.seconds[1] == doctest::Approx(2 * 2 / 120.0 + 2 * 4 / 2.0));  // spent all the same
+  CHECK_THROWS_AS(work_map(entries, 20, 10), DecodeError);
+  entries.emplace_back(merge(2, 4, {100, 101}));
+  CHECK_THROWS_AS(work_map(entries, 10, 20), DecodeError);
 }
 
 TEST_CASE("a journal of every cell merged once is clean and complete, and says by whom") {
