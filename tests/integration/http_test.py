@@ -352,6 +352,35 @@ class Problems(Test):
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
+    def test_what_nobody_reads_of_a_body_is_never_taken_for_a_request(self):
+        hidden = b"DELETE /api/v1/jobs/1 HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            farm.ask("POST", f"/api/v1/jobs/{job}/cancel")
+            host, port = farm.web.split(":")
+            size = f"Host: localhost\r\nContent-Length: {len(hidden)}\r\n".encode()
+            for head in (b"GET /healthz HTTP/1.1\r\n", b"POST /api/v1/nothing HTTP/1.1\r\n", b"GET /nothing HTTP/1.1\r\n",
+                         b"POST /api/v1/jobs HTTP/1.1\r\nContent-Type: text/plain\r\n", b"HEAD /healthz HTTP/1.1\r\n",
+                         b"OPTIONS /api/v1/jobs HTTP/1.1\r\n", b"POST /api/v1/jobs/1/cancel HTTP/1.1\r\n",
+                         b"QUERY /api/v1/jobs HTTP/1.1\r\n"):
+                with socket.create_connection((host, int(port)), timeout=20) as plain:
+                    plain.sendall(head + size + b"\r\n" + hidden)
+                    plain.shutdown(socket.SHUT_WR)
+                    answer = b""
+                    try:
+                        while more := plain.recv(65536):
+                            answer += more
+                    except ConnectionResetError:
+                        pass
+                self.assertEqual(farm.get(f"/jobs/{job}").status, 200, head + answer)
+            # Two requests of one connection, the first refused with its body unread: both are answered.
+            connection = http.client.HTTPConnection(farm.web, timeout=60)
+            connection.request("POST", "/api/v1/nothing", b"x" * 100000)
+            self.assertEqual(Answer(connection.getresponse()).status, 404)
+            connection.request("GET", "/healthz")
+            self.assertEqual(Answer(connection.getresponse()).status, 200)
+            connection.close()
+
     def test_a_scene_that_takes_too_much_ends_its_reader_and_nothing_else(self):
         with Web("--http-scene-memory", "0.2") as farm:
             spheres = "\n".join(f"H {i} {i % 1000} {i % 77}" for i in range(3_000_000))
