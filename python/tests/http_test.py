@@ -195,9 +195,11 @@ class Forms(HttpTest):
 
     def test_a_scene_file_without_files_goes_as_it_is(self):
         """It may be in the format of another program, or wrong, which the server says better."""
-        (self.folder / "odd.json").write_text('  {"spheres": [ ]  }')
-        self.farm.submit(self.folder / "odd.json")
-        self.assertEqual(self.server.parts()["scene"][1], b'  {"spheres": [ ]  }')
+        for text in ('  {"spheres": [ ]  }', '{"version": 1', '[1]', ''):
+            (self.folder / "odd.json").write_text(text)
+            self.farm.submit(self.folder / "odd.json")
+            self.assertEqual(self.server.parts()["scene"][1], text.encode())
+        self.refused(parray.InputError, "none.json: no such file", self.farm.submit, self.folder / "none.json")
         self.refused(parray.InputError, "none.xyz: no such file", self.farm.submit, self.folder / "none.xyz")
 
 
