@@ -132,7 +132,10 @@ class Requests(HttpTest):
         self.server.close = lambda: None
         farm = parray.Farm(self.server.url, patience=0.3)
         self.refused(parray.RenderError, "does parray-coordinator --http listen there?", lambda: list(farm.jobs()))
-        self.refused(parray.InputError, "give http://HOST:PORT", parray.Farm, "tcp://127.0.0.1:7400")
+        for url in ("tcp://127.0.0.1:7400", "127.0.0.1:7480", "http://", "http://:80", "http://a:b", "http://me@a", ""):
+            self.refused(parray.InputError, "give http://HOST:PORT", parray.Farm, url)
+        for url in ("http://a", "https://a.b:7480", "http://[::1]:7480/", "https://a/farm/"):
+            parray.Farm(url)
 
     def test_an_answer_to_half_a_form_is_heard(self):
         """As that of a server to which it is too large."""
@@ -192,9 +195,11 @@ class Forms(HttpTest):
 
     def test_a_scene_file_without_files_goes_as_it_is(self):
         """It may be in the format of another program, or wrong, which the server says better."""
-        (self.folder / "odd.json").write_text('  {"spheres": [ ]  }')
-        self.farm.submit(self.folder / "odd.json")
-        self.assertEqual(self.server.parts()["scene"][1], b'  {"spheres": [ ]  }')
+        for text in ('  {"spheres": [ ]  }', '{"version": 1', '[1]', ''):
+            (self.folder / "odd.json").write_text(text)
+            self.farm.submit(self.folder / "odd.json")
+            self.assertEqual(self.server.parts()["scene"][1], text.encode())
+        self.refused(parray.InputError, "none.json: no such file", self.farm.submit, self.folder / "none.json")
         self.refused(parray.InputError, "none.xyz: no such file", self.farm.submit, self.folder / "none.xyz")
 
 

@@ -157,6 +157,7 @@ class Errors(Test):
 
     def test_arrays_that_make_no_spheres_are_refused_with_the_place(self):
         positions, radii, colors = cloud(5)
+        (self.folder / "bad.json").write_text("{")
         hole = positions.copy()
         hole[2, 1] = np.nan
         radii[3] = 0
@@ -172,6 +173,8 @@ class Errors(Test):
                  ("colors: a file has its own", (HELIX, None, colors), {}),
                  ("radii: for particles", (SCENE, 0.5), {}),
                  ("material: for particles", (SCENE,), {"material": "plain"}),
+                 ("bad.json: no JSON: ", (self.folder / "bad.json",), {"sky": {}}),
+                 ("none.json: no such file", (self.folder / "none.json",), {"sky": {}}),
                  ("the scene is no JSON", ({**SCENE, "version": float("nan")},), {}))
         for mentions, arguments, options in cases:
             with self.subTest(mentions):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import time
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, Optional, Union
-from urllib.parse import urlsplit
 
 from .errors import InputError, ParRayError, RenderError
 
@@ -64,13 +64,14 @@ class Form:
 
 class Http:
     def __init__(self, url: str, token: Optional[str], patience: float) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
+        found = re.fullmatch(r"(https?)://(\[[0-9a-fA-F:.]+\]|[^][/?#@:]+)(?::([0-9]{1,5}))?(/[^?#]*)?", url)
+        if not found:
             raise InputError(f"{url}: give http://HOST:PORT or https://HOST:PORT, as parray-coordinator --http has it")
+        scheme, host, port, prefix = found.groups()
         self._url = url.rstrip("/")
-        self._prefix = parts.path.rstrip("/")
-        self._host, self._port = parts.hostname, parts.port
-        self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        self._prefix = (prefix or "").rstrip("/")
+        self._host, self._port = host.strip("[]"), int(port) if port else None
+        self._kind = http.client.HTTPSConnection if scheme == "https" else http.client.HTTPConnection
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._patience = patience
 

@@ -37,15 +37,22 @@ class Work(NamedTuple):
         """For a form: the scene, if there is one, and files by the names that it has for them."""
         if isinstance(self.source, Path) and not _is_scene(self.source):
             return None, {_safe(self.source.name): self.source}
-        scene = _read(self.source) if isinstance(self.source, Path) else copy.deepcopy(self.source)
+        if isinstance(self.source, Path):
+            text = _text(self.source)
+            try:
+                scene = _parsed(text, self.source)
+            except ValueError:
+                return text, {}  # what is wrong, ParRay says
+            if not _particle_items(scene):
+                return text, {}  # perhaps in a format that only ParRay knows
+        else:
+            scene = copy.deepcopy(self.source)
         files: dict[str, Path] = {}
         for item in _particle_items(scene):
             path = Path(item["file"])
             item["file"] = f"{len(files)}-{_safe(path.name)}"
             files[item["file"]] = path
-        # A scene without files may be in a format that only ParRay knows.
-        whole = isinstance(self.source, Path) and not files
-        return (self.source.read_bytes() if isinstance(self.source, Path) and whole else scene_bytes(scene)), files
+        return scene_bytes(scene), files
 
 
 def _safe(name: str) -> str:
@@ -160,14 +167,26 @@ def _particle_items(scene: Any) -> list[Any]:
     return [item for item in named if isinstance(item, dict) and isinstance(item.get("file"), str)]
 
 
-def _read(path: Path) -> Scene:
-    """A scene file, its particle files with absolute paths."""
+def _text(path: Path) -> bytes:
     try:
-        scene: Scene = json.loads(path.read_bytes())
+        return path.read_bytes()
     except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{path}: no such file: check the path") from error
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+
+
+def _read(path: Path) -> Scene:
+    text = _text(path)
+    try:
+        return _parsed(text, path)
+    except ValueError as error:
+        raise InputError(f"{path}: no JSON: {error}") from error
+
+
+def _parsed(text: bytes, path: Path) -> Scene:
+    """A scene file, its particle files with absolute paths. ValueError: no JSON."""
+    scene: Scene = json.loads(text)
     for item in _particle_items(scene):
         item["file"] = str((path.parent / item["file"]).absolute())
     return scene
