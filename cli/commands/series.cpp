@@ -112,7 +112,7 @@ class SeriesRun {
       : client_(client),
         request_(request),
         token_(token_of(request)),
-        progress_(progress_style(request.quiet || !request.wait), std::cerr, terminal_columns()) {
+        progress_(progress_style(request.quiet || !request.wait), std::cerr, terminal_columns) {
     if (!request.camera_path.empty()) path_.emplace(request.camera_path);
   }
 

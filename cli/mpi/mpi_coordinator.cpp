@@ -64,7 +64,7 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
       job_(job),
       team_(team),
       options_(std::move(options)),
-      progress_(progress_style(options_.following.quiet), std::cerr, terminal_columns()),
+      progress_(progress_style(options_.following.quiet), std::cerr, terminal_columns),
       preview_(options_.following.preview,
                [this] {
                  stop_if_interrupted();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
@@ -71,8 +72,8 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
   return "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
 }
 
-Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
-    : style_(style), out_(out), columns_(columns) {}
+Progress::Progress(ProgressStyle style, std::ostream& out, std::function<std::size_t()> columns)
+    : style_(style), out_(out), columns_(std::move(columns)) {}
 
 Progress::~Progress() { make_way(); }
 
@@ -116,9 +117,11 @@ void Progress::show(Time now, const JobStatus& reported) {
 
 void Progress::draw_bar(const JobStatus& job) {
   // The last column stays free: a cursor beyond it would begin a new line.
-  std::string line = bar_text(job, columns_ - 1);
+  const std::size_t room = std::max<std::size_t>(columns_(), 2) - 1;
+  std::string line = bar_text(job, room);
   const std::size_t length = line.size();
-  if (length < drawn_) line.append(drawn_ - length, ' ');  // over what stood there
+  const std::size_t stood = std::min(drawn_, room);
+  if (length < stood) line.append(stood - length, ' ');  // over what stood there
   line.insert(line.begin(), '\r');
   out_ << line << std::flush;
   drawn_ = length;

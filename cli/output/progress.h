@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <ostream>
 #include <string>
 
@@ -29,8 +30,9 @@ std::string bar_text(const JobStatus& job, std::size_t columns);
 /// Tells people how far a job is. Never colours, so NO_COLOR has nothing to ask for. One thread.
 class Progress {
  public:
-  /// Writes to `out`, which must outlive the object.
-  Progress(ProgressStyle style, std::ostream& out, std::size_t columns);
+  /// Writes to `out`, which must outlive the object. `columns` says how wide the terminal is now:
+  /// people change that.
+  Progress(ProgressStyle style, std::ostream& out, std::function<std::size_t()> columns);
   /// Ends a bar's line, so that whatever comes next starts its own.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -47,7 +49,7 @@ class Progress {
 
   const ProgressStyle style_;
   std::ostream& out_;
-  const std::size_t columns_;
+  const std::function<std::size_t()> columns_;
   Time next_{};
   JobStatus last_;  ///< as it was when its progress last grew
   Time last_growth_{};

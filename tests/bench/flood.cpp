@@ -299,7 +299,7 @@ int main(int argc, char** argv) {
   Arguments arguments;
   const Program program = {
       "bench_flood",
-      "Workers that make up their results, until all jobs of a coordinator are done.",
+      "Workers that make up their results, until all jobs of a coordinator are done",
       PARRAY_VERSION};
   return run_main(program, argc, argv, [&](CommandLine& line) {
     line.option("--coordinator", arguments.coordinator, "Its address");
