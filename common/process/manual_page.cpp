@@ -41,12 +41,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-/// Bold, and never divided between lines.
-std::string bold(std::string_view text) {
-  std::string out = "\\fB\\%";
-  for (const char c : text) out += c == ' ' ? " \\%" : escaped(std::string_view(&c, 1));
-  return out + "\\fR";
-}
+std::string bold(std::string_view text) { return "\\fB" + escaped(text) + "\\fR"; }
 
 /// A line of text, whose backticks make words literal.
 std::string text_line(std::string_view text) {
@@ -127,7 +122,7 @@ class ManualText {
 std::string option_entry(const OptionText& option) {
   std::string names;
   for (const std::string& name : option.names) names += (names.empty() ? "" : ", ") + bold(name);
-  const std::string value = "\\fI\\%" + escaped(option.value) + "\\fR";
+  const std::string value = "\\fI" + escaped(option.value) + "\\fR";
   std::string entry = ".TP\n" + names;
   if (!option.value.empty()) entry += (names.empty() ? "" : " ") + value;
   entry += "\n" + text_line(option.text + ".");
@@ -161,8 +156,9 @@ std::string head(const CommandText& command, const std::string& usage) {
   about.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(about.front())));
   return ".\\\" Made by " + command.name.substr(0, command.name.find(' ')) +
          " --describe.\n.TH \"" + escaped(upper(page)) +
-         "\" 1 \"\" \"ParRay " PARRAY_VERSION "\" \"ParRay\"\n" + section("NAME") + escaped(page) +
-         " \\- " + escaped(about) + "\n" + section("SYNOPSIS") + text_line("`" + usage + "`");
+         "\" 1 \"\" \"ParRay " PARRAY_VERSION "\" \"ParRay\"\n.nh\n.ad l\n" + section("NAME") +
+         escaped(page) + " \\- " + escaped(about) + "\n" + section("SYNOPSIS") +
+         text_line("`" + usage + "`");
 }
 
 std::string description(const CommandText& command) {

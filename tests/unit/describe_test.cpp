@@ -67,7 +67,7 @@ TEST_CASE("a man page shows text as it is, whatever troff would make of it") {
   const std::string page = manual_page(program);
   const auto has = [&](const std::string& text) { return page.find(text) != std::string::npos; };
   CHECK(has("\n\\&.dot at the beginning\n"));
-  CHECK(has("\n\\(aqquote\\(aq and \\eback, \\fB\\%\\-\\-literal\\fR\n"));
+  CHECK(has("\n\\(aqquote\\(aq and \\eback, \\fB\\-\\-literal\\fR\n"));
   CHECK(has("\n.IP \\(bu 2\npoint one\ngoes on\n"));
   CHECK(has("\n.EX\n\\&literal \\(aqblock\\(aq \\en\n.EE\n"));
   CHECK(has("\n.SH \"HEADING\"\nlast\n"));
