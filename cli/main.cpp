@@ -9,12 +9,8 @@ namespace {
 
 using namespace parray;
 
-constexpr Program parray_program = {"parray",
-                                    "ParRay renders scenes of spheres, on this machine or on many.",
-                                    "parray " PARRAY_VERSION};
-constexpr const char* footer =
-    "\nparray COMMAND --help lists a command's options.\n"
-    "Exit status: 0 done; 1 failed; 2 bad usage or bad input; 130 interrupted.";
+constexpr Program parray_program = {
+    "parray", "Render scenes of spheres, on this machine or on many", "parray " PARRAY_VERSION};
 
 int do_chosen(const Action& chosen, const CommandLine& line) {
   if (!chosen) {
@@ -34,8 +30,11 @@ int main(int argc, char** argv) {
   stop_at_signals();
   Action chosen;
   return run_main(parray_program, argc, argv, [&](CommandLine& line) {
-    line.footer(footer);
     add_commands(line, chosen);
+    line.example("parray render scenes/glass.json -o glass.png", "renders on this machine");
+    line.example("parray validate atoms.xyz", "says what is in a file");
+    line.example("parray submit scenes/glass.json --wait -o glass.png",
+                 "renders on a farm (parray-coordinator, parray-worker)");
     return [&] { return do_chosen(chosen, line); };
   });
 }

@@ -15,6 +15,16 @@ function(parray_room name)
   add_library(parray::${name} ALIAS parray_${name})
 endfunction()
 
+# parray_pages(TARGET): the man pages and shell completion of a program, made by itself whenever it is linked, and
+# installed with it. A program whose help has an example that it does not understand fails to build.
+function(parray_pages target)
+  if(PARRAY_SANITIZE OR (CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR))
+    return()
+  endif()
+  add_custom_command(TARGET ${target} POST_BUILD COMMAND ${target} --describe ${CMAKE_BINARY_DIR}/pages/${target} VERBATIM)
+  install(DIRECTORY ${CMAKE_BINARY_DIR}/pages/${target}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${target})
+endfunction()
+
 # Long headers are parsed once for each set of flags that compilers tell apart there. (Kernels get
 # none: of an inline function that two sets of instructions share, the linker keeps any copy.)
 foreach(flags plain openmp)

@@ -159,7 +159,9 @@ std::string Coordinator::waits_for(const Job& job) const {
     return {};
   }
   if (workers_.usable() == 0) {
-    return workers_.size() == 0 ? "no workers connected" : "no worker whose results can be trusted";
+    return workers_.size() == 0     ? "no workers connected"
+           : workers_.all_drained() ? "all workers are drained (parray workers readmit NAME)"
+                                    : "no worker whose results can be trusted";
   }
   if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > options_.memory) {
     return "memory: other jobs are being rendered";

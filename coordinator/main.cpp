@@ -19,6 +19,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/http/http_face.h"
+#include "coordinator/manual.h"
 #include "coordinator/replica/keeper.h"
 #include "proto/joined_link.h"
 #include "proto/zmq_link.h"
@@ -48,6 +49,12 @@ struct Arguments {
   CoordinatorOptions options;
 };
 
+constexpr const char* farm_group = "Farm";
+constexpr const char* state_group = "State";
+constexpr const char* workers_group = "Workers";
+constexpr const char* limits_group = "Limits";
+constexpr const char* http_group = "HTTP";
+
 void declare_http(CommandLine& line, Arguments& a) {
   const Option http =
       line.option(
@@ -55,34 +62,42 @@ void declare_http(CommandLine& line, Arguments& a) {
               "Serve HTTP, too, at HOST:PORT (7480 is usual, 0 a free port): jobs, pictures and "
               "events under /api/v1, described by /api/v1/openapi.json. With --keys whoever asks "
               "needs a token (parray keygen DIR --token NAME)")
-          .type_name("HOST:PORT");
+          .type_name("HOST:PORT")
+          .group(http_group);
   line.option("--http-host", a.http.hosts,
               "A name by which browsers call this machine, beside localhost")
       .type_name("NAME")
       .one_value_each()
+      .group(http_group)
       .needs(http);
   line.option("--webhook-host", a.http.webhook_hosts,
               "A host that may be told when jobs have ended (option webhook of a job)")
       .type_name("HOST")
       .one_value_each()
+      .group(http_group)
       .needs(http);
   line.number("--http-streams", a.http.streams, 0, 10000, "Event streams served at once")
+      .group(http_group)
       .needs(http)
       .show_default();
   line.number("--http-body", a.http_body_mib, 0.001, 1e6,
               "MiB of a scene that is sent, its files "
               "included")
+      .group(http_group)
       .needs(http)
       .show_default();
   line.number("--http-parts", a.http.intake.parts, 1, 100000, "Parts of a form")
+      .group(http_group)
       .needs(http)
       .show_default();
   line.number("--http-scene-memory", a.http_scene_gib, 0.1, 1e6,
               "GiB that reading a scene that is sent may take, in a process of its own")
+      .group(http_group)
       .needs(http)
       .show_default();
   line.number("--http-scene-seconds", a.http.intake.child.seconds, 1, 100000,
               "Seconds of processor time that it may take")
+      .group(http_group)
       .needs(http)
       .show_default();
 }
@@ -91,84 +106,125 @@ void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
   line.number("--max-jobs", limits.jobs, 1, 1000000,
               "Jobs kept; the oldest that has ended makes room")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-user-jobs", limits.user_jobs, 1, 1000000, "Unfinished jobs of one user")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Pixels of a picture")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
               "Pixels of all unfinished jobs of one user")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-disk", a.disk_gib, 0.001, 1e6,
               "GiB below --state; jobs that have ended make room, the oldest first")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6, "GiB below --state of one user")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days that a job is kept once it has ended")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--max-requests", limits.requests, 1, 1000000,
               "Messages a second of one peer that is no worker; more are dropped")
-      .show_default();
+      .show_default()
+      .group(limits_group);
 }
 
 void declare_state(CommandLine& line, Arguments& a) {
   const Option state =
       line.option("--state", a.keeper.state,
                   "Directory for jobs, accepted rows and pictures, so that a coordinator started "
-                  "again goes on; without it they end with the process");
+                  "again goes on; without it they end with the process")
+          .type_name("DIR")
+          .completes(Completes::directories)
+          .group(state_group);
   line.flag("--wait", a.keeper.wait,
             "While another coordinator uses --state, stand by: serve as soon as that has ended")
-      .needs(state);
+      .needs(state)
+      .group(state_group);
   line.option("--replicate-to", a.keeper.replicate_to,
               "Address of a standby on another machine, tcp://HOST:7401: nothing is acknowledged "
               "before it has it, too")
-      .needs(state);
-  Option standby = line.option(
-      "--standby", a.keeper.standby,
-      "Stand by for the coordinator that says --replicate-to with this address (tcp://*:7401): "
-      "keep a copy of its state, serve when it is silent");
-  standby.needs(state);
+      .type_name("ADDRESS")
+      .needs(state)
+      .group(state_group);
+  Option standby = line.option("--standby", a.keeper.standby,
+                               "Stand by for the coordinator that says --replicate-to with this "
+                               "address (tcp://*:7401): "
+                               "keep a copy of its state, serve when it is silent")
+                       .type_name("ADDRESS");
+  standby.needs(state).group(state_group);
   line.number("--takeover-after", a.takeover_after, 1.0, 86400.0,
               "Seconds of silence after which a standby takes over")
       .needs(standby)
-      .show_default();
+      .show_default()
+      .group(state_group);
 }
 
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--bind", a.bind,
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
-      .show_default();
+      .type_name("ADDRESS")
+      .show_default()
+      .group(farm_group);
   line.option("--keys", a.keys,
               "Directory of the farm's keys (parray keygen): only those that it names are heard")
-      .environment("PARRAY_KEYS");
+      .type_name("DIR")
+      .completes(Completes::directories)
+      .environment("PARRAY_KEYS")
+      .group(farm_group);
   line.flag("--insecure", a.insecure,
-            "Serve other machines without keys: anybody there can send jobs and pose as a worker");
+            "Serve other machines without keys: anybody there can send jobs and pose as a worker")
+      .group(farm_group);
   declare_state(line, a);
   declare_http(line, a);
   declare_limits(line, a);
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--memory", a.memory_gib, 0.001, 1e6,
               "GiB for pictures under way and, without --state, scenes and finished pictures; jobs "
-              "beyond it wait (default: half of what it may use)");
+              "beyond it wait (default: half of what it may use)")
+      .group(limits_group);
   line.number("--max-failures", a.max_failures, 1, 1000,
               "A job fails when so many different workers have failed at the same part of it")
-      .show_default();
+      .show_default()
+      .group(workers_group);
   line.number("--spot-checks", a.options.spot_checks, 0.0, 1.0,
               "Share of the leases, 0 to 1, that a second worker traces too, to compare the bits")
-      .show_default();
+      .show_default()
+      .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,
               "Largest message taken; a scene or picture beyond it is refused")
-      .show_default();
+      .show_default()
+      .group(limits_group);
   line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
               "Seconds between a worker's signs of life, n times that beyond n thousand workers; "
               "five times as long without one and it is lost")
-      .show_default();
+      .show_default()
+      .group(workers_group);
   line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
               "Seconds without progress after which a lease goes to another worker")
-      .show_default();
-  a.log.add_to(line, "debug (every lease), info, warn or error");
+      .show_default()
+      .group(workers_group);
+  a.log.add_to(line, "What is told on stderr: this, and worse; debug: every lease");
+  line.manual(coordinator_manual);
+  line.example("parray-coordinator --state /var/lib/parray",
+               "for this machine's workers; started again, it goes on where it was");
+  line.example("parray-coordinator --state /var/lib/parray --http 127.0.0.1:7480",
+               "with a page for browsers, and an interface for programs");
+  line.example(
+      "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray",
+      "for others, too, with the keys that parray keygen farm has made");
+  line.example(
+      "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state rows --standby "
+      "'tcp://*:7401'",
+      "stands by for the coordinator that says --replicate-to with this address");
 }
 
 /// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
@@ -314,9 +370,9 @@ int serve(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Program program = {
-      "parray-coordinator",
-      "Serves render jobs to ParRay workers. Prints the address that it serves.", PARRAY_VERSION};
+  const Program program = {"parray-coordinator",
+                           "Serve render jobs to workers; prints the address that it serves",
+                           PARRAY_VERSION};
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);

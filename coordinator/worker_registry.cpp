@@ -85,6 +85,10 @@ void WorkerRegistry::remove(const PeerId& peer) {
 
 std::size_t WorkerRegistry::usable() const { return speed_.workers; }
 
+bool WorkerRegistry::all_drained() const {
+  return std::ranges::all_of(workers_, [](const auto& worker) { return worker.second.drained; });
+}
+
 /// Takes a worker into the sums of speeds, or out of them.
 void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
   const auto change = [in](auto& sum, auto by) { sum = in ? sum + by : sum - std::min(sum, by); };

@@ -78,6 +78,7 @@ class WorkerRegistry {
   [[nodiscard]] std::size_t size() const { return workers_.size(); }
   /// Of those that may trace.
   [[nodiscard]] std::size_t usable() const;
+  [[nodiscard]] bool all_drained() const;
 
   /// A result of `samples` took so many seconds: a worker's speed is the mean of the last few.
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);

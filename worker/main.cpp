@@ -16,6 +16,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/zmq_link.h"
 #include "proto/zmq_mesh.h"
+#include "worker/manual.h"
 #include "worker/worker.h"
 
 namespace {
@@ -35,22 +36,38 @@ struct Arguments {
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--connect", a.coordinator,
               "The coordinator's address, and its standbys', with commas between")
+      .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
-      .show_default();
+      .show_default()
+      .group("Farm");
   line.option("--keys", a.keys, "Key of this worker, of a coordinator that wants one: worker.key")
-      .environment("PARRAY_KEYS");
-  line.number("--threads", a.threads, 1, 4096, "Threads that trace; default: the usable CPUs")
-      .show_default();
-  line.option("--name", a.name, "Name shown by parray workers; default: host name and process");
+      .type_name("FILE")
+      .completes(Completes::files)
+      .environment("PARRAY_KEYS")
+      .group("Farm");
+  line.number("--threads", a.threads, 1, 4096,
+              "Threads to trace with (default: every processor that may be used)")
+      .group("Speed");
+  line.option("--name", a.name, "Name shown by parray workers (default: host name and process)")
+      .type_name("NAME")
+      .group("Farm");
   line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
               "End after so many seconds without work, connected or not; 0: never")
-      .show_default();
+      .show_default()
+      .group("Farm");
   line.option("--sharing", a.sharing,
               "on: hand scenes on to other workers, by a free port, and take them from there; off: "
               "from the coordinator alone")
       .one_of({"on", "off"})
-      .show_default();
-  a.log.add_to(line, "debug, info, warn or error");
+      .show_default()
+      .group("Farm");
+  a.log.add_to(line, "What is told on stderr: this, and worse");
+  line.manual(worker_manual);
+  line.example("parray-worker", "with all processors, for the coordinator of this machine");
+  line.example("parray-worker --coordinator tcp://farm:7400 --keys worker.key",
+               "for another machine's");
+  line.example("parray-worker --threads 8 --idle-exit 300",
+               "leaves after five minutes without work");
 }
 
 std::string host_name() {
@@ -166,7 +183,8 @@ int work(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Program program = {"parray-worker", "Traces leases for a ParRay coordinator.",
+  const Program program = {"parray-worker",
+                           "Trace what a coordinator leases, with all processors of this machine",
                            PARRAY_VERSION};
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {

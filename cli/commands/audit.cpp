@@ -119,12 +119,13 @@ int replay(const JournalCommand& command) {
 }
 
 void add_command(CommandLine& line, Action& chosen, const char* name, const char* help,
-                 int (*run)(const JournalCommand&)) {
+                 const char* example, int (*run)(const JournalCommand&)) {
   Command command = line.command(name, help);
   const auto options = std::make_shared<JournalCommand>();
   add_job(command, options->job);
   add_json(command, options->as_json);
   options->farm.add_to(command);
+  command.example("parray " + std::string(name) + " 7", example);
   command.on_chosen([options, &chosen, run] { chosen = [options, run] { return run(*options); }; });
 }
 
@@ -133,10 +134,10 @@ void add_command(CommandLine& line, Action& chosen, const char* name, const char
 void add_journal_commands(CommandLine& line, Action& chosen) {
   add_command(line, chosen, "audit",
               "Check from a job's journal that every sample was merged once, and say by whom",
-              audit);
+              "also while it is being rendered", audit);
   add_command(line, chosen, "replay",
               "What other schedules, or more workers, would have made of a job's recorded costs",
-              replay);
+              "each schedule, with 1 to 16 times the workers", replay);
 }
 
 }  // namespace parray

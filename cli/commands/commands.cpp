@@ -1,9 +1,20 @@
 #include "cli/commands/commands.h"
 
+#include "cli/commands/manual.h"
+
 namespace parray {
 
 void add_commands(CommandLine& line, Action& chosen) {
+  line.heading("Pictures");
   add_render(line, chosen);
+  add_plan(line, chosen);
+  add_tradeoff(line, chosen);
+  add_compare(line, chosen);
+  add_verify(line, chosen);
+  line.heading("Scenes");
+  add_validate(line, chosen);
+  add_convert(line, chosen);
+  line.heading("A farm of machines");
   add_submit(line, chosen);
   add_jobs(line, chosen);
   add_show(line, chosen);
@@ -13,13 +24,10 @@ void add_commands(CommandLine& line, Action& chosen) {
   add_journal_commands(line, chosen);
   add_workers(line, chosen);
   add_keygen(line, chosen);
-  add_validate(line, chosen);
-  add_convert(line, chosen);
-  add_compare(line, chosen);
-  add_verify(line, chosen);
-  add_plan(line, chosen);
-  add_tradeoff(line, chosen);
+  line.heading("This machine");
   add_doctor(line, chosen);
+  line.add_help_command();
+  line.add_manuals(manual_of);
 }
 
 }  // namespace parray

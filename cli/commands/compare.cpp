@@ -206,11 +206,6 @@ void print_notes(const CompareCommand& command, const ImageFile& reference,
                  const std::vector<Comparison>& comparisons) {
   for (const Comparison& one : comparisons) {
     const std::string name = printable(one.file, 500);
-    if (one.errors.excluded > 0) {
-      std::cout << name << ": " << counted(one.errors.excluded, "pixel")
-                << " left out, not finite here (" << one.errors.nonfinite_in_image
-                << ") or in the reference (" << one.errors.nonfinite_in_reference << ")\n";
-    }
     if (!one.identical && !one.image_sha256.empty() && one.image_sha256 == sha256_in(reference)) {
       std::cout << name << ": by its image_sha256 the picture that "
                 << printable(command.reference, 500) << " was written from, too\n";
@@ -232,6 +227,20 @@ void print_text(const CompareCommand& command, const ImageFile& reference,
   }
 }
 
+/// A line on stderr for each picture with pixels that were left out; false if there is none.
+bool warn_of_excluded(const std::vector<Comparison>& comparisons) {
+  bool any = false;
+  for (const Comparison& one : comparisons) {
+    if (one.errors.excluded == 0) continue;
+    any = true;
+    std::cerr << "parray: warning: " << printable(one.file, 4096) << ": "
+              << counted(one.errors.excluded, "pixel") << " left out, not finite here ("
+              << one.errors.nonfinite_in_image << ") or in the reference ("
+              << one.errors.nonfinite_in_reference << ")\n";
+  }
+  return any;
+}
+
 // ---- The command -----------------------------------------------------------------------------
 
 int compare(const CompareCommand& command) {
@@ -249,12 +258,13 @@ int compare(const CompareCommand& command) {
     const DeferredInterrupts deferred;
     write_image(command.verification, verification.drawn(), {}, {}, check_interrupted);
   }
+  const bool excluded = warn_of_excluded(comparisons);
   if (command.as_json) {
     print_json(document(command, reference, comparisons, verification.largest()));
   } else {
     print_text(command, reference, comparisons, verification.largest());
   }
-  return 0;
+  return excluded ? 1 : 0;
 }
 
 }  // namespace
@@ -264,17 +274,23 @@ void add_compare(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<CompareCommand>();
   command.option("REF", options->reference, "Reference: an EXR or PNG file")
       .required()
-      .type_name("");
+      .forbid_empty()
+      .completes(Completes::files);
   command.option("IMAGE", options->images, "Pictures of the same size to compare with it")
       .required()
-      .type_name("");
+      .forbid_empty()
+      .completes(Completes::files);
   command
       .option("-o,--output", options->verification,
               "Write the verification picture: white less the sum of "
               "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
       .type_name("V.png")
+      .completes(Completes::files)
+      .group(output_group)
       .forbid_empty();
   add_json(command, options->as_json);
+  command.example("parray compare reference.exr a.exr b.png -o difference.png",
+                  "a row for each picture, and where they differ");
   command.on_chosen([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 

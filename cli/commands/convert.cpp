@@ -99,7 +99,7 @@ void add_material(Command& command, ParticleMaterial& material) {
             }
           },
           "Surface of the particles (default: column, else by-element, else by-type, else plain)")
-      .type_name("by-element|by-type|column|plain")
+      .words({"by-element", "by-type", "column", "plain"})
       .group(particles_group);
 }
 
@@ -114,6 +114,7 @@ void add_radius(Command& command, ParticleRadius& radius) {
                                            real_number(text, ranges::length)};
           },
           "Their radius (default: column, else by-element, else half the mean spacing)")
+      .words({"by-element", "column"})
       .type_name("R|by-element|column")
       .group(particles_group);
 }
@@ -125,7 +126,9 @@ void add_convert(CommandLine& line, Action& chosen) {
       line.command("convert", "Write a scene file from particles or from another scene file");
   const auto options = std::make_shared<ConvertCommand>();
   add_scene(command, options->in, "IN");
-  command.option("OUT.json", options->out, "Scene file to write").required().type_name("");
+  command.option("OUT.json", options->out, "Scene file to write")
+      .required()
+      .completes(Completes::files);
   add_material(command, options->material);
   add_radius(command, options->radius);
   options->size.add_size_to(command, particles_group);
@@ -133,6 +136,10 @@ void add_convert(CommandLine& line, Action& chosen) {
       .flag("--expand", options->expand,
             "Write every particle as a sphere instead of the name of their file")
       .group(particles_group);
+  command.example("parray convert scenes/particles/helix.pdb helix.json",
+                  "a scene that refers to the file: change the view there");
+  command.example("parray convert scenes/particles/helix.pdb helix.json --expand --radius 0.5",
+                  "each particle as a sphere of its own");
   command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
 }
 

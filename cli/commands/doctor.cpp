@@ -93,6 +93,7 @@ void add_doctor(CommandLine& line, Action& chosen) {
       "doctor", "Check whether this machine is fit: arithmetic, libraries, ZeroMQ, MPI");
   const auto as_json = std::make_shared<bool>(false);
   add_json(command, *as_json);
+  command.example("parray doctor", "a line for each check, with a remedy where one is needed");
   command.on_chosen([as_json, &chosen] { chosen = [as_json] { return doctor(*as_json); }; });
 }
 

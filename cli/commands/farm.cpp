@@ -3,6 +3,7 @@
 #include <iostream>
 #include <optional>
 
+#include "cli/commands/options.h"
 #include "common/process/stop_signal.h"
 #include "proto/address_list.h"
 #include "proto/zmq_link.h"
@@ -15,9 +16,12 @@ void FarmOptions::add_to(Command& command) {
               "Where parray-coordinator listens; and its standbys, with commas between")
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
+      .group(farm_group)
       .show_default();
   command.option("--keys", keys_, "Your key, of a coordinator that wants one: NAME.key")
       .type_name("FILE")
+      .completes(Completes::files)
+      .group(farm_group)
       .environment("PARRAY_KEYS");
 }
 

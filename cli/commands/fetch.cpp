@@ -49,6 +49,8 @@ void add_fetch(CommandLine& line, Action& chosen) {
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
   options->farm.add_to(command);
+  command.example("parray fetch 7 -o glass.exr", "the picture, once the job is done");
+  command.example("parray fetch 7 -o 'frame-####.png'", "the frames of a series that are done");
   command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
 }
 

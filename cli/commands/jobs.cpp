@@ -1,4 +1,5 @@
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "cli/commands/commands.h"
@@ -24,9 +25,11 @@ int jobs(const JobsCommand& command) {
     print_json(list);
     return 0;
   }
+  std::map<std::string, std::size_t> waiting;
   std::vector<std::vector<std::string>> rows;
   for (const nlohmann::json& map : list) {
     const JobStatus job = job_status(map);
+    if (!job.waits_for.empty()) ++waiting[job.waits_for];
     rows.push_back({std::to_string(job.id),
                     printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
                     progress_cell(job), left_cell(job), error_cell(job),
@@ -37,6 +40,11 @@ int jobs(const JobsCommand& command) {
   }
   std::cout << table_text(
       {"JOB", "STATE", "DONE", "LEFT", "ERROR", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
+  std::cout << std::flush;
+  for (const auto& [what, count] : waiting) {
+    std::cerr << "parray: " + counted(count, "job") + (count == 1 ? " waits" : " wait") +
+                     " for: " + printable(what, 500) + "\n";
+  }
   return 0;
 }
 
@@ -47,6 +55,9 @@ void add_jobs(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<JobsCommand>();
   add_json(command, options->as_json);
   options->farm.add_to(command);
+  command.example("parray jobs", "those of this machine's coordinator, the latest last");
+  command.example("parray jobs --coordinator tcp://farm:7400 --json",
+                  "of another machine's, for scripts");
   command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
 }
 

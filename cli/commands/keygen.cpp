@@ -64,9 +64,12 @@ int keygen(const KeygenCommand& command) {
 void add_keygen(CommandLine& line, Action& chosen) {
   Command command = line.command("keygen", "Make the keys of a farm, or add and remove one");
   const auto options = std::make_shared<KeygenCommand>();
-  command.option("DIR", options->directory, "Directory of the farm's keys").required();
+  command.option("DIR", options->directory, "Directory of the farm's keys")
+      .required()
+      .completes(Completes::directories);
   const Option name =
       command.option("--name", options->name, "Add a key for somebody; they get DIR/NAME.key")
+          .type_name("NAME")
           .forbid_empty();
   command
       .option("--role", options->role,
@@ -86,6 +89,12 @@ void add_keygen(CommandLine& line, Action& chosen) {
               "name; the one before is void")
       .type_name("NAME")
       .forbid_empty();
+  command.example("parray keygen farm", "the keys of a new farm, and what to do with them");
+  command.example("parray keygen farm --name ann", "a client's key, farm/ann.key");
+  command.example("parray keygen farm --name ann --share 3",
+                  "three times the workers' time of others");
+  command.example("parray keygen farm --token ann", "prints a token for HTTP");
+  command.example("parray keygen farm --remove ann", "refused from the next second on");
   command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });
 }
 

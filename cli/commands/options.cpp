@@ -39,17 +39,15 @@ std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   return numbers;
 }
 
-constexpr const char* limits_group = "When it is good enough (whichever comes first)";
-
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
-void add_choice(Command& command, const std::string& name, const std::string& words,
+void add_choice(Command& command, const std::string& name, const std::vector<std::string>& words,
                 Value (*read)(std::string_view), std::optional<Value>& target,
                 const std::string& description, const std::string& group) {
   command
       .option(
           name, [read, &target](const std::string& text) { target = read(text); }, description)
-      .type_name(words)
+      .words(words)
       .group(group);
 }
 
@@ -74,7 +72,7 @@ void add_scene(Command& command, std::string& scene, const char* name) {
               "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
               "or mmCIF")
       .required()
-      .type_name("")
+      .completes(Completes::files)
       .forbid_empty();
 }
 
@@ -103,18 +101,20 @@ void add_job(Command& command, std::uint64_t& job) {
       command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(),
       [&job](std::uint64_t value) { job = value; }, "Number of the job, as submit prints it")
       .required()
-      .type_name("")
+      .type_name("JOB")
+      .completes(Completes::jobs)
       .only_once();
 }
 
 void RenderOptions::add_to(Command& command) {
-  add_without_samples_to(command);
+  add_picture_to(command);
   add_whole_number(
       command, "--spp", 1, limits::max_samples_per_pixel,
       [this](std::uint64_t value) { samples_per_pixel_ = static_cast<std::uint32_t>(value); },
       "Samples per pixel: four times as many take four times as long and halve the noise")
       .group(settings_group);
   add_limits_to(command);
+  add_work_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -131,6 +131,11 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
+  add_picture_to(command);
+  add_work_to(command);
+}
+
+void RenderOptions::add_picture_to(Command& command) {
   add_size_to(command, settings_group);
   add_count(command, "--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments")
       .group(settings_group);
@@ -138,24 +143,28 @@ void RenderOptions::add_without_samples_to(Command& command) {
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
       .group(settings_group);
-  add_choice(command, "--sampler", "independent|sobol", sampler_from, sampler_,
+  add_choice(command, "--sampler", {"independent", "sobol"}, sampler_from, sampler_,
              "Random numbers of a pixel's samples: independent of each other, or evenly spread "
              "(Owen-scrambled Sobol)",
              settings_group);
   add_choice(
-      command, "--precision", "auto|f32|mixed|f64", precision_from, precision_,
+      command, "--precision", {"auto", "f32", "mixed", "f64"}, precision_from, precision_,
       "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
       "bits, computed with in 64",
       settings_group);
-  add_choice(command, "--accelerator", "auto|linear|bvh|octree", accelerator_from, accelerator_,
-             "How spheres are searched; octree: as the seed program did, to compare with",
+}
+
+void RenderOptions::add_work_to(Command& command) {
+  add_choice(command, "--accelerator", {"auto", "linear", "bvh", "octree"}, accelerator_from,
+             accelerator_, "How spheres are searched; octree: of 1986, to compare with",
              work_group);
-  add_choice(command, "--isa", "auto|scalar|avx2|avx512|neon", isa_from, isa_,
+  add_choice(command, "--isa", {"auto", "scalar", "avx2", "avx512", "neon"}, isa_from, isa_,
              "Instruction set to trace with; auto: the best that a machine has", work_group);
-  add_choice(command, "--schedule", "static|guided|factoring|weighted", schedule_from, schedule_,
-             "How rows are dealt out to workers (default: weighted)", work_group);
-  add_choice(command, "--row-order", "auto|sequential|interleaved", row_order_from, row_order_,
-             "In which order; auto: interleaved with weighted", work_group);
+  add_choice(command, "--schedule", {"static", "guided", "factoring", "weighted"}, schedule_from,
+             schedule_, "How rows are dealt out to workers (default: weighted)", work_group);
+  add_choice(command, "--row-order", {"auto", "sequential", "interleaved"}, row_order_from,
+             row_order_, "In which order rows are dealt out; auto: interleaved with weighted",
+             work_group);
 }
 
 void RenderOptions::add_limits_to(Command& command) {
@@ -166,8 +175,10 @@ void RenderOptions::add_limits_to(Command& command) {
   limit("--target-error", ranges::target_error, target_error_,
         "Until the picture's RMSE, as estimated, is at most X, in linear radiance; if it is "
         "denoised, that of the denoised picture");
-  limit("--target-half-width", ranges::target_error, target_half_width_,
-        "Until the 95 % intervals of 99 % of all pixels reach at most X to either side");
+  limit(
+      "--target-half-width", ranges::target_error, target_half_width_,
+      "Until the 95 % intervals of 99 % of all values, a channel of a pixel each, reach at most X "
+      "to either side");
   limit("--time-limit", ranges::time_limit, time_limit_,
         "The best picture that X seconds allow, from start to end, writing included; the report's "
         "`passes` repeat it");
@@ -176,13 +187,14 @@ void RenderOptions::add_limits_to(Command& command) {
           "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
           "More samples where there is more noise (default: on with one of the limits above, off "
           "without)")
-      .type_name("on|off")
       .one_of({"on", "off"})
       .group(limits_group);
   command
       .option(
           "--passes", [this](const std::string& text) { passes_ = whole_numbers(text); },
-          "Samples of each pass, as the report of another render has them: the same picture again")
+          "Samples of each pass, of all pixels together, as the report of another render has them: "
+          "the "
+          "same picture again")
       .type_name("N,N...")
       .group(limits_group);
 }
@@ -193,6 +205,7 @@ void RenderOptions::add_like_to(Command& command) {
               "All that decides the bits as the recipe in this picture's file has it: the same "
               "picture again; with no other option of this group or the next")
       .type_name("PICTURE")
+      .completes(Completes::files)
       .group(settings_group)
       .forbid_empty();
   command_ = command;
@@ -286,10 +299,14 @@ void OutputOptions::add_to(Command& command, bool image_required) {
                       .option("-o,--output", image_,
                               "Picture to write: .exr (float, linear) or .png (8 bit, sRGB)")
                       .type_name("IMAGE")
+                      .completes(Completes::files)
+                      .group(output_group)
                       .required(image_required);
   report_option_ =
       command.option("--report", report_, "Write what was done, how fast and with which bits")
-          .type_name("FILE.json");
+          .type_name("FILE.json")
+          .completes(Completes::files)
+          .group(output_group);
   image_option_.forbid_empty();
   report_option_.forbid_empty();
 }
@@ -301,13 +318,16 @@ void OutputOptions::add_aov_to(Command& command) {
           "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
           "of what is first seen; cost in ray segments a sample; samples of each pixel; half-width "
           "of its 95 % interval")
-      .type_name("depth|normal|albedo|sphere|cost|samples|half-width,...")
+      .words({"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}, true)
+      .group(output_group)
       .needs(image_option_);
   command
       .option("--error-map", error_map_,
               "Where the error is: the half-width of each pixel's 95 % interval as colours, with a "
               "legend")
       .type_name("FILE.png")
+      .completes(Completes::files)
+      .group(output_group)
       .forbid_empty()
       .needs(image_option_);
 }
@@ -317,11 +337,12 @@ void OutputOptions::add_denoise_to(Command& command) {
       .flag("--denoise", denoise_,
             "Take away noise by what the pixels around show, and say what error is left; an EXR "
             "file keeps the picture as its samples make it in channels raw.R, raw.G, raw.B")
+      .group(output_group)
       .needs(image_option_);
 }
 
 void add_quiet(Command& command, bool& quiet) {
-  command.flag("-q,--quiet", quiet, "Show no progress");
+  command.flag("-q,--quiet", quiet, "Show no progress").group(output_group);
 }
 
 void add_following(Command& command, Following& following) {
@@ -330,12 +351,14 @@ void add_following(Command& command, Following& following) {
       .option("--progress", following.progress,
               "How progress is shown on stderr: a bar, lines for logs, or JSON lines for programs "
               "(default: what suits stderr)")
-      .type_name("bar|lines|json")
+      .group(output_group)
       .one_of({"bar", "lines", "json"});
   command
       .option("--preview", following.preview,
               "Picture file that shows what there is, and ends as the picture")
       .type_name("FILE")
+      .completes(Completes::files)
+      .group(output_group)
       .forbid_empty();
   command
       .option(
@@ -343,15 +366,19 @@ void add_following(Command& command, Following& following) {
           "Show the picture as it grows in the viewer tev, or another that speaks its protocol; "
           "tev's port is 14158")
       .type_name("HOST:PORT")
+      .group(output_group)
       .forbid_empty();
   command
       .option("--on-end", following.on_end,
               "Run this by the shell when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
               "PARRAY_REASON and PARRAY_IMAGE in its environment")
       .type_name("COMMAND")
+      .group(output_group)
       .forbid_empty();
 }
 
-void add_json(Command& command, bool& as_json) { command.flag("--json", as_json, "Print JSON"); }
+void add_json(Command& command, bool& as_json) {
+  command.flag("--json", as_json, "Print JSON").group(output_group);
+}
 
 }  // namespace parray

@@ -37,10 +37,14 @@ Option add_real_number(Command& command, const std::string& name, NumberRange ra
 /// The number of a job, as `submit` prints it.
 void add_job(Command& command, std::uint64_t& job);
 
-/// Heading, in a command's help, of options that decide the picture.
-inline constexpr const char* settings_group = "Settings of the picture (default: the scene's)";
-/// Of options that change how the work is done but not the picture.
-inline constexpr const char* work_group = "How the work is done (never changes the picture)";
+/// Headings, in a command's help. Of options that decide the picture:
+inline constexpr const char* settings_group = "Picture (default: the scene's)";
+/// Of those that say when it is good enough.
+inline constexpr const char* limits_group = "Accuracy (whichever is reached first ends it)";
+/// Of those that change how the work is done but not the picture.
+inline constexpr const char* work_group = "Speed (never changes the picture)";
+inline constexpr const char* output_group = "Output";
+inline constexpr const char* farm_group = "Farm";
 
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
@@ -70,7 +74,9 @@ class RenderOptions {
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
+  void add_picture_to(Command& command);
   void add_limits_to(Command& command);
+  void add_work_to(Command& command);
   void lay_limits_over(RenderSettings& settings) const;
 
   std::string like_;
@@ -118,8 +124,8 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
-  Option image_option_{nullptr};
-  Option report_option_{nullptr};
+  Option image_option_;
+  Option report_option_;
 };
 
 void add_quiet(Command& command, bool& quiet);

@@ -340,6 +340,8 @@ void add_plan(CommandLine& line, Action& chosen) {
               "Picture that the render will write (default: the scene's name "
               "with .exr); the plan writes none")
       .type_name("IMAGE")
+      .completes(Completes::files)
+      .group(output_group)
       .forbid_empty();
   add_json(command, options->as_json);
   options->render.add_without_samples_to(command);
@@ -359,6 +361,10 @@ void add_plan(CommandLine& line, Action& chosen) {
           "--speeds", [options](const std::string& text) { options->speeds = speeds_from(text); },
           "How fast each of the farm's workers is, in samples/s relative to this machine")
       .type_name("S,S...");
+  command.example("parray plan scenes/glass.json --error 0.01",
+                  "the render command that gets there soonest, and how long it takes");
+  command.example("parray plan scenes/glass.json --time 60 --workers 8",
+                  "the least error in a minute of eight workers like this machine");
   command.on_chosen([options, command, &chosen] {
     options->given = given_options(command, options->workers || !options->speeds.empty());
     chosen = [options] { return make_and_print(*options); };

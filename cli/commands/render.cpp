@@ -76,9 +76,6 @@ void add_render(CommandLine& line, Action& chosen) {
   Command command = line.command("render", "Render a scene on this machine");
   const auto options = std::make_shared<RenderCommand>();
   add_scene(command, options->scene);
-  options->output.add_to(command, true);
-  options->output.add_aov_to(command);
-  options->output.add_denoise_to(command);
   options->render.add_to(command);
   options->render.add_like_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
@@ -87,7 +84,21 @@ void add_render(CommandLine& line, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
       .group(work_group);
+  options->output.add_to(command, true);
+  options->output.add_aov_to(command);
+  options->output.add_denoise_to(command);
   add_following(command, options->following);
+  command.example("parray render scenes/glass.json -o glass.png",
+                  "as the scene says, a bar of progress meanwhile");
+  command.example("parray render scenes/particles/helix.pdb -o helix.png",
+                  "the portrait of a molecule, framed and lit by itself");
+  command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
+                  "until the error is at most 0.01 (RMSE, linear radiance)");
+  command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",
+                  "the best picture of ten seconds, its noise filtered away");
+  command.example(
+      "parray render scenes/glass.json -o glass.exr --aov depth,normal --report glass.json",
+      "with named channels, and a report of what was done and how fast");
   command.on_chosen([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 

@@ -111,6 +111,24 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
   return reserved;
 }
 
+/// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.
+class LongWait {
+ public:
+  explicit LongWait(bool quiet) : told_(!quiet) {}
+
+  void note(Time now, const JobStatus& status) {
+    if (!since_ || status.waits_for.empty()) since_ = now;
+    if (told_ || now - *since_ < seconds(10)) return;
+    told_ = true;
+    std::cerr << "parray: job " + std::to_string(status.id) +
+                     " waits for: " + printable(status.waits_for, 500) + "\n";
+  }
+
+ private:
+  bool told_;
+  std::optional<Time> since_;  ///< it has lacked something
+};
+
 /// Shows a job until it has ended. What writes `image`, if that is not empty, is loaded meanwhile,
 /// but not before there is something to see: it takes a core a quarter of a second, during which
 /// no thread can be made.
@@ -120,12 +138,14 @@ static JobStatus follow(Client& client, JobId job, const Following& following, P
   std::jthread loading;
   const Time begin = clock.now();
   Progress progress(progress_style(following.quiet, following.progress), std::cerr,
-                    terminal_columns());
+                    terminal_columns);
+  LongWait waiting(following.quiet);
   for (;;) {
     JobStatus status = job_status(client.show(job));
     const Time now = clock.now();
     progress.show(now, status);
     if (status.ended()) return status;
+    waiting.note(now, status);
     preview.follow(clock, status, [&] { return client.fetch_partial(job); });
     const bool seen = preview.wanted() ? preview.shown() : status.samples_per_second > 0;
     if (seen && can_hold_channels(image) && !loading.joinable()) {

@@ -114,7 +114,7 @@ class SeriesRun {
         token_(token_of(request)),
         progress_(
             progress_style(request.following.quiet || !request.wait, request.following.progress),
-            std::cerr, terminal_columns()) {
+            std::cerr, terminal_columns) {
     if (!request.camera_path.empty()) path_.emplace(request.camera_path);
   }
 

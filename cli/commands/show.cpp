@@ -48,6 +48,8 @@ void add_show(CommandLine& line, Action& chosen) {
   add_job(command, options->job);
   add_json(command, options->as_json);
   options->farm.add_to(command);
+  command.example("parray show 7",
+                  "its state, error so far, what it waits for and what has happened to it");
   command.on_chosen([options, &chosen] { chosen = [options] { return show(*options); }; });
 }
 

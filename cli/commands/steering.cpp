@@ -18,7 +18,8 @@ struct SteeringCommand {
   bool as_json = false;
 };
 
-void add_action(CommandLine& line, Action& chosen, const char* help, msg::JobAction action) {
+void add_action(CommandLine& line, Action& chosen, const char* help, const char* example,
+                msg::JobAction action) {
   const bool prioritise = action == msg::JobAction::prioritise;
   const std::string name(job_action_names[static_cast<std::size_t>(action)]);
   Command command = line.command(prioritise ? "priority" : name, help);
@@ -33,6 +34,7 @@ void add_action(CommandLine& line, Action& chosen, const char* help, msg::JobAct
   }
   add_json(command, options->as_json);
   options->farm.add_to(command);
+  command.example("parray " + std::string(prioritise ? "priority 7 80" : name + " 7"), example);
   command.on_chosen([options, &chosen, action] {
     chosen = [options, action] {
       FarmClient client(options->farm);
@@ -46,12 +48,18 @@ void add_action(CommandLine& line, Action& chosen, const char* help, msg::JobAct
 
 void add_steering(CommandLine& line, Action& chosen) {
   using enum msg::JobAction;
-  add_action(line, chosen, "Grant no more work of a job until it is resumed", pause);
-  add_action(line, chosen, "Go on with a paused job", resume);
-  add_action(line, chosen, "Cancel a job; one that has ended stays as it is", cancel);
-  add_action(line, chosen, "Render a job after all that has failed or was cancelled", requeue);
-  add_action(line, chosen, "Delete a job that has ended, with its picture", forget);
-  add_action(line, chosen, "Change the priority of a job: parray priority JOB 0..100", prioritise);
+  add_action(line, chosen, "Grant no more work of a job until it is resumed",
+             "what has been traced stays", pause);
+  add_action(line, chosen, "Go on with a paused job", "from where it was", resume);
+  add_action(line, chosen, "Cancel a job; one that has ended stays as it is",
+             "its rows stay, for requeue", cancel);
+  add_action(line, chosen, "Go on with a job that has failed or was cancelled",
+             "goes on with the rows that it has", requeue);
+  add_action(line, chosen, "Delete a job that has ended, with its picture",
+             "its number is not used again", forget);
+  add_action(line, chosen,
+             "Change the priority of a job, from 0 to 100 (50 unless submit said otherwise)",
+             "before your other jobs", prioritise);
 }
 
 }  // namespace parray

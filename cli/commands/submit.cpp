@@ -81,6 +81,13 @@ void add_submit(CommandLine& line, Action& chosen) {
       line.command("submit", "Hand a scene to a coordinator; prints the number of the new job");
   const auto options = std::make_shared<SubmitCommand>();
   add_scene(command, options->scene);
+  options->render.add_to(command);
+  options->render.add_like_to(command);
+  options->output.add_to(command, false);
+  options->output.add_aov_to(command);
+  options->output.add_denoise_to(command);
+  add_following(command, options->following);
+  constexpr const char* frames_group = "Series of frames";
   const Option frames =
       command
           .option(
@@ -89,33 +96,40 @@ void add_submit(CommandLine& line, Action& chosen) {
               "A series of frames, shown and steered as one job: numbers for #### in the scene's "
               "name, along --camera-path, or of the trajectory that the scene names; run again, it "
               "goes on; -o name-####.exr")
-          .type_name("FIRST-LAST[:STEP]");
+          .type_name("FIRST-LAST[:STEP]")
+          .group(frames_group);
   command
       .option("--camera-path", options->camera_path,
               "Where the camera is at which frame: {\"cameras\": [{\"frame\": N, ...}, ...]}, a "
               "curve between")
       .type_name("FILE.json")
+      .completes(Completes::files)
+      .group(frames_group)
       .forbid_empty()
       .needs(frames);
-  const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
-  options->output.add_to(command, false);
-  options->output.add_aov_to(command);
-  options->output.add_denoise_to(command);
+  Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
+  wait.group(farm_group);
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
   add_whole_number(
       command, "--priority", 0, 100,
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-      "Of your jobs those of higher priority get the workers first (default: 50)");
+      "Of your jobs those of higher priority get the workers first (default: 50)")
+      .group(farm_group);
   add_whole_number(
       command, "--max-failures", 1, 1000,
       [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
       "The job fails when so many workers have failed at the same part of it (default: the "
-      "coordinator's)");
-  options->render.add_to(command);
-  options->render.add_like_to(command);
-  add_following(command, options->following);
+      "coordinator's)")
+      .group(farm_group);
   options->farm.add_to(command);
+  command.example("parray submit scenes/glass.json", "prints the number of the job and returns");
+  command.example("parray submit scenes/glass.json --wait -o glass.exr --target-error 0.01",
+                  "shows progress, and writes the picture here when it is done");
+  command.example("parray submit 'scene-####.json' --frames 1-120 --wait -o 'frame-####.exr'",
+                  "a series of frames, shown and steered as one job");
+  command.example("parray submit scenes/glass.json --coordinator tcp://farm:7400 --keys ann.key",
+                  "to another machine, with your key");
   command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }
 

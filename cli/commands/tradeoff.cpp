@@ -47,7 +47,7 @@ class Meter {
  public:
   Meter(const TradeoffCommand& command)
       : began_(clock_.now()),
-        progress_(progress_style(command.quiet), std::cerr, terminal_columns()) {
+        progress_(progress_style(command.quiet), std::cerr, terminal_columns) {
     status_.name = "tradeoff";
     status_.state = "running";
   }
@@ -183,6 +183,8 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
               "Directory for tables, plots (PDF, SVG, PNG) and what has been measured; the same "
               "command again goes on from there")
       .type_name("DIR")
+      .completes(Completes::directories)
+      .group(output_group)
       .required()
       .forbid_empty();
   add_real_number(
@@ -215,6 +217,8 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   command.flag("--restart", options->restart, "Forget what DIR has from an earlier run");
   add_quiet(command, options->quiet);
   add_json(command, options->as_json);
+  command.example("parray tradeoff scenes/glass.json -o trade --error 0.01",
+                  "the cheapest settings for that error, measured in two minutes");
   command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

@@ -143,6 +143,7 @@ void add_validate(CommandLine& line, Action& chosen) {
   add_scene(command, options->scene);
   add_json(command, options->as_json);
   options->render.add_to(command);
+  command.example("parray validate scenes/glass.json", "what is in it, and what auto picks for it");
   command.on_chosen([options, &chosen] { chosen = [options] { return validate(*options); }; });
 }
 

@@ -353,12 +353,12 @@ void add_verify(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<VerifyCommand>();
   command.option("PICTURE", options->picture, "EXR or PNG file that ParRay has written")
       .required()
-      .type_name("")
+      .completes(Completes::files)
       .forbid_empty();
   command
       .option("SCENE", options->scene,
               "What it was rendered from: a scene file or a file of particles")
-      .type_name("")
+      .completes(Completes::files)
       .forbid_empty();
   add_whole_number(
       command, "--pixels", 1, limits::max_pixels,
@@ -376,6 +376,8 @@ void add_verify(CommandLine& line, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)");
   add_json(command, options->as_json);
+  command.example("parray verify glass.exr", "its pixels against the hash in the file");
+  command.example("parray verify glass.exr scenes/glass.json", "and 299 of them traced again");
   command.on_chosen([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }
 

@@ -57,6 +57,10 @@ int workers(const WorkersCommand& command) {
   }
   std::cout << table_text(
       {"WORKER", "STATE", "THREADS", "LEASES", "SPEED", "LAST HEARD", "HOST", "REASON"}, rows);
+  if (rows.empty() && command.action.empty()) {
+    std::cerr << "parray: no workers are connected: start parray-worker --coordinator " +
+                     command.farm.address() + "\n";
+  }
   return 0;
 }
 
@@ -75,6 +79,10 @@ void add_workers(CommandLine& line, Action& chosen) {
   command.flag("--host", options->host, "NAME is a host: all workers there");
   add_json(command, options->as_json);
   options->farm.add_to(command);
+  command.example("parray workers", "with their speed, and when they were last heard");
+  command.example("parray workers drain node7 --host",
+                  "no more leases for any worker of a machine");
+  command.example("parray workers readmit node7-4711", "leases again, also after quarantine");
   command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });
 }
 

@@ -8,11 +8,7 @@
 
 namespace {
 
-constexpr const char* about =
-    "Renders a scene with all the ranks of one mpirun:\n  mpirun -n P parray-mpi SCENE -o IMAGE";
-constexpr const char* footer =
-    "\nAs root mpirun wants --allow-run-as-root, and for more ranks than cores --oversubscribe.\n"
-    "Exit status: 0 done; 1 failed; 2 bad usage or bad input; 130 interrupted.";
+constexpr const char* about = "Render a scene with all the ranks of one mpirun";
 
 }  // namespace
 
@@ -25,9 +21,9 @@ int main(int argc, char** argv) {
     stop_at_signals();
   }
   MpiOptions options;
-  const Program program = {"parray-mpi", about, "parray-mpi " PARRAY_VERSION, speaks};
+  const Program program = {"parray-mpi", about, "parray-mpi " PARRAY_VERSION, speaks,
+                           "mpirun -n P "};
   return run_main(program, argc, argv, [&](CommandLine& line) {
-    line.footer(footer);
     options.add_to(line);
     return [&] { return mpi_render(options); };
   });

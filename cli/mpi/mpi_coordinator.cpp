@@ -65,7 +65,7 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
       team_(team),
       options_(std::move(options)),
       progress_(progress_style(options_.following.quiet, options_.following.progress), std::cerr,
-                terminal_columns()),
+                terminal_columns),
       preview_(options_.following,
                [this] {
                  stop_if_interrupted();

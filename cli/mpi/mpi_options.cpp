@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "cli/commands/manual.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
@@ -28,9 +29,6 @@ MpiMode mpi_mode_from(std::string_view name) {
 
 void MpiOptions::add_to(Command& command) {
   add_scene(command, scene);
-  output.add_to(command, true);
-  output.add_aov_to(command);
-  output.add_denoise_to(command);
   render.add_to(command);
   render.add_like_to(command);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
@@ -53,7 +51,7 @@ void MpiOptions::add_to(Command& command) {
           "messages: rank 0 is asked for them; static: 1/P of the rows each, whatever --schedule "
           "says; openmp and sequential: "
           "rank 0 alone, with all its threads or with one")
-      .type_name("window|messages|static|openmp|sequential")
+      .words({mode_names.begin(), mode_names.end()})
       .group(work_group);
   number("--tile", 0, 4096, tile,
          "Let threads take square tiles of N x N pixels; 0: runs of pixels along a row")
@@ -61,21 +59,33 @@ void MpiOptions::add_to(Command& command) {
   number("--ledger-ranks", 1, 1U << 20, ledger_ranks,
          "Ranks that take their leases from one rank's memory; more have several (default: 256)")
       .group(work_group);
+  output.add_to(command, true);
+  output.add_aov_to(command);
+  output.add_denoise_to(command);
   command
       .option("--state", state,
               "Keep finished rows in DIR, and go on with what is there; a coordinator started "
               "with --state DIR goes on with it, too (default: IMAGE.state, until the picture "
               "is written)")
       .type_name("DIR")
+      .completes(Completes::directories)
       .group(safety_group);
   number("--checkpoint", 1, 86400, checkpoint, "Keep finished rows every N seconds (default: 10)")
       .group(safety_group);
   number("--patience", 1, 86400, patience,
          "Give up when no rank has got on for N seconds (default: 60)")
       .group(safety_group);
-  command.flag("--row-seconds", row_seconds,
-               "Put the time that each row took into the report, for simulations");
+  command
+      .flag("--row-seconds", row_seconds,
+            "Put the time that each row took into the report, for simulations")
+      .group(output_group);
   add_following(command, following);
+  command.manual(manual_of("mpi"));
+  command.example(
+      "mpirun -n 4 parray-mpi scenes/glass.json -o glass.png",
+      "four ranks (as root add --allow-run-as-root, for more ranks than cores --oversubscribe)");
+  command.example("mpirun -n 64 parray-mpi scenes/glass.json -o glass.exr --threads 4 --state rows",
+                  "finished rows are kept: the same command goes on after a crash");
 }
 
 }  // namespace parray

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
@@ -90,8 +91,8 @@ std::string progress_json(const JobStatus& job) {
   return map.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-Progress::Progress(ProgressStyle style, std::ostream& out, std::size_t columns)
-    : style_(style), out_(out), columns_(columns) {}
+Progress::Progress(ProgressStyle style, std::ostream& out, std::function<std::size_t()> columns)
+    : style_(style), out_(out), columns_(std::move(columns)) {}
 
 Progress::~Progress() { make_way(); }
 
@@ -140,9 +141,11 @@ void Progress::show(Time now, const JobStatus& reported) {
 
 void Progress::draw_bar(const JobStatus& job) {
   // The last column stays free: a cursor beyond it would begin a new line.
-  std::string line = bar_text(job, columns_ - 1);
+  const std::size_t room = std::max<std::size_t>(columns_(), 2) - 1;
+  std::string line = bar_text(job, room);
   const std::size_t length = line.size();
-  if (length < drawn_) line.append(drawn_ - length, ' ');  // over what stood there
+  const std::size_t stood = std::min(drawn_, room);
+  if (length < stood) line.append(stood - length, ' ');  // over what stood there
   line.insert(line.begin(), '\r');
   out_ << line << std::flush;
   drawn_ = length;

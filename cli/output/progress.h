@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -37,8 +38,9 @@ std::string progress_json(const JobStatus& job);
 /// Tells people how far a job is. Never colours, so NO_COLOR has nothing to ask for. One thread.
 class Progress {
  public:
-  /// Writes to `out`, which must outlive the object.
-  Progress(ProgressStyle style, std::ostream& out, std::size_t columns);
+  /// Writes to `out`, which must outlive the object. `columns` says how wide the terminal is now:
+  /// people change that.
+  Progress(ProgressStyle style, std::ostream& out, std::function<std::size_t()> columns);
   /// Ends a bar's line, so that whatever comes next starts its own.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -55,7 +57,7 @@ class Progress {
 
   const ProgressStyle style_;
   std::ostream& out_;
-  const std::size_t columns_;
+  const std::function<std::size_t()> columns_;
   Time next_{};
   JobStatus last_;  ///< as it was when its progress last grew
   Time last_growth_{};

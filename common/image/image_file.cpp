@@ -128,9 +128,21 @@ void write_preview(const fs::path& path, const Image& image,
 
 std::string image_library_version() { return codec().version(); }
 
+/// What opens, or seems to, and is no file.
+static void check_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(path.string() + ": no such file: check the path");
+  if (fs::is_directory(status)) {
+    throw InputError(path.string() + ": is a directory: name a picture in it");
+  }
+}
+
 ImageFile read_image(const fs::path& path) {
   try {
+    check_file(path);
     check_exr_attributes(path);
+    check_png_chunks(path);
     return codec().read(path.string());
   } catch (const InputError& error) {
     constexpr std::size_t longest_message = 6000;                // with a path of 4096 bytes

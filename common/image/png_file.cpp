@@ -4,17 +4,22 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "common/base/error.h"
 #include "common/image/srgb.h"
 
 namespace parray {
@@ -124,6 +129,45 @@ std::string write_png(const std::string& file, const Image& image, const ImageMe
     }
   }
   return writer.finish();
+}
+
+void check_png_chunks(const std::filesystem::path& path) {
+  constexpr std::string_view signature{"\x89PNG\r\n\x1a\n"};
+  constexpr std::size_t around = 12;  // length, type and checksum
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, signature.size()> head{};
+  if (!in.read(head.data(), head.size()) || std::string_view(head.data(), head.size()) != signature)
+    return;
+  const auto refuse = [&](const char* reason) {
+    throw InputError(path.string() + ": " + reason + ": copy or render it again");
+  };
+  std::error_code error;
+  std::uint64_t left = std::filesystem::file_size(path, error) - signature.size();
+  if (error) return;  // no file whose size is known
+  const auto next = [&in](std::span<unsigned char> bytes) {
+    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  };
+  std::vector<unsigned char> block(std::size_t{1} << 16);
+  for (;;) {
+    if (left < around) refuse("a PNG file that is cut off");
+    std::array<unsigned char, 8> begin{};
+    next(begin);
+    std::uint64_t data = png_get_uint_32(begin.data());
+    if (data > left - around) refuse("a PNG file that is cut off");
+    left -= data + around;
+    uLong sum = crc32(0, begin.data() + 4, 4);
+    while (data > 0) {
+      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
+      next(part);
+      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
+      data -= part.size();
+    }
+    std::array<unsigned char, 4> end{};
+    next(end);
+    if (!in) refuse("a PNG file that cannot be read");
+    if (png_get_uint_32(end.data()) != sum) refuse("a PNG file that is damaged");
+    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
+  }
 }
 
 }  // namespace parray

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -14,5 +15,12 @@ namespace parray {
 /// of writing, and may throw.
 std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
                       const std::function<void()>& between_strips, bool fast);
+
+/// Refuses a PNG file that is cut off, or that has changed since it was written (the checksum of
+/// one of its chunks): the library, which would find that too, prints lines of its own. What is no
+/// PNG file is left to others. Throws InputError "FILE: reason".
+///
+/// Format: https://www.w3.org/TR/png-3/#5Chunk-layout
+void check_png_chunks(const std::filesystem::path& path);
 
 }  // namespace parray

@@ -29,6 +29,9 @@ std::string_view remedy_for(std::string_view reason, std::string_view token) {
   }
   if (bad_word && (token.ends_with('/') || token.ends_with('#'))) return "JSON has no comments";
   if (bad_word && token.ends_with('\'')) return "write strings in double quotes";
+  if (bad_word && (token.ends_with('\xff') || token.ends_with('\xfe'))) {
+    return "it looks like UTF-16, save the file as UTF-8";
+  }
   if (bad_word) return "write a number as 0.5 or 1e3, a string in double quotes";
   if (reason.starts_with("unexpected ']'") || reason.starts_with("unexpected '}'")) {
     return "is there a comma too many before it?";

@@ -30,10 +30,12 @@ class JsonMessage final : public spdlog::custom_flag_formatter {
 void LogOptions::add_to(CommandLine& line, const std::string& levels) {
   line.option("--log-level", level, levels)
       .one_of({"debug", "info", "warn", "error"})
-      .show_default();
+      .show_default()
+      .group("Output");
   line.option("--log-format", format, "text, or json: an object a line")
       .one_of({"text", "json"})
-      .show_default();
+      .show_default()
+      .group("Output");
 }
 
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options) {

@@ -1,12 +1,14 @@
 #include "common/process/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/process/help_text.h"
 
 namespace parray {
 namespace {
@@ -62,36 +64,54 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return message + (message.ends_with("?") ? " See `" : "; see `") + help + "`";
 }
 
-template <typename Number>
-Option number_option(CLI::App& app, const std::string& names, Number& target, Number least,
-                     Number most, const std::string& description) {
-  return Option(app.add_option(names, target, description)->check(CLI::Range(least, most)));
+/// "-o" and "--output" of "-o,--output"; nothing of an argument's "SCENE".
+std::vector<std::string> names_in(const std::string& names) {
+  std::vector<std::string> found;
+  std::istringstream parts(names);
+  for (std::string name; std::getline(parts, name, ',');) {
+    if (name.starts_with("-")) found.push_back(name);
+  }
+  return found;
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
+
+OptionText help_option() {
+  return {.names = {"-h", "--help"}, .value = {}, .text = "Print this help", .heading = "Help"};
 }
 
 }  // namespace
 
 Option& Option::required(bool is_required) {
   option_->required(is_required);
+  text_->required = is_required;
   return *this;
 }
 
 Option& Option::type_name(const std::string& name) {
-  option_->type_name(name);
+  text_->value = name;
   return *this;
 }
 
 Option& Option::group(const std::string& name) {
   option_->group(name);
+  text_->heading = name;
   return *this;
 }
 
 Option& Option::show_default() {
   option_->capture_default_str();
+  text_->default_value = option_->get_default_str();
   return *this;
 }
 
 Option& Option::environment(const std::string& name) {
   option_->envname(name);
+  text_->environment = name;
   return *this;
 }
 
@@ -102,6 +122,7 @@ Option& Option::only_once() {
 
 Option& Option::one_value_each() {
   option_->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->expected(1);
+  text_->repeats = true;
   return *this;
 }
 
@@ -112,24 +133,52 @@ Option& Option::forbid_empty() {
   return *this;
 }
 
-Option& Option::one_of(const std::vector<std::string>& words) {
-  option_->check(CLI::IsMember(words));
+Option& Option::one_of(const std::vector<std::string>& known) {
+  option_->check([known](const std::string& text) -> std::string {
+    if (std::ranges::find(known, text) != known.end()) return {};
+    return "'" + printable(text) + "' is none of " + joined(known, ", ");
+  });
+  return words(known);
+}
+
+Option& Option::words(const std::vector<std::string>& words, bool list) {
+  text_->words = words;
+  text_->list = list;
+  text_->value = list ? "WORD,..." : joined(words, "|");
+  return *this;
+}
+
+Option& Option::completes(Completes what) {
+  text_->completes = what;
   return *this;
 }
 
 Option& Option::needs(const Option& other) {
   option_->needs(other.option_);
+  if (!other.text_->required) text_->with = other.text_->names.back();
   return *this;
+}
+
+Option Command::added(CLI::Option* option, const std::string& names, const std::string& value,
+                      const std::string& description) {
+  OptionText text;
+  text.names = names_in(names);
+  text.value = text.is_argument() ? names : value;
+  text.text = description;
+  text_->options.push_back(std::move(text));
+  return {option, &text_->options.back()};
 }
 
 Option Command::option(const std::string& names, std::string& target,
                        const std::string& description) {
-  return Option(app_->add_option(names, target, description));
+  return added(app_->add_option(names, target), names, "TEXT", description);
 }
 
 Option Command::option(const std::string& names, std::vector<std::string>& target,
                        const std::string& description) {
-  return Option(app_->add_option(names, target, description));
+  const Option option = added(app_->add_option(names, target), names, "TEXT", description);
+  text_->options.back().repeats = true;
+  return option;
 }
 
 Option Command::option(const std::string& names, std::function<void(const std::string&)> set,
@@ -141,27 +190,41 @@ Option Command::option(const std::string& names, std::function<void(const std::s
       throw CLI::ValidationError(names, error.what());
     }
   };
-  return Option(app_->add_option_function<std::string>(names, checked, description)->take_last());
+  return added(app_->add_option_function<std::string>(names, checked)->take_last(), names, "TEXT",
+               description);
+}
+
+template <typename Number>
+Option Command::add_number(const std::string& names, Number& target, Number least, Number most,
+                           const std::string& description) {
+  return added(app_->add_option(names, target)->check(CLI::Range(least, most)), names,
+               std::is_integral_v<Number> ? "N" : "X", description);
 }
 
 Option Command::number(const std::string& names, int& target, int least, int most,
                        const std::string& description) {
-  return number_option(*app_, names, target, least, most, description);
+  return add_number(names, target, least, most, description);
 }
 
 Option Command::number(const std::string& names, std::size_t& target, std::size_t least,
                        std::size_t most, const std::string& description) {
-  return number_option(*app_, names, target, least, most, description);
+  return add_number(names, target, least, most, description);
 }
 
 Option Command::number(const std::string& names, double& target, double least, double most,
                        const std::string& description) {
-  return number_option(*app_, names, target, least, most, description);
+  return add_number(names, target, least, most, description);
 }
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) {
-  return Option(app_->add_flag(names, target, description));
+  return added(app_->add_flag(names, target), names, "", description);
 }
+
+void Command::example(const std::string& command, const std::string& about) {
+  text_->examples.push_back({command, about});
+}
+
+void Command::manual(const std::string& text) { text_->manual = text; }
 
 void Command::on_chosen(std::function<void()> chosen) { app_->callback(std::move(chosen)); }
 
@@ -176,33 +239,75 @@ std::vector<GivenOption> Command::given_options() const {
 }
 
 CommandLine::CommandLine(const std::string& description, const std::string& program)
-    : Command(nullptr), root_(std::make_unique<CLI::App>(description, program)) {
+    : Command(nullptr, nullptr), root_(std::make_unique<CLI::App>(description, program)) {
   app_ = root_.get();
+  text_ = &program_.self;
+  text_->name = program;
+  text_->about = description;
   root_->require_subcommand(0, 1);
 }
 
 CommandLine::~CommandLine() = default;
 
-void CommandLine::version(const std::string& text) { root_->set_version_flag("--version", text); }
-
-void CommandLine::footer(const std::string& text) { root_->footer(text); }
-
-Command CommandLine::command(const std::string& name, const std::string& description) {
-  return Command(root_->add_subcommand(name, description));
+void CommandLine::version(const std::string& text) {
+  added(root_->set_version_flag("--version", text), "--version", "", "Print the version")
+      .group("Help");
 }
 
-std::string CommandLine::help() const { return root_->help(); }
+void CommandLine::launcher(const std::string& words) { text_->launcher = words; }
+
+Command CommandLine::command(const std::string& name, const std::string& description) {
+  CommandText text;
+  text.name = text_->name + " " + name;
+  text.heading = heading_;
+  text.about = description;
+  program_.commands.push_back(std::move(text));
+  return {root_->add_subcommand(name, description), &program_.commands.back()};
+}
+
+void CommandLine::add_help_command() {
+  Command help = command("help", "Print the help of a command, or the list of all");
+  help.option("COMMAND", topic_, "Which one").completes(Completes::commands);
+  help.example(text_->name + " help " + program_.commands.front().word(), "as --help after it");
+}
+
+void CommandLine::add_manuals(const std::function<std::string(const std::string&)>& manual_of) {
+  program_.self.manual = manual_of(program_.self.word());
+  for (CommandText& command : program_.commands) command.manual = manual_of(command.word());
+}
+
+ProgramText CommandLine::description() const {
+  ProgramText described = program_;
+  described.self.options.push_back(help_option());
+  for (CommandText& command : described.commands) command.options.push_back(help_option());
+  return described;
+}
+
+std::string CommandLine::help() const { return help_text(description(), help_columns()); }
+
+/// Throws UsageError.
+std::string CommandLine::help_of(const std::string& name) const {
+  for (const CommandText& command : description().commands) {
+    if (command.word() == name) return help_text(command, help_columns());
+  }
+  throw UsageError(unknown_command(*root_, name) + "; see `" + root_->get_name() + " help`");
+}
 
 std::optional<std::string> CommandLine::parse(int argc, const char* const* argv) {
+  const auto chosen = [this] {
+    const std::vector<CLI::App*> commands = root_->get_subcommands();
+    return commands.empty() ? std::string() : commands.front()->get_name();
+  };
   try {
     root_->parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    std::ostringstream text;
-    root_->exit(asked, text, text);
-    return text.str();
+  } catch (const CLI::CallForHelp&) {
+    return chosen().empty() ? help() : help_of(chosen());
+  } catch (const CLI::CallForVersion& version) {
+    return std::string(version.what()) + "\n";
   } catch (const CLI::ParseError& error) {
     throw UsageError(usage_message(*root_, error));
   }
+  if (chosen() == "help") return topic_.empty() ? help() : help_of(topic_);
   return std::nullopt;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/process/description.h"
 
 namespace CLI {
 class App;
@@ -29,10 +30,11 @@ class UsageError : public InputError {
 /// option.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  Option() = default;
+  Option(CLI::Option* option, OptionText* text) : option_(option), text_(text) {}
 
   Option& required(bool is_required = true);
-  /// What the help shows in the place of the value.
+  /// What stands for the value in the help.
   Option& type_name(const std::string& name);
   /// The heading of the help that it stands under.
   Option& group(const std::string& name);
@@ -46,12 +48,18 @@ class Option {
   Option& one_value_each();
   /// Refuses an empty value, which would read as "not given".
   Option& forbid_empty();
+  /// Refuses any other.
   Option& one_of(const std::vector<std::string>& words);
+  /// Known words, for help and shells; whoever reads the value refuses others. `list`: several,
+  /// with commas between.
+  Option& words(const std::vector<std::string>& words, bool list = false);
+  Option& completes(Completes what);
   /// Makes sense only beside `other`.
   Option& needs(const Option& other);
 
  private:
-  CLI::Option* option_;
+  CLI::Option* option_ = nullptr;
+  OptionText* text_ = nullptr;
 };
 
 /// An option that the user has given.
@@ -64,7 +72,7 @@ struct GivenOption {
 /// A command with its options: what `parray render` takes.
 class Command {
  public:
-  explicit Command(CLI::App* app) : app_(app) {}
+  Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
 
   // `names` as CLI11 has them: "-o,--output", or "SCENE" for an argument.
   Option option(const std::string& names, std::string& target, const std::string& description);
@@ -84,12 +92,25 @@ class Command {
                 const std::string& description);
   Option flag(const std::string& names, bool& target, const std::string& description);
 
+  /// A command to copy, and what it does. One that is not understood fails --describe, and with it
+  /// the build.
+  void example(const std::string& command, const std::string& about);
+  /// For the man page, in the form of manual_page.h.
+  void manual(const std::string& text);
+
   /// `chosen` is called once the user has been understood to want this command.
   void on_chosen(std::function<void()> chosen);
   [[nodiscard]] std::vector<GivenOption> given_options() const;
 
  protected:
+  Option added(CLI::Option* option, const std::string& names, const std::string& value,
+               const std::string& description);
+  template <typename Number>
+  Option add_number(const std::string& names, Number& target, Number least, Number most,
+                    const std::string& description);
+
   CLI::App* app_;
+  CommandText* text_;
 };
 
 /// A whole command line.
@@ -102,10 +123,17 @@ class CommandLine : public Command {
 
   /// What --version prints.
   void version(const std::string& text);
-  /// The end of the help.
-  void footer(const std::string& text);
+  /// What starts the program: "mpirun -n P ".
+  void launcher(const std::string& words);
+  /// Commands that are declared from now on stand under this heading of the help.
+  void heading(const std::string& name) { heading_ = name; }
   Command command(const std::string& name, const std::string& description);
+  /// manual() of the program and of every command, by their last words.
+  void add_manuals(const std::function<std::string(const std::string&)>& manual_of);
+  /// help [COMMAND]: prints what --help does.
+  void add_help_command();
   [[nodiscard]] std::string help() const;
+  [[nodiscard]] ProgramText description() const;
 
   /// What is to be printed where the user has only asked for that: --help, --version. Throws
   /// UsageError: one line that says what is wrong, names the option, the nearest known one if it is
@@ -115,7 +143,12 @@ class CommandLine : public Command {
   void parse(const std::string& words);
 
  private:
+  [[nodiscard]] std::string help_of(const std::string& command) const;
+
   std::unique_ptr<CLI::App> root_;
+  ProgramText program_;
+  std::string heading_ = "Commands";
+  std::string topic_;  ///< of the help command
 };
 
 }  // namespace parray

@@ -5,9 +5,11 @@
 #include <iostream>
 #include <new>
 #include <optional>
+#include <string_view>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
+#include "common/process/describe.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -41,9 +43,20 @@ int run_action(const char* program, const Action& action) {
 int run_main(const Program& program, int argc, const char* const* argv,
              const std::function<Action(CommandLine&)>& declare) {
   try {
+    const auto declare_all = [&](CommandLine& line) {
+      line.launcher(program.launcher);
+      const Action action = declare(line);
+      line.version(program.version);
+      return action;
+    };
+    if (argc == 3 && std::string_view(argv[1]) == "--describe") {
+      return run_action(program.name, [&] {
+        describe(declare_all, program.name, program.about, argv[2]);
+        return 0;
+      });
+    }
     CommandLine line(program.about, program.name);
-    line.version(program.version);
-    const Action action = declare(line);
+    const Action action = declare_all(line);
     try {
       if (const std::optional<std::string> asked = line.parse(argc, argv)) {
         if (!program.speaks) return 0;

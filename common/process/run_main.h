@@ -16,12 +16,14 @@ struct Program {
   const char* about;
   const char* version;  ///< what --version prints
   bool speaks = true;   ///< false: of several processes with one command line another one prints
+  const char* launcher = "";  ///< what the usage has before the name: "mpirun -n P "
 };
 
 /// What the main() of every program does around its work: `declare` adds options to the command
 /// line and returns what is to be done once they are understood. Returns the exit status of
 /// README.md (0 done, 1 failed, 2 bad usage or bad input, 130 interrupted); a failure is one line
-/// on stderr. One that does not speak returns 0 where the command line is at fault.
+/// on stderr. `declare` may be called several times, for --describe (describe.h). One that does not
+/// speak returns 0 where the command line is at fault.
 int run_main(const Program& program, int argc, const char* const* argv,
              const std::function<Action(CommandLine&)>& declare);
 

@@ -65,7 +65,9 @@ set(PURGED "/etc/parray/worker.key")
 set(POSTINST "")
 service(parray-worker parray-coordinator)
 set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
-set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)  # its module that reads and writes pictures
+# Its module that reads and writes pictures.
+set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)
+set(CPACK_COMPONENT_PARRAY-COORDINATOR_DEPENDS parray)
 set(CPACK_DEBIAN_PARRAY-MPI_PACKAGE_DEPENDS openmpi-bin)
 
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own

@@ -298,8 +298,7 @@ class Flood {
 int main(int argc, char** argv) {
   Arguments arguments;
   const Program program = {
-      "bench_flood",
-      "Workers that make up their results, until all jobs of a coordinator are done.",
+      "bench_flood", "Workers that make up their results, until all jobs of a coordinator are done",
       PARRAY_VERSION};
   return run_main(program, argc, argv, [&](CommandLine& line) {
     line.option("--coordinator", arguments.coordinator, "Its address");

@@ -136,7 +136,7 @@ double spread(const Arguments& a) {
 
 int main(int argc, char** argv) {
   using namespace parray;
-  const Program program = {"bench_scene_spread", "How long a scene takes to all workers.", ""};
+  const Program program = {"bench_scene_spread", "How long a scene takes to all workers", ""};
   Arguments a;
   return run_main(program, argc, argv, [&](CommandLine& line) {
     line.number("--workers", a.workers, 1, 30000, "Each on a machine of its own").show_default();

@@ -14,7 +14,7 @@ import tempfile
 import time
 import unittest
 
-from farm import BIN, SCENES, run, wait_for
+from farm import BIN, SCENES, Farm, run, wait_for
 
 SCENE = {
     "version": 1,
@@ -438,6 +438,25 @@ class Talk(CliTest):
         digests = {hashlib.sha256(self.path(name).read_bytes()).hexdigest()
                    for name in ("a.png", "b.png")}
         self.assertEqual(len(digests), 1)
+
+
+class Waiting(CliTest):
+    def test_a_farm_without_workers_says_so_in_every_command_that_meets_it(self):
+        with Farm() as farm:
+            job = farm.submit(self.scene)
+            self.assertEqual(farm.client("jobs").stderr,
+                             "parray: 1 job waits for: no workers connected\n")
+            self.assertIn("waits for  no workers connected", farm.client("show", job).stdout)
+            self.assertIn("no workers are connected: start parray-worker --coordinator "
+                          + farm.address, farm.client("workers").stderr)
+            watch = farm.start_client("watch", job, "--quiet")
+            wait_for(lambda: watch.log.read_text() ==
+                     f"parray: job {job} waits for: no workers connected\n", "the quiet one's word")
+            farm.start_worker("late")
+            self.assertEqual(watch.wait(timeout=60), 0)
+            done = farm.client("jobs")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(farm.client("workers").stderr, "")
 
 
 if __name__ == "__main__":

@@ -62,15 +62,19 @@ class Compare(unittest.TestCase):
         write_exr(self.path(name), width, len(pixels) // width, pixels)
         return self.path(name)
 
-    def compared(self, *arguments):
+    def compared(self, *arguments, warnings=""):
         result = run("compare", *arguments, "--json")
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual((result.returncode, result.stderr), (1 if warnings else 0, warnings))
         return json.loads(result.stdout)
 
-    def text(self, *arguments):
+    def text(self, *arguments, warnings=""):
         result = run("compare", *arguments)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual((result.returncode, result.stderr), (1 if warnings else 0, warnings))
         return result.stdout
+
+    def left_out(self, image, count, here, there):
+        return (f"parray: warning: {image}: {count} left out, not finite here ({here}) or in the "
+                f"reference ({there})\n")
 
     def refused(self, *arguments, mentions):
         before = {path: path.read_bytes() for path in self.directory.iterdir() if path.is_file()}
@@ -125,7 +129,8 @@ class Compare(unittest.TestCase):
         self.exr("zero.exr", [(0, 0, 0)] * 12)
         self.exr("minus-zero.exr", [(-0.0, 0, 0)] * 12)
         self.exr("nan.exr", [(math.nan, 0, 0)] * 12)
-        same = self.compared(self.path("nan.exr"), self.path("nan.exr"))["images"][0]
+        same = self.compared(self.path("nan.exr"), self.path("nan.exr"), warnings=self.left_out(
+            self.path("nan.exr"), "12 pixels", 12, 12))["images"][0]
         self.assertTrue(same["identical"])
         self.assertIsNone(same["mse"])
         zeros = self.compared(self.path("zero.exr"), self.path("zero.exr"), self.path("minus-zero.exr"))
@@ -133,7 +138,7 @@ class Compare(unittest.TestCase):
         self.assertEqual([one["mse"] for one in zeros["images"]], [0, 0])
         self.assertEqual([one["psnr"] for one in zeros["images"]], [None, None])
 
-    def test_pixels_that_are_not_finite_are_left_out_and_said(self):
+    def test_pixels_that_are_not_finite_are_left_out_with_a_warning_and_status_1(self):
         pixels = list(GREY)
         pixels[0] = (math.nan, 0.5, 0.5)
         pixels[5] = (0.5, math.inf, 0.5)
@@ -141,7 +146,8 @@ class Compare(unittest.TestCase):
         reference = list(GREY)
         reference[5] = (-math.inf, 0, 0)
         image = self.exr("a.exr", pixels)
-        facts = self.compared(self.exr("r.exr", reference), image)
+        warning = self.left_out(image, "2 pixels", 2, 1)
+        facts = self.compared(self.exr("r.exr", reference), image, warnings=warning)
         one = facts["images"][0]
         self.assertEqual(facts["reference"]["nonfinite_pixels"], 1)
         self.assertEqual((one["nonfinite_pixels"], one["excluded_pixels"]), (2, 2))
@@ -149,13 +155,13 @@ class Compare(unittest.TestCase):
         self.assertEqual((one["x"], one["y"]), (3, 2))
         for name in ("flip", "hdr_flip"):
             self.assertTrue(0 < one[name] < 1)
-        text = self.text(self.path("r.exr"), image)
-        self.assertIn("a.exr: 2 pixels left out, not finite here (2) or in the reference (1)\n", text)
+        self.text(self.path("r.exr"), image, warnings=warning)
         nothing = self.exr("nothing.exr", [(math.inf, 0, 0)] * 12)
-        one = self.compared(self.reference, nothing)["images"][0]
+        warning = self.left_out(nothing, "12 pixels", 12, 0)
+        one = self.compared(self.reference, nothing, warnings=warning)["images"][0]
         for name in ("mse", "bias", "max", "x", "y", "flip", "hdr_flip"):
             self.assertIsNone(one[name], name)
-        self.assertRegex(self.text(self.reference, nothing), r"nothing\.exr +nan +nan +- ")
+        self.assertRegex(self.text(self.reference, nothing, warnings=warning), r"nothing\.exr +nan +nan +- ")
 
     def test_a_png_is_compared_in_linear_values_and_has_no_hdr_flip(self):
         srgb = lambda v: v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
@@ -208,15 +214,31 @@ class Compare(unittest.TestCase):
         output = ["-o", self.path("v.png")]
         self.refused(self.reference, self.reference, wide, *output,
                      mentions=[wide, "6 x 2", self.reference, "4 x 3"])
-        self.refused(self.reference, self.path("none.exr"), *output, mentions=["none.exr: "])
-        self.refused(self.path("none.png"), self.reference, *output, mentions=["none.png: "])
+        self.refused(self.reference, self.path("none.exr"), *output,
+                     mentions=["none.exr: no such file"])
+        self.refused(self.path("none.png"), self.reference, *output,
+                     mentions=["none.png: no such file"])
+        self.refused(self.reference, "", *output, mentions=["IMAGE: the name is empty"])
         self.path("text.exr").write_text("not a picture")
         self.refused(self.reference, self.path("text.exr"), *output, mentions=["text.exr: "])
         cut = self.path("cut.exr")
         cut.write_bytes(self.reference.read_bytes()[:-40])
         self.refused(self.reference, cut, *output, mentions=["cut.exr: "])
         self.path("folder.exr").mkdir()
-        self.refused(self.reference, self.path("folder.exr"), *output, mentions=["folder.exr: "])
+        self.refused(self.reference, self.path("folder.exr"), *output, mentions=["folder.exr: is a directory"])
+
+    def test_a_png_that_is_cut_off_or_damaged_is_one_line_wherever_that_is(self):
+        whole = self.path("whole.png")
+        write_png(whole, 4, 3, [(10 * i, 200, 3 * i) for i in range(12)])
+        data = whole.read_bytes()
+        self.assertTrue(self.compared(whole, whole)["images"][0]["identical"])
+        cut = self.path("cut.png")
+        for length in (8, 15, 30, 33, 41, len(data) - 13, len(data) - 1):
+            cut.write_bytes(data[:length])
+            self.refused(whole, cut, mentions=["cut.png: a PNG file that is cut off"])
+        for place in (9, 17, 30, 37, 50, len(data) - 14, len(data) - 1):
+            cut.write_bytes(data[:place] + bytes([data[place] ^ 4]) + data[place + 1:])
+            self.refused(whole, cut, mentions=["cut.png: a PNG file that is "])
 
     def test_an_output_is_checked_before_the_pictures_are_read(self):
         missing = self.path("none.exr")

@@ -8,6 +8,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
@@ -28,7 +29,10 @@ JobStatus job_at(double progress, double seconds_left = 12) {
 /// What a Progress of one style writes.
 class Recorder {
  public:
-  explicit Recorder(ProgressStyle style) : progress_(std::make_unique<Progress>(style, out_, 60)) {}
+  explicit Recorder(ProgressStyle style)
+      : progress_(std::make_unique<Progress>(style, out_, [this] { return columns; })) {}
+
+  std::size_t columns = 60;
 
   void show(Time now, const JobStatus& job) { progress_->show(now, job); }
   std::string end() {
@@ -113,6 +117,21 @@ TEST_CASE("a bar is redrawn in place over what was longer, and its line is ended
   CHECK(text.back() == '\n');
   const std::size_t second = text.rfind('\r');
   CHECK(text.size() - 1 - second >= second);  // covers the first
+}
+
+TEST_CASE("a bar in a terminal that people make narrower goes on in one line") {
+  Recorder recorder(ProgressStyle::bar);
+  recorder.show(seconds(1), job_at(0.1));
+  recorder.columns = 24;
+  recorder.show(seconds(2), job_at(0.2));
+  recorder.show(seconds(3), job_at(0.3));
+  std::istringstream draws(recorder.end());
+  std::vector<std::size_t> lengths;
+  for (std::string drawn; std::getline(draws, drawn, '\r');) lengths.push_back(drawn.size());
+  REQUIRE(lengths.size() == 4);  // before the first is nothing
+  CHECK(lengths[1] > 24);
+  CHECK(lengths[2] < 24);
+  CHECK(lengths[3] <= 24);  // with the line's end
 }
 
 TEST_CASE("between two steps of progress the speed stays and the time left runs down") {

@@ -147,6 +147,9 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
       {"half a byte order mark", "\xEF\xBB" + valid_scene(),
        "s.json:1: /: not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at '\\xef\\xbb{'): "
        "look for a missing quote, comma or bracket"},
+      {"UTF-16", "\xFF\xFE" + with("\"gold\"", "\"gold\""),
+       "s.json:1: /: not JSON (invalid literal at '\\xff'): it looks like UTF-16, save the file as "
+       "UTF-8"},
       {"not UTF-8", with("\"gold\": {", "\"g\xFFld\": {"),
        "s.json:9: /materials: not JSON (invalid string: ill-formed UTF-8 byte at '\"g\\xff'): save "
        "the file as UTF-8"},

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace parray {
+
+/// What the man page of a command says beyond its options, in the form of
+/// common/process/manual_page.h: of "render", say, or of "mpi". Empty: nothing.
+std::string manual_of(const std::string& command);
+
+}  // namespace parray

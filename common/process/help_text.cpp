@@ -1,0 +1,128 @@
+#include "common/process/help_text.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+namespace parray {
+namespace {
+
+constexpr std::size_t text_column = 26;
+
+/// "  --width N             Pixels across".
+std::string entry(const std::string& left, const std::string& text, std::size_t columns) {
+  std::string line = "  " + left;
+  if (line.size() + 2 > text_column) {
+    line += "\n" + std::string(text_column, ' ');
+  } else {
+    line.resize(text_column, ' ');
+  }
+  return line + wrapped(text, text_column, columns) + "\n";
+}
+
+std::string notes(const OptionText& option) {
+  std::string text = option.text;
+  if (!option.default_value.empty()) text += " (default: " + option.default_value + ")";
+  if (!option.environment.empty()) text += " (or $" + option.environment + ")";
+  if (!option.with.empty()) text += " (with " + option.with + ")";
+  return text;
+}
+
+std::string options_text(const CommandText& command, std::size_t columns) {
+  std::string text;
+  for (const OptionText& option : command.options) {
+    if (option.is_argument()) text += entry(option.shown(), notes(option), columns);
+  }
+  if (!text.empty()) text += "\n";
+  for (const std::string& heading : command.headings()) {
+    text += heading + ":\n";
+    for (const OptionText& option : command.options) {
+      if (option.heading != heading || option.is_argument()) continue;
+      text += entry(option.shown(), notes(option), columns);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string examples_text(const CommandText& command, std::size_t columns) {
+  if (command.examples.empty()) return "";
+  std::string text = "Examples:\n";
+  for (const Example& example : command.examples) {
+    text += "  " + example.command + "\n      " + wrapped(example.about, 6, columns) + "\n";
+  }
+  return text + "\n";
+}
+
+std::string head_text(const CommandText& command, bool has_commands, std::size_t columns) {
+  return "Usage: " + wrapped(command.usage(has_commands), 7, columns) + "\n\n" +
+         wrapped(command.about + ".", 0, columns) + "\n\n";
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
+  std::istringstream words(text);
+  std::string lines;
+  std::size_t length = indent;
+  for (std::string word; words >> word;) {
+    if (lines.empty()) {
+      lines = word;
+    } else if (length + 1 + word.size() > columns) {
+      lines += "\n" + std::string(indent, ' ') + word;
+      length = indent;
+    } else {
+      lines += " " + word;
+      ++length;
+    }
+    length += word.size();
+  }
+  return lines;
+}
+
+std::string help_text(const CommandText& command, std::size_t columns) {
+  return head_text(command, false, columns) + options_text(command, columns) +
+         examples_text(command, columns) + "More: man " + command.page() + "\n";
+}
+
+std::string help_text(const ProgramText& program, std::size_t columns) {
+  const CommandText& self = program.self;
+  if (program.commands.empty()) {
+    return help_text(self, columns);
+  }
+  std::string text = head_text(self, true, columns);
+  for (const std::string& heading : program.headings()) {
+    text += heading + ":\n";
+    for (const CommandText& command : program.commands) {
+      if (command.heading == heading) text += entry(command.word(), command.about, columns);
+    }
+    text += "\n";
+  }
+  return text + options_text(self, columns) + examples_text(self, columns) +
+         wrapped("More: " + self.name + " help COMMAND, man " + self.page() +
+                     ". Exit status: " + exit_statuses + ".",
+                 0, columns) +
+         "\n";
+}
+
+std::size_t help_columns() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment yet
+  const char* const variable = std::getenv("COLUMNS");
+  const std::string_view text = variable == nullptr ? "" : variable;
+  std::size_t columns = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), columns);
+  if (error != std::errc() || stop != text.data() + text.size() || columns == 0) {
+    winsize size{};
+    const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    columns = known ? size.ws_col : 80;
+  }
+  return std::clamp(columns, std::size_t{40}, std::size_t{100});
+}
+
+}  // namespace parray

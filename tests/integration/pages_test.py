@@ -1,0 +1,397 @@
+#!/usr/bin/env python3
+"""Help, man pages and completion come from one description: each has all of it, and shells, man and
+the programs themselves take what they say."""
+
+import json
+import os
+import pathlib
+import pty
+import re
+import select
+import shlex
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from farm import BIN, SCENES, SOURCE, Farm, run
+
+PROGRAMS = [name for name in ("parray", "parray-coordinator", "parray-worker", "parray-mpi")
+            if (BIN / name).exists()]
+CTRL_C = "\x03"
+
+
+def described(program):
+    """What the program says of itself, as JSON."""
+    return json.loads(subprocess.run([BIN / program, "--describe", "json"], check=True,
+                                     capture_output=True, text=True).stdout)
+
+
+def commands_of(program):
+    """Of a program with commands these, else the program itself."""
+    description = described(program)
+    return [description, *description["commands"]]
+
+
+def names_of(command):
+    return [name for option in command["options"] for name in option["names"]]
+
+
+class PagesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-pages-")
+        cls.addClassCleanup(temporary.cleanup)
+        cls.share = pathlib.Path(temporary.name)
+        for program in PROGRAMS:
+            subprocess.run([BIN / program, "--describe", cls.share], check=True)
+
+    def page(self, command):
+        return self.share / "man/man1" / (command["page"] + ".1")
+
+    def needs(self, program):
+        if shutil.which(program) is None:
+            self.skipTest(program + " is not installed")
+
+
+class ManPages(PagesTest):
+    def test_every_command_has_a_page_that_man_and_groff_take_without_a_warning(self):
+        self.needs("man")
+        pages = sorted(self.share.glob("man/man1/*.1"))
+        self.assertEqual({page.stem for page in pages},
+                         {command["page"] for program in PROGRAMS for command in commands_of(program)})
+        for page in pages:
+            for reader in (["man", "--warnings", "-l", page],
+                           ["groff", "-ww", "-man", "-Tutf8", page]):
+                if shutil.which(reader[0]) is None:
+                    continue
+                result = subprocess.run(reader, capture_output=True, text=True,
+                                        env={**os.environ, "MANWIDTH": "80", "LC_ALL": "C.UTF-8"})
+                self.assertEqual((result.returncode, result.stderr), (0, ""), (page.name, reader[0]))
+
+    def test_a_page_says_every_option_and_example_of_its_command(self):
+        self.needs("man")
+        for program in PROGRAMS:
+            for command in commands_of(program):
+                text = subprocess.run(["man", "-l", self.page(command)], capture_output=True, text=True,
+                                      check=True, env={**os.environ, "MANWIDTH": "300",
+                                                       "LC_ALL": "C.UTF-8"}).stdout
+                for name in names_of(command):
+                    self.assertRegex(text, rf"(?m)^ +(.*, )?{name}\b", command["name"])
+                for example in command["examples"]:
+                    self.assertIn("\n           " + example["command"] + "\n", text)
+                self.assertNotIn("`", text)
+
+    def test_pages_do_not_depend_on_the_machine_nor_on_its_environment(self):
+        for program in PROGRAMS:
+            with tempfile.TemporaryDirectory() as other:
+                subprocess.run(["taskset", "-c", "0", BIN / program, "--describe", other], check=True,
+                               env={"COLUMNS": "50", "PARRAY_KEYS": "x", "PARRAY_COORDINATOR": "y"})
+                for path in pathlib.Path(other).rglob("*.*"):
+                    twin = self.share / path.relative_to(other)
+                    if path.is_file():
+                        self.assertEqual(path.read_text(), twin.read_text())
+
+
+class Help(PagesTest):
+    def test_lines_fit_the_terminal_but_for_examples(self):
+        for columns, widest in (("60", 60), ("80", 80), ("500", 100), ("", 80), ("7", 40)):
+            for command in ("render", "submit", "tradeoff"):
+                text = run(command, "--help", env={"COLUMNS": columns}).stdout
+                body = text.split("Examples:\n")[0]
+                for line in body.splitlines():
+                    if len(line.split()) > 2 and not line.endswith(":"):
+                        self.assertLessEqual(len(line), widest, line)
+        main, terminal = pty.openpty()
+        subprocess.run(["stty", "cols", "64"], stdin=terminal, check=True)
+        environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
+        subprocess.run([BIN / "parray", "doctor", "--help"], stdout=terminal, check=True,
+                       env=environment)
+        os.close(terminal)
+        lines = os.read(main, 100000).decode().splitlines()
+        os.close(main)
+        self.assertTrue(64 >= max(map(len, lines)) > 40, lines)
+
+    def test_help_is_a_command_and_says_what_the_flag_does(self):
+        self.assertEqual(run("help").stdout, run("--help").stdout)
+        for command in described("parray")["commands"]:
+            word = command["name"].split()[1]
+            text = run("help", word).stdout
+            self.assertEqual(text, run(word, "--help").stdout)
+            self.assertEqual(text, run(word, "-h").stdout)
+            self.assertIn("Examples:\n  parray " + word, text)
+            self.assertIn("More: man parray-" + word, text)
+        wrong = run("help", "rendr")
+        self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
+        self.assertEqual(wrong.stderr, "parray: unknown command 'rendr': did you mean render?; "
+                                       "see `parray help`\n")
+
+    def test_a_half_width_is_said_to_be_of_channels_as_it_is_counted(self):
+        self.assertIn("99 % of all values, a channel of a pixel each",
+                      re.sub(r"\s+", " ", run("help", "render").stdout))
+
+    def test_no_help_says_a_thing_twice(self):
+        for program in PROGRAMS:
+            for command in commands_of(program):
+                for option in command["options"]:
+                    self.assertFalse(re.search(r"default.*default", option["text"] + option["default"]))
+                    if option["default"]:
+                        self.assertNotIn("default", option["text"])
+                names = names_of(command)
+                self.assertEqual(len(names), len(set(names)))
+
+    def test_a_flag_has_one_name_but_for_short_forms_and_two_old_ones(self):
+        aliases = set()
+        for program in PROGRAMS:
+            for command in commands_of(program):
+                for option in command["options"]:
+                    long_names = [name for name in option["names"] if name.startswith("--")]
+                    aliases.update(long_names[1:])
+                    self.assertLessEqual(len(long_names), 2)
+        self.assertEqual(aliases, {"--bind", "--connect"})
+
+    def test_a_name_takes_a_value_in_all_commands_or_in_none(self):
+        for program in PROGRAMS:
+            kinds = {}
+            for command in commands_of(program):
+                for option in command["options"]:
+                    for name in option["names"]:
+                        kinds.setdefault(name, set()).add(bool(option["value"]))
+            self.assertEqual([name for name, kind in kinds.items() if len(kind) > 1], [])
+
+    def test_what_cannot_be_written_is_one_line(self):
+        with tempfile.NamedTemporaryFile() as file:
+            refused = subprocess.run([BIN / "parray", "--describe", file.name + "/x"],
+                                     capture_output=True, text=True)
+        self.assertEqual((refused.returncode, refused.stdout), (1, ""))
+        self.assertRegex(refused.stderr, r"\Aparray: [^\n]*\n\Z")
+
+
+SMALL = ["--width", "24", "--height", "16"]
+
+
+class Examples(PagesTest):
+    """Run as they stand, but smaller."""
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-examples-")
+        self.addCleanup(temporary.cleanup)
+        self.directory = pathlib.Path(temporary.name)
+        (self.directory / "scenes").symlink_to(SCENES)
+        for name in ("scene-0001.json", "scene-0002.json"):
+            shutil.copy(SCENES / "glass.json", self.directory / name)
+        (self.directory / "atoms.xyz").write_text("1\n\nC 0 0 0\n")
+        for picture in ("reference.exr", "a.exr", "b.png", "glass.exr"):
+            self.take(["render", "scenes/glass.json", "-o", picture, "--spp", "4", *SMALL])
+
+    def take(self, words, environment=None):
+        result = subprocess.run([BIN / "parray", *words], cwd=self.directory, capture_output=True,
+                                text=True, timeout=300, env={**os.environ, **(environment or {})})
+        self.assertEqual(result.returncode, 0, (words, result.stderr))
+
+    def smaller(self, command, words):
+        extra = {"plan": [*SMALL, "--probe-seconds", "0.2"], "render": [*SMALL, "--time-limit", "0.5"],
+                 "tradeoff": ["--width", "12", "--height", "8", "--time-budget", "2"]}
+        if command == "submit":
+            return [*words, *SMALL, "--spp", "2"]
+        if "--denoise" in words or "--time-limit" in words or command == "plan":
+            return [*words, *SMALL]
+        return [*words, *extra.get(command, [])]
+
+    def examples(self, with_farm):
+        for command in described("parray")["commands"]:
+            farm = "--coordinator" in names_of(command)
+            if farm == with_farm:
+                for example in command["examples"]:
+                    yield command["name"].split()[1], shlex.split(example["command"])[1:]
+
+    def test_examples_that_need_no_farm_do_what_they_say(self):
+        for command, words in self.examples(with_farm=False):
+            if words == ["keygen", "farm", "--remove", "ann"] or words[-2:] == ["--share", "3"]:
+                shutil.rmtree(self.directory / "farm")
+                self.take(["keygen", "farm"])
+                if "--remove" in words:
+                    self.take(["keygen", "farm", "--name", "ann"])
+            if command != "doctor":  # doctor_test
+                self.take(self.smaller(command, words))
+
+    def test_examples_for_a_farm_do_what_they_say(self):
+        with Farm() as farm:
+            farm.start_worker("node7-4711")
+            environment = {"PARRAY_COORDINATOR": farm.address}
+            self.take(["submit", "scenes/glass.json", "--wait", *SMALL], environment)
+            for command, words in self.examples(with_farm=True):
+                if "tcp://farm:7400" in words or "frame-####" in " ".join(words) or "drain" in words:
+                    continue  # another machine; two series; the only worker
+                if command in ("pause", "resume", "requeue", "priority", "cancel", "forget"):
+                    continue  # of a job that has ended: sharing_test steers others
+                words = ["1" if word == "7" else word for word in words]
+                self.take(self.smaller(command, words), environment)
+
+    def test_what_readme_shows_is_understood(self):
+        """Commands of its code blocks name options that there are."""
+        known = {program: {command["name"]: set(names_of(command)) for command in commands_of(program)}
+                 for program in PROGRAMS}
+        seen = 0
+        for line in (SOURCE / "README.md").read_text().splitlines():
+            for part in re.split(r"&&|[|&#]", line) if line.startswith("    ") else []:
+                words = part.split()
+                program = next((word for word in words if word in known), None)
+                if program is None:
+                    continue
+                words = words[words.index(program):]
+                name = " ".join(words[:2]) if " ".join(words[:2]) in known[program] else program
+                for word in words:
+                    if re.fullmatch(r"--[a-z-]+", word):
+                        seen += 1
+                        self.assertIn(word, known[program][name], line)
+        self.assertGreater(seen, 20)
+
+
+class Shell:
+    """A shell at a terminal, in which the programs print their words, a line each."""
+
+    def __init__(self, arguments, setup, directory, environment):
+        self.process, self.terminal = pty.fork()
+        if self.process == 0:
+            os.chdir(directory)
+            os.execvpe(arguments[0], arguments, {**os.environ, "TERM": "dumb", "PS1": "> ",
+                                                 **environment})
+        subprocess.run(["stty", "cols", "500"], stdin=self.terminal, check=False)
+        self.ask(setup)
+
+    def ask(self, text):
+        """Types a line; what was printed until the mark."""
+        mark = f"MARK{time.monotonic_ns()}"
+        os.write(self.terminal, f"{text}\n".encode())
+        os.write(self.terminal, f"echo {mark[:4]}''{mark[4:]}\n".encode())
+        got = b""
+        end = time.monotonic() + 60
+        while mark.encode() not in got:
+            if time.monotonic() > end:
+                raise AssertionError(f"{text!r}: {got.decode(errors='replace')}")
+            if select.select([self.terminal], [], [], 1)[0]:
+                got += os.read(self.terminal, 65536)
+        return got.decode(errors="replace")
+
+    def close(self):
+        os.kill(self.process, signal.SIGKILL)
+        os.waitpid(self.process, 0)
+        os.close(self.terminal)
+
+
+class Completion(PagesTest):
+    # What is typed, and the words that the program gets.
+    TYPED = [
+        ("parray rend\t", ["render"]),
+        ("parray render sce\t", ["render", "scene one.json"]),
+        ("parray render --prec\tmi\t", ["render", "--precision", "mixed"]),
+        ("parray render 'scene one.json' -o pic\t", ["render", "scene one.json", "-o", "picture.exr"]),
+        ("parray render --adaptive of\t", ["render", "--adaptive", "off"]),
+        ("parray workers dra\t", ["workers", "drain"]),
+        ("parray help trad\t", ["help", "tradeoff"]),
+        ("parray keygen rel\t", ["keygen", "relics"]),
+        ("parray show 11\t", ["show", "1177"]),
+        ("parray-worker --idle\t 5 --sharing of\t", ["--idle-exit", "5", "--sharing", "off"]),
+        ("parray-coordinator --log-l\tdeb\t", ["--log-level", "debug"]),
+    ]
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory(prefix="parray-shell-")
+        self.addCleanup(temporary.cleanup)
+        self.directory = pathlib.Path(temporary.name)
+        (self.directory / "scene one.json").write_text("{}")
+        (self.directory / "picture.exr").write_text("")
+        (self.directory / "relics").mkdir()
+        (self.directory / "relics.txt").write_text("")
+        # Programs that print their words, and list a job for whoever completes one.
+        self.bin = self.directory / ".bin"
+        self.bin.mkdir()
+        for program in PROGRAMS:
+            script = self.bin / program
+            script.write_text("#!/bin/sh\n[ \"$*\" = jobs ] && printf 'JOB STATE\\n1177 done\\n' && exit\n"
+                              "for word; do printf '<%s>\\n' \"$word\"; done\n")
+            script.chmod(0o755)
+
+    def drive(self, arguments, setup):
+        shell = Shell(arguments, setup, self.directory,
+                      {"PATH": f"{self.bin}:{os.environ['PATH']}", "HOME": str(self.directory),
+                       "LC_ALL": "C.UTF-8"})
+        self.addCleanup(shell.close)
+        for typed, words in self.TYPED:
+            with self.subTest(typed=typed):
+                printed = shell.ask(typed)
+                got = re.findall(r"(?m)^<(.*)>\r?$", printed)
+                # zsh puts = before a value, and takes away the / behind a directory.
+                got = [part.rstrip("/") for word in got
+                       for part in (word.split("=", 1) if word.startswith("--") else [word])]
+                self.assertEqual(got, words, printed)
+
+    def file(self, *parts):
+        return self.share.joinpath(*parts)
+
+    def test_bash_completes_commands_options_values_files_and_jobs(self):
+        self.needs("bash")
+        sources = "; ".join(f"source {self.file('bash-completion/completions', program)}"
+                            for program in PROGRAMS)
+        self.drive(["bash", "--norc", "--noprofile", "-i"], sources)
+
+    def test_zsh_completes_them(self):
+        self.needs("zsh")
+        self.drive(["zsh", "-f", "-i"],
+                   f"fpath=({self.file('zsh/site-functions')} $fpath); autoload -Uz compinit; "
+                   "compinit -u -D; unsetopt list_beep auto_menu; unsetopt zle_bracketed_paste")
+
+    def test_every_option_is_in_the_completion_of_every_shell(self):
+        for program in PROGRAMS:
+            texts = [self.file(place).read_text()
+                     for place in (f"bash-completion/completions/{program}",
+                                   f"zsh/site-functions/_{program}")]
+            fish = self.file(f"fish/vendor_completions.d/{program}.fish").read_text()
+            for command in commands_of(program):
+                for name in names_of(command):
+                    for text in texts:
+                        self.assertIn(name, text)
+                    self.assertIn((" -l " if name.startswith("--") else " -s ") + name.strip("-"), fish)
+                for option in command["options"]:
+                    for word in option["words"]:
+                        for text in [*texts, fish]:
+                            self.assertIn(word, text)
+
+    def test_fish_completes_them(self):
+        self.needs("fish")
+        environment = {**os.environ, "PATH": f"{self.bin}:{os.environ['PATH']}",
+                       "HOME": str(self.directory), "LC_ALL": "C.UTF-8"}
+        for line, expected in (("parray rend", "render"), ("parray render sce", "scene one.json"),
+                               ("parray render --prec", "--precision"),
+                               ("parray render --precision mi", "mixed"),
+                               ("parray workers dra", "drain"), ("parray keygen rel", "relics/"),
+                               ("parray show 11", "1177"),
+                               ("parray render --aov depth,nor", "depth,normal"),
+                               ("parray-worker --sharing of", "off")):
+            program = line.split()[0]
+            script = (f"source {self.file('fish/vendor_completions.d', program + '.fish')}; "
+                      f"complete -C {shlex.quote(line)}")
+            result = subprocess.run(["fish", "--no-config", "-c", script], cwd=self.directory,
+                                    capture_output=True, text=True, env=environment)
+            offered = [candidate.split("\t")[0] for candidate in result.stdout.splitlines()]
+            self.assertEqual(offered, [expected], (line, result.stderr))
+
+    def test_bash_completes_lists_and_values_behind_an_equals_sign(self):
+        self.needs("bash")
+        script = (f"source {self.file('bash-completion/completions/parray')}; compopt() {{ :; }}; "
+                  "_parray; printf '%s\\n' \"${COMPREPLY[@]}\"")
+        for words, expected in ((["parray", "render", "--aov", "depth,nor"], "depth,normal"),
+                                (["parray", "render", "--adaptive", "=", "of"], "off"),
+                                (["parray", "render", "--adaptive", "="], "on\noff"),
+                                (["parray", "render", "x", "--width", "5"], "")):
+            setup = f"COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}; "
+            result = subprocess.run(["bash", "--norc", "-c", setup + script], capture_output=True,
+                                    text=True, cwd=self.directory)
+            self.assertEqual(result.stdout.rstrip("\n"), expected, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
