@@ -283,15 +283,15 @@ TEST_CASE_TEMPLATE("every operation of lanes does to each lane what the scalar d
       compare(found, expected, lanes.count, in.set, wrong);
     }
     for (std::size_t row = 0; row < real_rows; ++row) {
-      CAPTURE(real_operations[row].name);
+      CAPTURE(std::string_view(real_operations[row].name));
       CHECK(wrong.real[row] == 0);
     }
     for (std::size_t row = 0; row < mask_rows; ++row) {
-      CAPTURE(mask_operations[row].name);
+      CAPTURE(std::string_view(mask_operations[row].name));
       CHECK(wrong.mask[row] == 0);
     }
     for (std::size_t row = 0; row < uint_rows; ++row) {
-      CAPTURE(uint_operations[row].name);
+      CAPTURE(std::string_view(uint_operations[row].name));
       CHECK(wrong.uint[row] == 0);
     }
   }
