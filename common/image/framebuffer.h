@@ -67,8 +67,8 @@ class Framebuffer {
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
   [[nodiscard]] FramebufferView view(double largest_radiance) const {
     const auto traced = static_cast<double>(counts_.samples > 0 ? counts_.samples : 1);
-    return {width_, height_, pixels(), samples(), largest_radiance,
-            static_cast<double>(counts_.rays) / traced};
+    return {width_,    height_,          pixels(),
+            samples(), largest_radiance, static_cast<double>(counts_.rays) / traced};
   }
 
  private:

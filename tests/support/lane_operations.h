@@ -24,6 +24,7 @@ struct LaneInputs {
   std::uint32_t index[most_lanes];  ///< into `table`
   std::uint32_t place[most_lanes];  ///< into `narrower` and `q`
   std::uint32_t small[most_lanes];  ///< below 2^24
+  std::uint32_t shift[most_lanes];  ///< any bits, often below 64
   std::uint8_t order[most_lanes];   ///< numbers of lanes
   std::uint32_t set;                ///< bit i: lane i
 };
@@ -43,6 +44,7 @@ inline constexpr Operation real_operations[] = {{"+", Free::nan},
                                                 {"-", Free::nan},
                                                 {"*", Free::nan},
                                                 {"/", Free::nan},
+                                                {"multiply_add", Free::nan},
                                                 {"square_root", Free::nan},
                                                 {"convert", Free::nan},
                                                 {"gather narrower", Free::nan},
@@ -66,11 +68,30 @@ inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},     {">="}
                                                 {"&"}, {"|"},  {"equal"}, {"any not"}, {"any"}};
 inline constexpr int mask_rows = sizeof mask_operations / sizeof mask_operations[0];
 
-inline constexpr Operation uint_operations[] = {
-    {"load"},           {"broadcast"}, {"+"},        {"*"},           {"^"},       {"&"},
-    {">> 1"},           {">> 8"},      {">> 31"},    {"<< 1"},        {"<< 8"},    {"<< 31"},
-    {"high"},           {"low"},       {"select"},   {"select_bits"}, {"gather"},  {"permute"},
-    {"compress_store"}, {"philox a"},  {"philox b"}, {"philox c"},    {"philox d"}};
+inline constexpr Operation uint_operations[] = {{"load"},
+                                                {"broadcast"},
+                                                {"+"},
+                                                {"*"},
+                                                {"^"},
+                                                {"&"},
+                                                {">> 1"},
+                                                {">> 8"},
+                                                {">> 31"},
+                                                {"<< 1"},
+                                                {"<< 8"},
+                                                {"<< 31"},
+                                                {"high"},
+                                                {"low"},
+                                                {"select"},
+                                                {"select_bits"},
+                                                {"gather"},
+                                                {"permute"},
+                                                {"compress_store"},
+                                                {"philox a"},
+                                                {"philox b"},
+                                                {"philox c"},
+                                                {"philox d"},
+                                                {"one_shifted_by"}};
 inline constexpr int uint_rows = sizeof uint_operations / sizeof uint_operations[0];
 
 /// A row for each operation.
@@ -100,6 +121,7 @@ PARRAY_INLINE void operate_on_reals(const LaneInputs<T>& in, LaneResults<T>& out
   (a - b).store(*row++);
   (a * b).store(*row++);
   (a / b).store(*row++);
+  multiply_add(a, b, L::load(in.table)).store(*row++);
   square_root(a).store(*row++);
   converted<L>(in).store(*row++);
   L::gather(in.narrower, L::Uint::load(in.place)).store(*row++);
@@ -165,7 +187,8 @@ PARRAY_INLINE void operate_on_uints(const LaneInputs<T>& in, LaneResults<T>& out
   block.a.store(*row++);
   block.b.store(*row++);
   block.c.store(*row++);
-  block.d.store(*row);
+  block.d.store(*row++);
+  one_shifted_by(Uint::load(in.shift)).store(*row);
 }
 
 #define PARRAY_DECLARE_OPERATE(isa)                                     \

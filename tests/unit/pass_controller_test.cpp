@@ -95,8 +95,8 @@ TEST_CASE("a picture of one sample in all has a pass, whatever it is to stop at"
 }
 
 TEST_CASE(
-    "a progressive picture begins with a sample of every pixel, lattice by lattice, then some, then "
-    "all, and is the same") {
+    "a progressive picture begins with a sample of every pixel, by lattices, then some, then all, "
+    "and is the same") {
   RenderSettings settings = small_settings(small_scene());
   for (const std::uint32_t samples : {1U, 2U, 16U, 40U}) {
     settings.samples_per_pixel = samples;
