@@ -45,8 +45,8 @@ def field(package, name):
     return output("dpkg-deb", "--field", package, name).strip()
 
 
-def dependencies(package):
-    return {word.split()[0] for word in field(package, "Depends").split(",")}
+def dependencies(package, kind="Depends"):
+    return {word.split()[0] for word in field(package, kind).split(",") if word}
 
 
 def debian_root(includes):
