@@ -64,6 +64,8 @@ service(parray-coordinator parray-worker)
 set(PURGED "/etc/parray/worker.key")
 set(POSTINST "")
 service(parray-worker parray-coordinator)
+# What reads scenes for a coordinator's HTTP interface comes with `parray`: without --http nobody needs that.
+set(CPACK_DEBIAN_PARRAY-COORDINATOR_PACKAGE_RECOMMENDS parray)
 set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
 # Its module that reads and writes pictures.
 set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)

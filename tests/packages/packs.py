@@ -45,8 +45,8 @@ def field(package, name):
     return output("dpkg-deb", "--field", package, name).strip()
 
 
-def dependencies(package):
-    return {word.split()[0] for word in field(package, "Depends").split(",")}
+def dependencies(package, kind="Depends"):
+    return {word.split()[0] for word in field(package, kind).split(",") if word}
 
 
 def debian_root(includes):
@@ -95,7 +95,7 @@ class Machine:
         with (self.directory / "console").open("w") as log:
             self.process = subprocess.Popen(
                 ["systemd-nspawn", "--quiet", "--register=no", "--keep-unit", "--private-network", "--boot", "--machine",
-                 self.directory.name, "--directory", self.root], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+                 f"parray-{os.getpid()}", "--directory", self.root], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         self.until(lambda: self.process.poll() is not None or self.leader() and
                    self.call("systemctl", "is-system-running").stdout.strip() in ("running", "degraded"))
         if self.process.poll() is not None:
