@@ -14,7 +14,6 @@ import struct
 import subprocess
 import tempfile
 import threading
-import time
 import unittest
 
 from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
@@ -45,7 +44,13 @@ class Web(Farm):
         self.options = tuple(self.options)
         if "--http" not in self.options:
             self.options += ("--http", "127.0.0.1:0")
+        outside = os.environ.get("TMPDIR")
+        os.environ["TMPDIR"] = str(self.directory)  # what a killed coordinator leaves goes with the farm
         super().start_coordinator(bind)
+        if outside is None:
+            del os.environ["TMPDIR"]
+        else:
+            os.environ["TMPDIR"] = outside
         found = wait_for(lambda: re.search(r"HTTP is served at http://([\w.:\[\]]+)", self.coordinator_log()),
                          "the HTTP address")
         self.web = found.group(1)
@@ -253,6 +258,18 @@ class Jobs(Test):
             self.assertEqual(farm.ask("POST", "/api/v1/workers/one/readmit").json()["workers"][0]["state"], "ready")
             self.assertEqual(farm.get("/workers?offset=1").json(), {"total": 1, "workers": []})
 
+    def test_it_stops_at_once_whoever_is_connected(self):
+        with Web() as farm:
+            listener = Listener(farm, "/api/v1/events")
+            idle = http.client.HTTPConnection(farm.web, timeout=60)
+            idle.request("GET", "/healthz")
+            idle.getresponse().read()
+            farm.coordinator.terminate()
+            self.assertEqual(farm.coordinator.wait(timeout=60), 0, farm.coordinator_log())
+            wait_for(lambda: listener.ended, "the end of the stream")
+            idle.close()
+            self.assertEqual(list(farm.directory.glob("parray-http-*")), [])
+
     def test_it_tells_of_itself_and_serves_its_own_description(self):
         with Web() as farm:
             self.assertEqual(farm.ask("GET", "/healthz").body, b"ok\n")
@@ -387,9 +404,7 @@ class Problems(Test):
             answer = farm.post_form(("file", "many.xyz", f"3000000\nmany\n{spheres}\n"))
             self.assert_problem(answer, 422, "--http-scene-memory")
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
-            left = [p for p in pathlib.Path(tempfile.gettempdir()).glob("parray-http-*/*")
-                    if p.stat().st_mtime > time.time() - 5]
-            self.assertEqual([p for p in left if p.parent.name == ""], [])
+            self.assertEqual(list(farm.directory.glob("parray-http-*/*")), [])
 
 
 class Access(Test):
