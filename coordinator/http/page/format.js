@@ -30,13 +30,22 @@ export function duration(seconds) {
 export const percent = share => Math.floor(share * 1000) / 10 >= 100 ? '100 %' :
   (Math.floor(share * 1000) / 10).toFixed(share < 0.1 ? 1 : 0) + ' %';
 
-export const radiance = value => value === null || value === undefined ? 'not known' : significant(value, 3);
+const unknown = value => value === null || value === undefined;
+
+/** What was asked for. */
+export const radiance = value => unknown(value) ? 'not known' : significant(value, 3);
+
+/** What was estimated: three digits, zeros too, so that columns of them are even. */
+export function estimate(value) {
+  if (unknown(value)) return 'not known';
+  return value > 0 && value < 1e-4 ? value.toExponential(2) : value.toFixed(Math.max(0, 2 - Math.floor(Math.log10(value || 1))));
+}
 
 /** A channel under the cursor: all that a float has. */
 export const channel = value => Number.isFinite(value) ? value.toPrecision(6) : String(value);
 
 export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefined, {
-  month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit'});
+  month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23'});
 
 export const unfinished = job => ['queued', 'running', 'paused', 'finishing'].includes(job.state);
 
@@ -53,9 +62,8 @@ export function goal(job) {
 /** "0.021 of 0.01", or the error alone where nothing was asked. */
 export function errorOfGoal(job) {
   const to = goal(job);
-  const known = value => value !== null && value !== undefined;
-  if (to) return known(to.now) ? `${radiance(to.now)} of ${radiance(to.asked)}` : `? of ${radiance(to.asked)}`;
-  return known(job.error?.rmse) ? radiance(job.error.rmse) : '';
+  if (to) return `${unknown(to.now) ? '?' : estimate(to.now)} of ${radiance(to.asked)}`;
+  return unknown(job.error?.rmse) ? '' : estimate(job.error.rmse);
 }
 
 /** The name of a file without folders and endings. */

@@ -2,7 +2,7 @@
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
-import {count, duration, errorOfGoal, goal, moment, percent, radiance, rate, stem, unfinished, whole} from './format.js';
+import {count, duration, errorOfGoal, estimate, goal, moment, percent, radiance, rate, stem, unfinished, whole} from './format.js';
 import {fetchErrors, fetchPicture} from './picture.js';
 import {quickLookOf} from './quick_look.js';
 import {Viewer} from './viewer.js';
@@ -110,6 +110,7 @@ export class JobView {
     setText(this.state, job.state);
     setClass(this.state, 'state ' + job.state);
     const share = job.state === 'done' ? 1 : job.progress;
+    setClass(this.bar, 'progress ' + job.state);
     this.bar.firstChild.style.setProperty('--share', share);
     this.bar.setAttribute('aria-valuenow', Math.floor(share * 100));
     setText(this.now, this.#sayNow(job));
@@ -143,8 +144,8 @@ export class JobView {
       ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
       ['Samples a pixel', job.samples_per_pixel ? `${this.#samples === undefined || !this.#pixels ? '' :
         count(this.#samples / this.#pixels) + ' of '}${whole(job.samples_per_pixel)}, ${job.sampler}` : ''],
-      ['Error', known(error.rmse) ? `${radiance(error.rmse)}  (${radiance(error.low)} to ${radiance(error.high)})` : job.frames ? '' : 'not known yet'],
-      ['Half-width', known(error.half_width_p50) ? `${radiance(error.half_width_p50)} median, ${radiance(error.half_width_p99)} of 99 %` : ''],
+      ['Error', known(error.rmse) ? `${estimate(error.rmse)}  (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'not known yet'],
+      ['Half-width', known(error.half_width_p50) ? `${estimate(error.half_width_p50)} median, ${estimate(error.half_width_p99)} of 99 %` : ''],
       ['Asked for', to ? `${to.kind} ${radiance(to.asked)}` : ''],
       ['Of the target', to ? errorOfGoal(job) : ''],
       ['User', job.user],

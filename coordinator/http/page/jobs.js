@@ -12,7 +12,7 @@ export const filters = new Map([
 const columns = [
   {name: 'id', title: 'Job'}, {name: 'name', title: 'Scene'}, {name: 'state', title: 'State'},
   {name: 'progress', title: 'Progress'}, {name: 'left', title: 'Time left'}, {name: 'error', title: 'Error'},
-  {name: 'speed', title: 'Samples'}, {name: 'size', title: 'Picture'}, {name: 'user', title: 'User'},
+  {name: 'speed', title: 'Speed'}, {name: 'size', title: 'Picture'}, {name: 'user', title: 'User'},
   {name: 'priority', title: 'Priority'}];
 
 function make(row) {

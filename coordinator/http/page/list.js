@@ -2,7 +2,7 @@
 
 import {el} from './dom.js';
 
-const spare = 6;  // rows beyond either edge
+const spare = 3;  // rows beyond either edge
 
 export class VirtualTable {
   #make;

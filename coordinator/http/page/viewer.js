@@ -3,7 +3,7 @@
 
 import {button, el, setText} from './dom.js';
 import {paintErrors, paintRadiance, paintScale} from './picture.js';
-import {channel, radiance} from './format.js';
+import {channel, estimate} from './format.js';
 
 const slice = 1 << 18;  // pixels that are painted in one go: about 5 ms
 const mostZoom = 64;
@@ -44,7 +44,7 @@ export class Viewer {
       button('−', () => this.zoomBy(1 / 1.5), {'aria-label': 'Zoom out'}), this.zoomed,
       button('+', () => this.zoomBy(1.5), {'aria-label': 'Zoom in'}),
       button('Fit', () => this.fit()), button('1 : 1', () => this.zoomTo(1 / devicePixelRatio)),
-      el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops), this.errorButton);
+      this.errorButton, el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops));
     this.element = el('div', {class: 'viewer'}, this.stage, this.tools, this.legend,
       el('div', {class: 'values'}, this.readout), this.spoken);
     this.#listen();
@@ -62,8 +62,8 @@ export class Viewer {
     this.#errors = errors;
     this.errorButton.hidden = !errors;
     if (errors) {
-      setText(this.low, radiance(errors.low));
-      setText(this.high, radiance(errors.high));
+      setText(this.low, estimate(errors.low));
+      setText(this.high, estimate(errors.high));
     }
   }
 
@@ -217,7 +217,7 @@ export class Viewer {
     let text = `x ${x}  y ${y}   R ${channel(r)}  G ${channel(g)}  B ${channel(b)}`;
     if (!picture.exact) text += '   (of 8 bits)';
     const half = this.#errors?.halfWidths[at];
-    if (half !== undefined) text += half < 0 ? '   ± not known' : `   ± ${radiance(half)}`;
+    if (half !== undefined) text += half < 0 ? '   ± not known' : `   ± ${estimate(half)}`;
     setText(this.readout, text);
   }
 

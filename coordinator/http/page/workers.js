@@ -10,7 +10,7 @@ const columns = [
   {name: 'host', title: 'Host', of: worker => worker.host},
   {name: 'state', title: 'State', of: worker => worker.state},
   {name: 'threads', title: 'Threads', of: worker => -worker.threads},
-  {name: 'speed', title: 'Samples', of: worker => -worker.samples_per_second},
+  {name: 'speed', title: 'Speed', of: worker => -worker.samples_per_second},
   {name: 'leases', title: 'Leases', of: worker => -worker.leases},
   {name: 'accepted', title: 'Results', of: worker => -worker.accepted},
   {name: 'silent', title: 'Last heard', of: worker => -worker.seconds_silent},
@@ -98,7 +98,7 @@ export class WorkersView {
     setText(parts.rate, rate(worker.samples_per_second) || 'idle');
     setText(parts.leases, whole(worker.leases));
     setText(parts.accepted, count(worker.accepted));
-    setText(parts.silent, duration(worker.seconds_silent) + ' ago');
+    setText(parts.silent, worker.seconds_silent < 10 ? 'now' : duration(worker.seconds_silent) + ' ago');
     setText(parts.reason, worker.reason);
     setText(parts.button, worker.state === 'ready' ? 'Drain' : 'Readmit');
     const label = `${parts.button.textContent} ${worker.name}`;
