@@ -19,9 +19,6 @@ using nlohmann::json;
 
 namespace {
 
-/// Entries of a list: with names of the longest kind they still fit a control frame.
-constexpr std::size_t most_listed = 1000;
-
 std::string megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
@@ -149,14 +146,31 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
   list_open_jobs();
 }
 
+/// Whether `state` is one of `names`, which have commas between them.
+static bool is_among(std::string_view names, std::string_view state) {
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    if (names.substr(begin, end - begin) == state) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   auto list = json::array();
   const std::map<JobId, Series> listed = listed_jobs();
-  const std::size_t skipped = listed.size() - std::min(listed.size(), most_listed);
-  for (auto entry = std::next(listed.begin(), static_cast<std::ptrdiff_t>(skipped));
-       entry != listed.end(); ++entry) {
-    list.push_back(summary_of(now, entry->second));
+  const auto end = m.before == 0 ? listed.end() : listed.lower_bound(m.before);
+  for (auto entry = std::make_reverse_iterator(end);
+       entry != listed.rend() && list.size() < m.limit; ++entry) {
+    const Job& first = *entry->second.front();
+    const bool alone = first.record.series_id == 0;
+    if (!m.states.empty() && alone && !is_among(m.states, first.shown_state())) continue;
+    json summary = summary_of(now, entry->second);
+    if (m.states.empty() || is_among(m.states, summary["state"].get<std::string>())) {
+      list.push_back(std::move(summary));
+    }
   }
+  std::reverse(list.begin(), list.end());
   send(peer, msg::Jobs{m.request, std::move(list)});
 }
 
@@ -347,11 +361,14 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   auto list = json::array();
+  std::uint32_t number = 0;
   for (const auto& [id, worker] : workers_) {
-    if (list.size() == most_listed) {
+    if (list.size() == m.limit) {
       break;
     }
-    list.push_back(worker_summary(worker, now));
+    if (number++ >= m.offset) {
+      list.push_back(worker_summary(worker, now));
+    }
   }
   send(peer, msg::Workers{m.request, std::move(list), workers_.size()});
 }

@@ -19,7 +19,9 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/http/http_face.h"
 #include "coordinator/replica/keeper.h"
+#include "proto/joined_link.h"
 #include "proto/zmq_link.h"
 
 namespace {
@@ -48,8 +50,50 @@ struct Arguments {
   double disk_gib = 100;
   double user_disk_gib = 50;
   double keep_days = 90;
+  http::Options http;
+  double http_body_mib = 256;
+  double http_scene_gib = 2;
   CoordinatorOptions options;
 };
+
+void declare_http(CommandLine& line, Arguments& a) {
+  const Option http =
+      line.option(
+              "--http", a.http.address,
+              "Serve HTTP, too, at HOST:PORT (7480 is usual, 0 a free port): jobs, pictures and "
+              "events under /api/v1, described by /api/v1/openapi.json. With --keys whoever asks "
+              "needs a token (parray keygen DIR --token NAME)")
+          .type_name("HOST:PORT");
+  line.option("--http-host", a.http.hosts,
+              "A name by which browsers call this machine, beside localhost")
+      .type_name("NAME")
+      .one_value_each()
+      .needs(http);
+  line.option("--webhook-host", a.http.webhook_hosts,
+              "A host that may be told when jobs have ended (option webhook of a job)")
+      .type_name("HOST")
+      .one_value_each()
+      .needs(http);
+  line.number("--http-streams", a.http.streams, 0, 10000, "Event streams served at once")
+      .needs(http)
+      .show_default();
+  line.number("--http-body", a.http_body_mib, 0.001, 1e6,
+              "MiB of a scene that is sent, its files "
+              "included")
+      .needs(http)
+      .show_default();
+  line.number("--http-parts", a.http.intake.parts, 1, 100000, "Parts of a form")
+      .needs(http)
+      .show_default();
+  line.number("--http-scene-memory", a.http_scene_gib, 0.1, 1e6,
+              "GiB that reading a scene that is sent may take, in a process of its own")
+      .needs(http)
+      .show_default();
+  line.number("--http-scene-seconds", a.http.intake.child.seconds, 1, 100000,
+              "Seconds of processor time that it may take")
+      .needs(http)
+      .show_default();
+}
 
 void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
@@ -108,6 +152,7 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.flag("--insecure", a.insecure,
             "Serve other machines without keys: anybody there can send jobs and pose as a worker");
   declare_state(line, a);
+  declare_http(line, a);
   declare_limits(line, a);
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
       .show_default();
@@ -196,6 +241,9 @@ void check(const Arguments& a) {
     throw InputError("--standby and --replicate-to: a standby has no standby of its own");
   }
   refuse_in_the_clear(a, "--coordinator", a.bind, "send jobs and pose as a worker");
+  if (!a.http.address.empty() && !is_loopback("tcp://" + a.http.address)) {
+    refuse_in_the_clear(a, "--http", a.http.address, "send jobs and stop others'");
+  }
   refuse_in_the_clear(a, "--standby", a.keeper.standby, "pose as the primary");
   refuse_in_the_clear(a, "--replicate-to", a.keeper.replicate_to, "read all jobs and pictures");
   if (a.lease_timeout < 3 * a.heartbeat) {
@@ -203,6 +251,24 @@ void check(const Arguments& a) {
         "--lease-timeout must be at least three times --heartbeat, or leases end "
         "before their workers can say that they are at work");
   }
+}
+
+/// Null: none is wanted.
+std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
+                                               const std::shared_ptr<spdlog::logger>& log) {
+  if (a.http.address.empty()) return nullptr;
+  a.http.keys = a.keys;
+  a.http.state = a.keeper.state;
+  a.http.requests = a.options.limits.requests;
+  a.http.intake.body_bytes = static_cast<std::uint64_t>(a.http_body_mib * 0x1p20);
+  a.http.intake.child.memory = static_cast<std::uint64_t>(a.http_scene_gib * 0x1p30);
+  auto face = std::make_unique<http::HttpFace>(a.http, hub, log);
+  face->start();
+  log->info("HTTP is served at http://{}", face->address());
+  if (a.keys.empty() && !is_loopback("tcp://" + a.http.address)) {
+    log->warn("--insecure: anybody who reaches {} can send jobs and stop others'", face->address());
+  }
+  return face;
 }
 
 int serve(Arguments& a) {
@@ -240,15 +306,17 @@ int serve(Arguments& a) {
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;
-  run_actor(coordinator, server.link(), clock,
-            [&](Time) { return interrupt_noted() || keeper.fenced(); });
+  InprocHub hub([&server] { server.link().wake(); });
+  JoinedLink link(server.link(), hub.coordinator());
+  const auto face = make_http_face(a, hub, log);
+  run_actor(coordinator, link, clock, [&](Time) { return interrupt_noted() || keeper.fenced(); });
   if (keeper.fenced()) {
     throw RunError("fenced: the standby at " + a.keeper.replicate_to +
                    " has taken over and serves as a later generation");
   }
   coordinator.leave("coordinator stopped");
   for (Delivery& goodbye : coordinator.take_outbox()) {
-    server.link().send(goodbye.peer, std::move(goodbye.content));
+    link.send(goodbye.peer, std::move(goodbye.content));
   }
   log->info("stopped");
   return 0;

@@ -27,6 +27,15 @@ class ControlWriter {
               T /*highest*/ = std::numeric_limits<T>::max()) {
     map_[key] = value;
   }
+  /// The two of keys that may be missing: what was not known of them at first keeps its default.
+  template <typename T>
+  void number_if_there(const char* key, T& value, T lowest = 0,
+                       T highest = std::numeric_limits<T>::max()) {
+    number(key, value, lowest, highest);
+  }
+  void text_if_there(const char* key, std::string& value, std::size_t longest) {
+    text(key, value, longest);
+  }
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
@@ -65,6 +74,14 @@ class ControlReader {
   template <typename T>
   void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
     value = static_cast<T>(integer(key, lowest, highest));
+  }
+  template <typename T>
+  void number_if_there(const char* key, T& value, T lowest = 0,
+                       T highest = std::numeric_limits<T>::max()) {
+    if (map_.contains(key)) number(key, value, lowest, highest);
+  }
+  void text_if_there(const char* key, std::string& value, std::size_t longest) const {
+    if (map_.contains(key)) text(key, value, longest);
   }
   void real(const char* key, double& value) const;
   /// Seconds: 0 to ten years.

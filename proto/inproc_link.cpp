@@ -77,10 +77,10 @@ class InprocHub::CoordinatorEnd final : public Link {
   InprocHub& hub_;
 };
 
-class InprocHub::PeerEnd final : public Link {
+class InprocHub::PeerEnd : public Link {
  public:
-  PeerEnd(InprocHub& hub, PeerId id, std::shared_ptr<Mailbox> mailbox)
-      : hub_(hub), id_(std::move(id)), mailbox_(std::move(mailbox)) {}
+  PeerEnd(InprocHub& hub, PeerId id, std::shared_ptr<Mailbox> mailbox, Sender sender = {})
+      : hub_(hub), id_(std::move(id)), mailbox_(std::move(mailbox)), sender_(std::move(sender)) {}
   ~PeerEnd() override {
     const std::scoped_lock lock(hub_.mutex_);
     hub_.peers_.erase(id_);
@@ -90,7 +90,9 @@ class InprocHub::PeerEnd final : public Link {
 
   [[nodiscard]] Envelope seal(Message message) const override { return message; }
   bool send(const PeerId& /*to*/, Envelope content) override {
-    return hub_.inbox_->put({id_, std::move(content)});
+    const bool taken = hub_.inbox_->put({id_, std::move(content), sender_});
+    if (hub_.on_arrival_) hub_.on_arrival_();
+    return taken;
   }
   std::optional<Delivery> receive() override { return mailbox_->get(); }
   void wait(Time timeout) override { mailbox_->wait(timeout); }
@@ -100,21 +102,42 @@ class InprocHub::PeerEnd final : public Link {
   InprocHub& hub_;
   PeerId id_;
   std::shared_ptr<Mailbox> mailbox_;
+  Sender sender_;
 };
 
-InprocHub::InprocHub()
-    : inbox_(std::make_shared<Mailbox>()), coordinator_(std::make_unique<CoordinatorEnd>(*this)) {}
+class InprocHub::StrangersEnd final : public PeerEnd {
+ public:
+  using PeerEnd::PeerEnd;
+
+  [[nodiscard]] Envelope seal(Message message) const override { return encode(message); }
+};
+
+InprocHub::InprocHub(std::function<void()> on_arrival)
+    : on_arrival_(std::move(on_arrival)),
+      inbox_(std::make_shared<Mailbox>()),
+      coordinator_(std::make_unique<CoordinatorEnd>(*this)) {}
 
 InprocHub::~InprocHub() = default;
 
 Link& InprocHub::coordinator() { return *coordinator_; }
 
-std::unique_ptr<Link> InprocHub::connect() {
+std::pair<PeerId, std::shared_ptr<InprocHub::Mailbox>> InprocHub::add_peer() {
   const std::scoped_lock lock(mutex_);
   const PeerId id = "inproc-" + std::to_string(next_id_++);
   auto mailbox = std::make_shared<Mailbox>();
   peers_.emplace(id, mailbox);
-  return std::make_unique<PeerEnd>(*this, id, std::move(mailbox));
+  return {id, std::move(mailbox)};
+}
+
+std::unique_ptr<Link> InprocHub::connect() {
+  auto [id, mailbox] = add_peer();
+  return std::make_unique<PeerEnd>(*this, std::move(id), std::move(mailbox));
+}
+
+std::unique_ptr<Link> InprocHub::connect_as(Sender sender) {
+  auto [id, mailbox] = add_peer();
+  return std::make_unique<StrangersEnd>(*this, std::move(id), std::move(mailbox),
+                                        std::move(sender));
 }
 
 }  // namespace parray

@@ -275,17 +275,28 @@ void AllowList::read() {
   members_ = std::move(members);
 }
 
-std::optional<Sender> AllowList::find(Time now, const std::string& open_key) {
-  if (now >= look_again_at_) {
-    look_again_at_ = now + seconds(1);
-    try {
-      read();
-    } catch (const InputError&) {
-      // It is gone, or a line is wrong: what it was counts until it is mended.
-    }
+void AllowList::read_again(Time now) {
+  if (now < look_again_at_) return;
+  look_again_at_ = now + seconds(1);
+  try {
+    read();
+  } catch (const InputError&) {
+    // It is gone, or a line is wrong: what it was counts until it is mended.
   }
+}
+
+std::optional<Sender> AllowList::find(Time now, const std::string& open_key) {
+  read_again(now);
   const auto found = members_.find(open_key);
   return found == members_.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::optional<Sender> AllowList::find_name(Time now, const std::string& name) {
+  read_again(now);
+  for (const auto& [key, member] : members_) {
+    if (member.name == name) return member;
+  }
+  return std::nullopt;
 }
 
 }  // namespace parray

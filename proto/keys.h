@@ -15,6 +15,7 @@
 ///
 ///     DIR/coordinator.key   the coordinator's own pair; it never leaves its machine
 ///     DIR/allowed           who may connect: a line "ROLE NAME PUBLIC-KEY [SHARE]" each
+///     DIR/tokens            "NAME SHA-256" of a token each, for HTTP (proto/tokens.h)
 ///     DIR/NAME.key          what a worker or a person gets: the coordinator's public key, and a
 ///     pair
 ///
@@ -83,9 +84,12 @@ class AllowList {
 
   /// Nobody: the key is not on the list. While the file cannot be read, what it said last counts.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
+  /// The same by the key's name.
+  [[nodiscard]] std::optional<Sender> find_name(Time now, const std::string& name);
 
  private:
   void read();
+  void read_again(Time now);
 
   std::filesystem::path file_;
   Time look_again_at_{};

@@ -145,6 +145,9 @@ void fields(F& f, msg::Submitted& m) {
 template <typename F>
 void fields(F& f, msg::ListJobs& m) {
   f.number("request", m.request);
+  f.number_if_there("before", m.before);
+  f.number_if_there("limit", m.limit, 1U, msg::most_listed);
+  f.text_if_there("states", m.states, max_name);
 }
 template <typename F>
 void fields(F& f, msg::Jobs& m) {
@@ -200,6 +203,8 @@ void fields(F& f, msg::JournalData& m) {
 template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
   f.number("request", m.request);
+  f.number_if_there("offset", m.offset);
+  f.number_if_there("limit", m.limit, 1U, msg::most_listed);
 }
 template <typename F>
 void fields(F& f, msg::SteerWorkers& m) {

@@ -142,8 +142,13 @@ struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
 };
+/// Entries of a list that one answer may have.
+inline constexpr std::uint32_t most_listed = 1000;
 struct ListJobs {
   std::uint64_t request = 0;
+  std::uint64_t before = 0;           ///< only jobs of lower numbers; 0: all
+  std::uint32_t limit = most_listed;  ///< the newest of them
+  std::string states{};               ///< names with commas between; empty: any
 };
 struct Jobs {
   std::uint64_t request = 0;
@@ -195,6 +200,8 @@ struct JournalData {
 };
 struct ListWorkers {
   std::uint64_t request = 0;
+  std::uint32_t offset = 0;
+  std::uint32_t limit = most_listed;
 };
 enum class WorkerAction : std::uint8_t { drain, readmit };
 struct SteerWorkers {

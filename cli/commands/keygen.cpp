@@ -6,6 +6,7 @@
 
 #include "cli/commands/commands.h"
 #include "proto/keys.h"
+#include "proto/tokens.h"
 
 namespace parray {
 namespace {
@@ -17,6 +18,7 @@ struct KeygenCommand {
   std::string role;
   std::string name;
   std::string removed;
+  std::string token_of;
   double share = 1;
 };
 
@@ -37,7 +39,12 @@ int keygen(const KeygenCommand& command) {
   const fs::path directory = command.directory;
   if (!command.removed.empty()) {
     remove_member_key(directory, command.removed);
+    remove_token(directory, command.removed);
     std::cout << "'" << command.removed << "' is no longer allowed\n";
+    return 0;
+  }
+  if (!command.token_of.empty()) {
+    std::cout << make_token(directory, command.token_of) << "\n";
     return 0;
   }
   if (command.name.empty()) {
@@ -71,6 +78,12 @@ void add_keygen(CommandLine& line, Action& chosen) {
               "Their part of the farm where several want it, against 1 of others")
       .needs(name);
   command.option("--remove", options->removed, "Take a key off the list, at once and for ever")
+      .type_name("NAME")
+      .forbid_empty();
+  command
+      .option("--token", options->token_of,
+              "Print a new token for HTTP, which stands for the client or administrator of that "
+              "name; the one before is void")
       .type_name("NAME")
       .forbid_empty();
   command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });

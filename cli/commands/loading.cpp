@@ -1,5 +1,7 @@
 #include "cli/commands/loading.h"
 
+#include <filesystem>
+
 #include "cli/commands/printing.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
@@ -25,6 +27,16 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
   }
 }
 
+void check_beside(const SceneFile& scene, const std::string& file) {
+  for (const ParticleSource& source : scene.particles) {
+    if (std::filesystem::path(source.file).filename() != source.file) {
+      throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
+                       printable(source.file) +
+                       "' is a path: send the file beside the scene and write its name alone");
+    }
+  }
+}
+
 /// Looks for duplicates where spheres have been added since the reader of the scene file has.
 void remove_more_duplicates(SceneFile& scene, int threads) {
   const Duplicates more = remove_duplicates(scene.scene, threads);
@@ -36,7 +48,7 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
 }
 
 SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
-                   int threads) {
+                   NamedFiles named, int threads) {
   if (is_particle_file(file)) {
     SceneFile portrait =
         portrait_scene(file, {}, {}, options.over(portrait_settings()), threads).file;
@@ -44,6 +56,7 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
     return portrait;
   }
   SceneFile scene = read_scene_file(file, threads);
+  if (named == NamedFiles::beside) check_beside(scene, file);
   if (change.particles) choose_frame(scene, *change.particles, file);
   if (!scene.particles.empty()) {
     expand_particles(scene, file, threads);
@@ -56,8 +69,8 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
 }  // namespace
 
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
-                     const FrameChange& change) {
-  SceneFile scene = read_any(file, options, change, usable_cpus());
+                     const FrameChange& change, NamedFiles named) {
+  SceneFile scene = read_any(file, options, change, named, usable_cpus());
   if (change.camera) scene.scene.camera = *change.camera;
   warn_of_duplicates(scene.duplicates, file);
   return scene;

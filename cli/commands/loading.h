@@ -16,9 +16,15 @@ struct FrameChange {
   std::optional<Camera> camera{};
 };
 
+/// Which particle files a scene may name.
+enum class NamedFiles : std::uint8_t {
+  anywhere,
+  beside,  ///< those in the scene's own folder: somebody else has written the scene
+};
+
 /// The scene in a scene file, its particles among its spheres, or the portrait of a particle file;
 /// with the options laid over its settings. Warns of duplicates on stderr. Throws InputError.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
-                     const FrameChange& change = {});
+                     const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 
 }  // namespace parray

@@ -24,14 +24,14 @@ namespace parray {
 namespace {
 
 /// load_scene(), by the recipe of --like if there is one.
-SceneFile load_like(const std::string& scene_file, RenderOptions options,
-                    const FrameChange& change) {
-  if (options.like().empty()) return load_scene(scene_file, options, change);
+SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
+                    NamedFiles named) {
+  if (options.like().empty()) return load_scene(scene_file, options, change, named);
   options.check_like();
   const std::string picture = printable(options.like(), 4096);
   const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
   options.follow(recipe.settings);
-  SceneFile file = load_scene(scene_file, options);
+  SceneFile file = load_scene(scene_file, options, {}, named);
   check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
   return file;
 }
@@ -66,10 +66,10 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge) {
 }
 
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority, const FrameChange& change) {
+                           std::uint32_t priority, const FrameChange& change, NamedFiles named) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  SceneFile file = load_like(scene_file, options, change);
+  SceneFile file = load_like(scene_file, options, change, named);
   const ResolvedSettings resolved =
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
   Submission submission;

@@ -91,26 +91,30 @@ JobStatus job_status(const nlohmann::json& map) {
 Client::Client(Link& link, const Clock& clock, Options options)
     : link_(link), clock_(clock), options_(std::move(options)) {}
 
+msg::Submit submit_message(Submission submission) {
+  msg::Submit message;
+  message.series = submission.series;
+  message.frame = submission.frame;
+  message.frames = submission.frames;
+  message.name = std::move(submission.name);
+  message.priority = submission.priority;
+  message.settings = submission.settings;
+  message.precision_reason = std::move(submission.precision_reason);
+  message.duplicates_removed = submission.duplicates_removed;
+  message.load_seconds = submission.load_seconds;
+  message.reserved_seconds = submission.reserved_seconds;
+  message.max_failures = submission.max_failures;
+  message.scene = SceneParcel(std::move(submission.scene));
+  return message;
+}
+
 JobId Client::submit(Submission submission) {
   // Finds out that nobody is there before a large scene is queued for sending.
   ask<msg::Workers>(msg::ListWorkers{});
-  msg::Submit request;
-  request.token = submission.series.empty()
-                      ? random_token()
-                      : submission.series + "-" + std::to_string(submission.frame);
-  request.series = submission.series;
-  request.frame = submission.frame;
-  request.frames = submission.frames;
-  request.name = std::move(submission.name);
-  request.priority = submission.priority;
-  request.settings = submission.settings;
-  request.precision_reason = std::move(submission.precision_reason);
-  request.duplicates_removed = submission.duplicates_removed;
-  request.load_seconds = submission.load_seconds;
-  request.reserved_seconds = submission.reserved_seconds;
-  request.max_failures = submission.max_failures;
+  msg::Submit request = submit_message(std::move(submission));
+  request.token = request.series.empty() ? random_token()
+                                         : request.series + "-" + std::to_string(request.frame);
   request.user = login_name();
-  request.scene = SceneParcel(std::move(submission.scene));
   const std::uint64_t bulk = request.scene.size();
   return ask<msg::Submitted>(std::move(request), bulk).job;
 }

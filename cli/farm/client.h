@@ -36,6 +36,9 @@ struct Submission {
   std::uint32_t frames = 0;
 };
 
+/// The message that hands it over; without a token, and the user who has sent it.
+msg::Submit submit_message(Submission submission);
+
 /// A finished picture and the coordinator's report of it.
 struct Picture {
   Image image;

@@ -67,7 +67,7 @@ inline std::vector<Message> sample_messages() {
           msg::Submit{8, "token-1", "glass", 99, settings, "asked for", 0.25,
                       SceneParcel(Bulk::of("scene")), 3, "ann", 4, "dance", 7, 9, 0.5},
           msg::Submitted{8, 5},
-          msg::ListJobs{8},
+          msg::ListJobs{8, 70, 10, "done,failed"},
           msg::Jobs{8, nlohmann::json::array({job, job})},
           msg::ShowJob{8, 5, 3},
           msg::Job{8, job},
@@ -77,7 +77,7 @@ inline std::vector<Message> sample_messages() {
               8, {{"image_sha256", digest}}, 2, 3, false, false, PictureParcel(Bulk::of(pixels))},
           msg::FetchJournal{8, 5},
           msg::JournalData{8, job, {{"image_sha256", digest}}, Bulk::of("merged")},
-          msg::ListWorkers{8},
+          msg::ListWorkers{8, 1000, 500},
           msg::SteerWorkers{8, msg::WorkerAction::readmit, true, "node"},
           msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
           msg::Error{8, 2, "no room", true}};

@@ -72,6 +72,7 @@ const Rules& room_may_include() {
       {"cli/commands",
        {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/verify", "cli/plan",
         "cli/tradeoff", "cli/doctor"}},
+      {"cli/http_child", {"cli/farm", "cli/output", "cli/commands"}},
       {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
   return rules;
 }

@@ -1,0 +1,342 @@
+#include "coordinator/http/api.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+
+namespace parray::http {
+namespace {
+
+using nlohmann::json;
+using Arguments = std::vector<std::string>;
+
+constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
+                                                    "done",   "failed",  "cancelled"};
+constexpr JobId largest_job = (JobId{1} << 53) - 1;  // that JavaScript knows
+constexpr std::size_t small_body = 4096;
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+JobId job_in(const Arguments& arguments) {
+  return whole_number("id", arguments.at(0), 1, largest_job);
+}
+
+/// Names a job before it has a number. Throws Problem 400.
+std::string token_of(const Request& request) {
+  constexpr std::size_t longest = 48;
+  const std::string key = request.field("idempotency-key");
+  if (!key.empty()) {
+    const bool plain = key.size() <= longest && std::ranges::all_of(key, [](char c) {
+                         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                                (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
+                       });
+    if (!plain) {
+      throw Problem(400, "Idempotency-Key: '" + printable(key) +
+                             "' is not 1 to 48 letters, digits, '_', '.' and '-'");
+    }
+    return "http-" + key;
+  }
+  std::random_device device;
+  std::string token = "http:";
+  for (int i = 0; i < 4; ++i) token += std::to_string(device()) + ".";
+  return token;
+}
+
+std::string states_in(const Request& request) {
+  const auto found = request.query.find("state");
+  if (found == request.query.end()) return "";
+  const std::string& text = found->second;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string name = text.substr(begin, end - begin);
+    if (std::ranges::find(states, name) == states.end()) {
+      throw Problem(
+          400, "state: '" + printable(name) + "' is none: " + remedy_for_name(name, states), 2);
+    }
+    begin = end + 1;
+  }
+  if (text.size() > 100) throw Problem(400, "state: the same one is named several times", 2);
+  return text;
+}
+
+bool flag_in(const Request& request, const std::string& name) {
+  const auto found = request.query.find(name);
+  if (found == request.query.end() || found->second == "false") return false;
+  if (found->second != "true") {
+    throw Problem(400, name + ": '" + printable(found->second) + "' is neither true nor false", 2);
+  }
+  return true;
+}
+
+std::uint32_t priority_in(const Request& request) {
+  if (media_type(request) != "application/json") {
+    throw Problem(415, "send application/json: {\"priority\": 70}");
+  }
+  const json body = json::parse(read_text(request, small_body), nullptr, false);
+  const bool fits = body.is_object() && body.size() == 1 && body.contains("priority") &&
+                    body["priority"].is_number_integer() && body["priority"] >= 0 &&
+                    body["priority"] <= 100;
+  if (!fits) {
+    throw Problem(422, "priority: write {\"priority\": N}, a whole number from 0 to 100", 2);
+  }
+  return body["priority"];
+}
+
+bool has_tag(const std::string& list, const std::string& etag) {
+  return list == "*" || list.find(etag) != std::string::npos;
+}
+
+}  // namespace
+
+void Api::add_to(Router& router) {
+  add_jobs(router);
+  add_pictures(router);
+  add_workers(router);
+  router.add("GET", "/api/v1/server",
+             [this](const Request& request, const Arguments&) { return server(request); });
+  router.add("GET", "/api/v1/events", [this](const Request& request, const Arguments&) {
+    Reply reply;
+    reply.type = "text/event-stream";
+    if (request.method != "HEAD") reply.events = events_.listen({});
+    return reply;
+  });
+  router.add(
+      "GET", "/healthz", [](const Request&, const Arguments&) { return text_reply("ok\n"); }, {},
+      Router::Door::open);
+  router.add(
+      "GET", "/readyz",
+      [this](const Request&, const Arguments&) {
+        loop_.ask<msg::Workers>({}, msg::ListWorkers{0, 0, 1});
+        return text_reply("ok\n");
+      },
+      {}, Router::Door::open);
+}
+
+void Api::add_jobs(Router& router) {
+  router.add("POST", "/api/v1/jobs",
+             [this](const Request& request, const Arguments&) { return submit(request); });
+  router.add("GET", "/api/v1/jobs",
+             [this](const Request& request, const Arguments&) { return list_jobs(request); },
+             {"limit", "before", "state"});
+  router.add("GET", "/api/v1/jobs/{id}",
+             [this](const Request& request, const Arguments& arguments) {
+               return show_job(request, job_in(arguments));
+             },
+             {"from_frame"});
+  router.add("DELETE", "/api/v1/jobs/{id}",
+             [this](const Request& request, const Arguments& arguments) {
+               return forget(request, job_in(arguments));
+             });
+  using enum msg::JobAction;
+  for (const msg::JobAction action : {pause, resume, cancel, requeue}) {
+    const std::string name(job_action_names[static_cast<std::size_t>(action)]);
+    router.add("POST", "/api/v1/jobs/{id}/" + name,
+               [this, action](const Request& request, const Arguments& arguments) {
+                 return steer(request, job_in(arguments), action);
+               });
+  }
+  router.add("PUT", "/api/v1/jobs/{id}/priority",
+             [this](const Request& request, const Arguments& arguments) {
+               return steer(request, job_in(arguments), prioritise);
+             });
+  router.add("GET", "/api/v1/jobs/{id}/events",
+             [this](const Request& request, const Arguments& arguments) {
+               const JobId job = job_in(arguments);
+               show_job(request, job);  // or there is none
+               Reply reply;
+               reply.type = "text/event-stream";
+               if (request.method != "HEAD") reply.events = events_.listen(job);
+               return reply;
+             });
+}
+
+void Api::add_pictures(Router& router) {
+  router.add("GET", "/api/v1/jobs/{id}/report",
+             [this](const Request& request, const Arguments& arguments) {
+               return report(request, job_in(arguments));
+             });
+  using enum Pictures::Kind;
+  const std::array<std::pair<const char*, Pictures::Kind>, 5> files = {
+      {{"image.png", png},
+       {"image.exr", exr},
+       {"pixels.f32", pixels},
+       {"error.png", error_png},
+       {"error.f32", error_pixels}}};
+  for (const auto& [name, kind] : files) {
+    router.add("GET", std::string("/api/v1/jobs/{id}/") + name,
+               [this, kind = kind](const Request& request, const Arguments& arguments) {
+                 return picture(request, job_in(arguments), kind);
+               });
+  }
+}
+
+void Api::add_workers(Router& router) {
+  router.add("GET", "/api/v1/workers",
+             [this](const Request& request, const Arguments&) { return list_workers(request); },
+             {"limit", "offset"});
+  for (const msg::WorkerAction action : {msg::WorkerAction::drain, msg::WorkerAction::readmit}) {
+    const std::string name(worker_action_names[static_cast<std::size_t>(action)]);
+    router.add("POST", "/api/v1/workers/{name}/" + name,
+               [this, action](const Request& request, const Arguments& arguments) {
+                 return steer_workers(request, arguments.at(0), action);
+               },
+               {"host"});
+  }
+}
+
+Reply Api::submit(const Request& request) {
+  const std::string token = token_of(request);
+  Taken taken = intake_.take(request);
+  if (!taken.webhook.empty()) webhooks_.check(taken.webhook);
+  taken.submit.token = token;
+  taken.submit.user.clear();
+  JobId job = 0;
+  try {
+    job = loop_.ask<msg::Submitted>(request.sender, std::move(taken.submit)).job;
+  } catch (const Problem& problem) {
+    if (problem.status() != 409) throw;
+    throw Problem(422, problem.what(), problem.exit_status());  // a limit, or the scene
+  }
+  if (!taken.webhook.empty()) webhooks_.add(job, taken.webhook);
+  Reply reply = json_reply(text_of({{"id", job}}), 201);
+  reply.headers.emplace_back("Location", "/api/v1/jobs/" + std::to_string(job));
+  return reply;
+}
+
+Reply Api::list_jobs(const Request& request) {
+  const auto limit =
+      static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
+  const JobId before = number_parameter(request, "before", 1, largest_job, 0);
+  json jobs =
+      loop_.ask<msg::Jobs>(request.sender, msg::ListJobs{0, before, limit, states_in(request)})
+          .jobs;
+  std::ranges::reverse(jobs);
+  const json next = jobs.size() < limit ? json() : jobs.back().at("id");
+  return json_reply(text_of({{"jobs", std::move(jobs)}, {"next", next}}));
+}
+
+Reply Api::show_job(const Request& request, JobId job) {
+  const auto from =
+      static_cast<std::uint32_t>(number_parameter(request, "from_frame", 0, 999'999'999, 0));
+  try {
+    return json_reply(text_of(loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job));
+  } catch (const Problem& problem) {
+    if (problem.status() != 409) throw;
+    throw Problem(404, problem.what(), problem.exit_status());
+  }
+}
+
+/// Of what was refused: whether there is no such job, or it is another's.
+[[noreturn]] static void fail_precisely(LoopClient& loop, const Sender& sender, JobId job,
+                                        const Problem& problem) {
+  if (problem.status() != 409) throw problem;
+  int status = 409;
+  try {
+    const json shown = loop.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
+    if (sender.role == Role::client && shown.at("user") != sender.name) status = 403;
+  } catch (const Problem& missing) {
+    if (missing.status() == 409) status = 404;
+  }
+  throw Problem(status, problem.what(), problem.exit_status());
+}
+
+Reply Api::steer(const Request& request, JobId job, msg::JobAction action) {
+  const std::uint32_t priority = action == msg::JobAction::prioritise ? priority_in(request) : 50;
+  try {
+    const auto answer =
+        loop_.ask<msg::Job>(request.sender, msg::SteerJob{0, job, action, priority});
+    return json_reply(text_of(answer.job));
+  } catch (const Problem& problem) {
+    fail_precisely(loop_, request.sender, job, problem);
+  }
+}
+
+Reply Api::forget(const Request& request, JobId job) {
+  steer(request, job, msg::JobAction::forget);
+  events_.forgotten(job);
+  Reply reply;
+  reply.status = 204;
+  return reply;
+}
+
+Reply Api::report(const Request& request, JobId job) {
+  try {
+    const auto answer =
+        loop_.ask<msg::ImageData>(request.sender, msg::Fetch{0, job, false, false, false});
+    return json_reply(text_of(answer.report));
+  } catch (const Problem& problem) {
+    fail_precisely(loop_, {}, job, problem);
+  }
+}
+
+Reply Api::picture(const Request& request, JobId job, Pictures::Kind kind) {
+  Pictures::Made made;
+  try {
+    made = pictures_.get(request.sender, job, kind);
+  } catch (const Problem& problem) {
+    fail_precisely(loop_, {}, job, problem);
+  }
+  Reply reply;
+  using enum Pictures::Kind;
+  reply.type = kind == exr                        ? "image/x-exr"
+               : kind == png || kind == error_png ? "image/png"
+                                                  : "application/octet-stream";
+  reply.headers = {{"ETag", made.etag},
+                   {"Cache-Control", "no-cache"},
+                   {"Parray-Width", std::to_string(made.width)},
+                   {"Parray-Height", std::to_string(made.height)},
+                   {"Parray-Partial", made.partial ? "1" : "0"},
+                   {"Parray-Samples", std::to_string(made.samples)}};
+  if (has_tag(request.field("if-none-match"), made.etag)) {
+    reply.status = 304;
+  } else {
+    reply.body = made.bytes;
+  }
+  return reply;
+}
+
+static Reply workers_reply(const msg::Workers& answer) {
+  return json_reply(text_of({{"workers", answer.workers}, {"total", answer.total}}));
+}
+
+Reply Api::list_workers(const Request& request) {
+  const auto limit = static_cast<std::uint32_t>(
+      number_parameter(request, "limit", 1, msg::most_listed, msg::most_listed));
+  const auto offset =
+      static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000, 0));
+  return workers_reply(loop_.ask<msg::Workers>(request.sender, msg::ListWorkers{0, offset, limit}));
+}
+
+Reply Api::steer_workers(const Request& request, const std::string& name,
+                         msg::WorkerAction action) {
+  if (name.size() > 128 || printable(name, 1000) != name) {
+    throw Problem(400, "'" + printable(name) + "' is no worker's name", 2);
+  }
+  try {
+    return workers_reply(loop_.ask<msg::Workers>(
+        request.sender, msg::SteerWorkers{0, action, flag_in(request, "host"), name}));
+  } catch (const Problem& problem) {
+    if (problem.status() != 409) throw;
+    throw Problem(403, problem.what(), problem.exit_status());
+  }
+}
+
+Reply Api::server(const Request& request) const {
+  const Sender& sender = request.sender;
+  return json_reply(text_of({{"version", PARRAY_VERSION},
+                             {"user", sender.name},
+                             {"role", name_of(sender.role)},
+                             {"limits",
+                              {{"body_bytes", facts_.body_bytes},
+                               {"parts", facts_.parts},
+                               {"streams", facts_.streams}}}}));
+}
+
+}  // namespace parray::http

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "coordinator/http/events.h"
+#include "coordinator/http/intake.h"
+#include "coordinator/http/pictures.h"
+#include "coordinator/http/router.h"
+#include "coordinator/http/webhooks.h"
+
+namespace parray::http {
+
+/// What /api/v1 tells of itself.
+struct ApiFacts {
+  std::uint64_t body_bytes = 0;
+  std::size_t parts = 0;
+  std::size_t streams = 0;
+};
+
+/// What openapi.json describes. Any thread.
+class Api {
+ public:
+  /// All must outlive this.
+  Api(LoopClient& loop, Intake& intake, Pictures& pictures, Events& events, Webhooks& webhooks,
+      ApiFacts facts)
+      : loop_(loop),
+        intake_(intake),
+        pictures_(pictures),
+        events_(events),
+        webhooks_(webhooks),
+        facts_(facts) {}
+
+  void add_to(Router& router);
+
+ private:
+  void add_jobs(Router& router);
+  void add_pictures(Router& router);
+  void add_workers(Router& router);
+  Reply submit(const Request& request);
+  Reply list_jobs(const Request& request);
+  Reply show_job(const Request& request, JobId job);
+  Reply steer(const Request& request, JobId job, msg::JobAction action);
+  Reply forget(const Request& request, JobId job);
+  Reply report(const Request& request, JobId job);
+  Reply picture(const Request& request, JobId job, Pictures::Kind kind);
+  Reply list_workers(const Request& request);
+  Reply steer_workers(const Request& request, const std::string& name, msg::WorkerAction action);
+  Reply server(const Request& request) const;
+
+  LoopClient& loop_;
+  Intake& intake_;
+  Pictures& pictures_;
+  Events& events_;
+  Webhooks& webhooks_;
+  const ApiFacts facts_;
+};
+
+}  // namespace parray::http

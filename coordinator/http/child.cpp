@@ -1,0 +1,170 @@
+#include "coordinator/http/child.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <fstream>
+#include <system_error>
+#include <thread>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+
+namespace parray::http {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Beside this program: bin/../lib/parray, where it is built and where it is installed.
+fs::path find_child() {
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  const fs::path program =
+      self.parent_path().parent_path() / "lib" / "parray" / "parray-http-child";
+  if (error || access(program.c_str(), X_OK) != 0) {
+    throw RunError("--http: " + program.string() + " is not there: install ParRay again");
+  }
+  return program;
+}
+
+std::vector<char*> pointers_to(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  pointers.reserve(texts.size() + 1);
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+/// Threads reserve address space that they never use: few of them, and few arenas.
+std::vector<std::string> environment() {
+  std::vector<std::string> variables = {"OMP_NUM_THREADS=2", "MALLOC_ARENA_MAX=2", "LC_ALL=C"};
+  for (const char* const name : {"PATH", "LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS"}) {
+    if (const char* const value = getenv(name))
+      variables.push_back(std::string(name) + "=" + value);
+  }
+  return variables;
+}
+
+std::string last_line(const fs::path& file) {
+  std::ifstream in(file);
+  std::string last;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
+
+class Spawned {
+ public:
+  Spawned(std::vector<std::string> arguments, const fs::path& directory, const fs::path& messages) {
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, messages.c_str(), O_WRONLY | O_CREAT,
+                                     0600);
+    posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+    posix_spawn_file_actions_addchdir_np(&files, directory.c_str());
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    sigset_t signals;  // what this program ignores, its child would ignore, too
+    sigfillset(&signals);
+    posix_spawnattr_setsigdefault(&attributes, &signals);
+    std::vector<std::string> variables = environment();
+    const auto argv = pointers_to(arguments);
+    const auto envp = pointers_to(variables);
+    const int error = posix_spawn(&pid_, argv[0], &files, &attributes, argv.data(), envp.data());
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    if (error != 0) {
+      throw RunError("starting " + arguments[0] + ": " + std::generic_category().message(error));
+    }
+    constexpr int low = 10;
+    setpriority(PRIO_PROCESS, static_cast<id_t>(pid_), low);
+  }
+
+  void kill_all() const { kill(-pid_, SIGKILL); }
+
+  /// True once it has ended.
+  bool ended(ChildEnd& end) const {
+    int status = 0;
+    const pid_t found = waitpid(pid_, &status, WNOHANG);
+    if (found == 0) return false;
+    end.status = found == pid_ && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    end.signal = found == pid_ && WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    end.timed_out = end.timed_out || end.signal == SIGXCPU;
+    return true;
+  }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+}  // namespace
+
+WorkDirectory::WorkDirectory(const fs::path& parent) {
+  std::string name = (parent / "request-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) {
+    throw RunError("making a directory in " + parent.string() + ": " +
+                   std::generic_category().message(errno));
+  }
+  path_ = name;
+}
+
+WorkDirectory::~WorkDirectory() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+ChildRunner::ChildRunner(unsigned at_once) : program_(find_child()), free_(at_once) {}
+
+ChildEnd ChildRunner::run(const std::vector<std::string>& arguments, const fs::path& directory,
+                          const ChildLimits& limits) {
+  const auto take_turn = [this] {
+    const std::scoped_lock lock(turn_);
+    return free_ > 0 ? free_-- > 0 : false;
+  };
+  while (!stopped_ && !take_turn()) std::this_thread::sleep_for(milliseconds(5));
+  if (stopped_) throw RunError("the coordinator is stopping");
+  const auto give_back = [this](const void*) {
+    const std::scoped_lock lock(turn_);
+    ++free_;
+  };
+  const std::unique_ptr<const void, decltype(give_back)> turn(this, give_back);
+  return run_now(arguments, directory, limits);
+}
+
+ChildEnd ChildRunner::run_now(std::vector<std::string> arguments, const fs::path& directory,
+                              const ChildLimits& limits) const {
+  arguments.insert(arguments.begin(),
+                   {program_.string(), "--memory=" + std::to_string(limits.memory),
+                    "--seconds=" + std::to_string(limits.seconds)});
+  const fs::path messages = directory.parent_path() / (directory.filename().string() + ".messages");
+  const Spawned child(std::move(arguments), directory, messages);
+  const SteadyClock clock;
+  const Time end_at = clock.now() + seconds(2 * limits.seconds);
+  ChildEnd end;
+  while (!child.ended(end)) {
+    if (!end.timed_out && (stopped_ || clock.now() >= end_at)) {
+      end.timed_out = true;
+      child.kill_all();
+    }
+    std::this_thread::sleep_for(milliseconds(2));
+  }
+  child.kill_all();  // of its group nobody stays
+  constexpr std::string_view program = "parray: ";
+  end.message = last_line(messages);
+  if (end.message.starts_with(program)) end.message.erase(0, program.size());
+  std::error_code ignored;
+  fs::remove(messages, ignored);
+  return end;
+}
+
+}  // namespace parray::http

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "proto/clock.h"
+
+namespace parray::http {
+
+/// A directory of one request's own, closed to others; gone with this.
+class WorkDirectory {
+ public:
+  /// Below `parent`. Throws RunError.
+  explicit WorkDirectory(const std::filesystem::path& parent);
+  ~WorkDirectory();
+  WorkDirectory(const WorkDirectory&) = delete;
+  WorkDirectory& operator=(const WorkDirectory&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// What a child may use.
+struct ChildLimits {
+  std::uint64_t memory = std::uint64_t{2} << 30;  ///< bytes of address space
+  std::size_t seconds = 60;                       ///< of processor time; twice that by the clock
+};
+
+/// How a child has ended.
+struct ChildEnd {
+  int status = 0;          ///< exit status; -1: it was killed
+  int signal = 0;          ///< that has killed it
+  bool timed_out = false;  ///< by the clock, or by processor time
+  std::string message;     ///< the last line that it has written on stderr
+};
+
+/// Runs parray-http-child (cli/http_child/main.cpp) beside everything else: at low priority,
+/// without any file, socket or lock of this process, so many at once and no more. Any thread.
+class ChildRunner {
+ public:
+  /// Throws RunError when the program is not there.
+  explicit ChildRunner(unsigned at_once);
+
+  /// Waits for a turn and until the child has ended. `directory` is its current one. Throws
+  /// RunError when it cannot be started, or after stop().
+  ChildEnd run(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+               const ChildLimits& limits);
+
+  /// Ends what runs, and what would run later.
+  void stop() { stopped_ = true; }
+
+ private:
+  ChildEnd run_now(std::vector<std::string> arguments, const std::filesystem::path& directory,
+                   const ChildLimits& limits) const;
+
+  const std::filesystem::path program_;
+  std::atomic<bool> stopped_ = false;
+  std::mutex turn_;  // guards free_
+  unsigned free_;
+};
+
+}  // namespace parray::http

@@ -1,0 +1,94 @@
+#include "coordinator/http/exchange.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/printable.h"
+
+namespace parray::http {
+namespace {
+
+std::string_view title_of(int status) {
+  static const std::map<int, std::string_view> titles = {{400, "Bad Request"},
+                                                         {401, "Unauthorized"},
+                                                         {403, "Forbidden"},
+                                                         {404, "Not Found"},
+                                                         {405, "Method Not Allowed"},
+                                                         {409, "Conflict"},
+                                                         {413, "Content Too Large"},
+                                                         {414, "URI Too Long"},
+                                                         {415, "Unsupported Media Type"},
+                                                         {421, "Misdirected Request"},
+                                                         {422, "Unprocessable Content"},
+                                                         {429, "Too Many Requests"},
+                                                         {500, "Internal Server Error"},
+                                                         {503, "Service Unavailable"},
+                                                         {504, "Gateway Timeout"}};
+  const auto found = titles.find(status);
+  return found == titles.end() ? "Error" : found->second;
+}
+
+class TextSink final : public BodySink {
+ public:
+  explicit TextSink(std::size_t most) : most_(most) {}
+
+  void begin_part(const std::string& /*name*/, const std::string& /*file_name*/) override {}
+  void take(std::string_view bytes) override {
+    if (text.size() + bytes.size() > most_) {
+      throw Problem(413, "the body is larger than the " + std::to_string(most_) +
+                             " bytes that this request may have");
+    }
+    text += bytes;
+  }
+
+  std::string text;
+
+ private:
+  std::size_t most_;
+};
+
+}  // namespace
+
+Reply json_reply(const std::string& text, int status) {
+  Reply reply;
+  reply.status = status;
+  reply.body = std::make_shared<const std::string>(text + "\n");
+  return reply;
+}
+
+Reply text_reply(std::string text, const std::string& type) {
+  Reply reply;
+  reply.type = type;
+  reply.body = std::make_shared<const std::string>(std::move(text));
+  return reply;
+}
+
+Reply problem_reply(const Problem& problem) {
+  nlohmann::json map = {{"type", "about:blank"},
+                        {"title", title_of(problem.status())},
+                        {"status", problem.status()},
+                        {"detail", printable(problem.what(), 2000)}};
+  if (problem.exit_status() != 0) map["exit_status"] = problem.exit_status();
+  Reply reply = json_reply(map.dump(), problem.status());
+  reply.type = "application/problem+json";
+  reply.headers = problem.headers();
+  return reply;
+}
+
+std::string read_text(const Request& request, std::size_t most) {
+  TextSink sink(most);
+  request.read_body(sink, false);
+  return std::move(sink.text);
+}
+
+std::string media_type(const Request& request) {
+  std::string type = request.field("content-type");
+  type.resize(std::min(type.find(';'), type.size()));
+  std::erase_if(type, [](char c) { return c == ' ' || c == '\t'; });
+  std::ranges::transform(type, type.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return type;
+}
+
+}  // namespace parray::http

@@ -1,0 +1,204 @@
+#include "coordinator/http/http_face.h"
+
+#include <spdlog/spdlog.h>
+
+#include <new>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "coordinator/http/api.h"
+#include "coordinator/http/assets.h"
+#include "coordinator/http/guard.h"
+#include "coordinator/http/server.h"
+#include "coordinator/limits.h"
+
+namespace parray::http {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// For what requests need while they last: STATE/http/requests, or a temporary directory. What is
+/// left there goes, before and after.
+class RequestsDirectory {
+ public:
+  explicit RequestsDirectory(const std::string& state) {
+    std::error_code error;
+    if (state.empty()) {
+      std::string name = (fs::temp_directory_path(error) / "parray-http-XXXXXX").string();
+      if (mkdtemp(name.data()) == nullptr) throw RunError("making " + name + " failed");
+      path_ = name;
+      return;
+    }
+    path_ = fs::path(state) / "http" / "requests";
+    fs::remove_all(path_, error);
+    fs::create_directories(path_, error);
+    if (error) throw RunError("making " + path_.string() + ": " + error.message());
+    fs::permissions(path_, fs::perms::owner_all, error);
+  }
+  ~RequestsDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  RequestsDirectory(const RequestsDirectory&) = delete;
+  RequestsDirectory& operator=(const RequestsDirectory&) = delete;
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Nothing of other sites, nothing in-line.
+constexpr const char* page_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+Reply asset_reply(const Request& request, const Asset& asset, const std::string& etag) {
+  Reply reply;
+  reply.type = asset.type;
+  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
+  if (asset.type.starts_with("text/html")) {
+    reply.headers.emplace_back("Content-Security-Policy", page_policy);
+  }
+  if (request.field("if-none-match").find(etag) != std::string::npos) {
+    reply.status = 304;
+  } else {
+    reply.body = std::make_shared<const std::string>(asset.bytes);
+  }
+  return reply;
+}
+
+/// So many requests a second of one address.
+class Budget {
+ public:
+  explicit Budget(std::size_t most) : budget_(most) {}
+
+  void spend(const std::string& address) {
+    const std::scoped_lock lock(mutex_);
+    if (!budget_.allow(clock_.now(), address)) {
+      throw Problem(429, "too many requests a second (--max-requests)", 0, {{"Retry-After", "1"}});
+    }
+  }
+
+ private:
+  SteadyClock clock_;
+  std::mutex mutex_;  // guards budget_
+  RequestBudget budget_;
+};
+
+}  // namespace
+
+class HttpFace::Impl {
+ public:
+  Impl(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
+      : log_(std::move(log)),
+        directory_(options.state),
+        guard_(options.keys, options.hosts),
+        budget_(options.requests),
+        loop_(hub),
+        runner_(2),
+        intake_(runner_, directory_.path(), options.intake),
+        pictures_(loop_, runner_, directory_.path()),
+        events_(loop_, options.streams),
+        webhooks_(
+            loop_, options.webhook_hosts,
+            options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
+        api_(loop_, intake_, pictures_, events_, webhooks_,
+             {options.intake.body_bytes, options.intake.parts, options.streams}),
+        server_(options.address, options.threads + options.streams,
+                [this](const Request& request) { return answer(request); }) {
+    api_.add_to(router_);
+    for (const Asset& asset : assets()) serve_asset(asset);
+  }
+
+  ~Impl() {
+    loop_.stop();
+    runner_.stop();
+    events_.stop();
+    webhooks_.stop();
+  }
+
+  void serve_text(const std::string& path, const std::string& type,
+                  std::function<std::string()> text) {
+    router_.add("GET", path,
+                [type, text = std::move(text)](const Request&, const std::vector<std::string>&) {
+                  return text_reply(text(), type);
+                });
+  }
+  void start() { server_.start(); }
+  [[nodiscard]] const std::string& address() const { return server_.address(); }
+
+ private:
+  void serve_asset(const Asset& asset) {
+    const std::string etag =
+        '"' + sha256_hex(std::as_bytes(std::span(asset.bytes))).substr(0, 32) + '"';
+    router_.add(
+        "GET", std::string(asset.path),
+        [&asset, etag](const Request& request, const std::vector<std::string>&) {
+          return asset_reply(request, asset, etag);
+        },
+        {}, Router::Door::open);
+  }
+
+  Reply answer(const Request& from) {
+    Reply reply = [&] {
+      try {
+        return answer_or_throw(from);
+      } catch (const Problem& problem) {
+        return problem_reply(problem);
+      } catch (const InputError& error) {
+        return problem_reply(Problem(422, error.what(), 2));
+      } catch (const std::bad_alloc&) {
+        return problem_reply(Problem(503, "out of memory", 1));
+      } catch (const RunError& error) {
+        log_->warn("HTTP {} {}: {}", from.method, printable(from.path, 200), error.what());
+        return problem_reply(Problem(500, error.what(), 1));
+      } catch (const std::exception& error) {
+        log_->error("HTTP {} {}: {}", from.method, printable(from.path, 200), error.what());
+        return problem_reply(Problem(500, std::string("internal error: ") + error.what(), 1));
+      }
+    }();
+    log_->debug("HTTP {} {} {}: {}", from.remote, printable(from.method), printable(from.path, 200),
+                reply.status);
+    return reply;
+  }
+
+  Reply answer_or_throw(const Request& from) {
+    guard_.check_origin(from);
+    budget_.spend(from.remote);
+    const Router::Match match = router_.find(from);
+    Request request = from;
+    if (match.door == Router::Door::guarded) request.sender = guard_.admit(from);
+    return (*match.handler)(request, match.arguments);
+  }
+
+  const std::shared_ptr<spdlog::logger> log_;
+  const RequestsDirectory directory_;
+  Guard guard_;
+  Budget budget_;
+  Router router_;
+  LoopClient loop_;
+  ChildRunner runner_;
+  Intake intake_;
+  Pictures pictures_;
+  Events events_;
+  Webhooks webhooks_;
+  Api api_;
+  Server server_;  ///< last: nobody asks any more when the others go
+};
+
+HttpFace::HttpFace(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
+    : impl_(std::make_unique<Impl>(options, hub, std::move(log))) {}
+HttpFace::~HttpFace() = default;
+void HttpFace::serve_text(const std::string& path, const std::string& type,
+                          std::function<std::string()> text) {
+  impl_->serve_text(path, type, std::move(text));
+}
+void HttpFace::start() { impl_->start(); }
+const std::string& HttpFace::address() const { return impl_->address(); }
+
+}  // namespace parray::http

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "coordinator/http/child.h"
+#include "coordinator/http/exchange.h"
+#include "proto/messages.h"
+
+namespace parray::http {
+
+struct IntakeLimits {
+  std::uint64_t body_bytes = std::uint64_t{256} << 20;
+  std::size_t parts = 100;
+  std::size_t at_once = 8;  ///< bodies that come in
+  ChildLimits child{};
+};
+
+/// A scene that was sent, read.
+struct Taken {
+  msg::Submit submit;
+  std::string webhook;  ///< empty: none
+};
+
+/// The command line that stands for a request's `options`, a JSON map; without `webhook`, which
+/// goes to the other. Throws Problem 422 that names the option.
+std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
+
+/// Reads what strangers send. Its files go to a directory of the request's own; a child, bounded in
+/// memory and time, makes a `submit` of them there. This process parses nothing but that. Any
+/// thread.
+class Intake {
+ public:
+  /// `directory`: for those of requests. `runner` must outlive this.
+  Intake(ChildRunner& runner, std::filesystem::path directory, IntakeLimits limits)
+      : runner_(runner), directory_(std::move(directory)), limits_(limits) {}
+
+  /// Throws Problem, RunError.
+  Taken take(const Request& request);
+
+ private:
+  Taken read(const std::filesystem::path& directory, const std::string& scene,
+             const std::string& options) const;
+  [[noreturn]] void fail(const ChildEnd& end) const;
+
+  ChildRunner& runner_;
+  const std::filesystem::path directory_;
+  const IntakeLimits limits_;
+  std::atomic<std::size_t> coming_ = 0;
+};
+
+}  // namespace parray::http

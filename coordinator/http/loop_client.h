@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "coordinator/http/exchange.h"
+#include "proto/inproc_link.h"
+
+namespace parray::http {
+
+/// How this side talks to the coordinator's loop: as any client does, by the messages of
+/// PROTOCOL.md. Any thread.
+class LoopClient {
+ public:
+  /// `hub` must outlive this.
+  explicit LoopClient(InprocHub& hub) : hub_(hub) {}
+
+  /// The answer to one request of `sender`'s. Throws Problem: 409 or 500 with the loop's words
+  /// (409: it was the request's fault), 503 where it says later or does not answer within ten
+  /// seconds.
+  template <typename Answer, typename Asked>
+  Answer ask(const Sender& sender, Asked request) {
+    Answer answer;
+    const std::unique_ptr<Link> link = hub_.connect_as(sender);
+    request.request = 1;
+    wait_for(*link, link->seal(Message(std::move(request))), [&](Message& message) {
+      auto* found = std::get_if<Answer>(&message);
+      if (found != nullptr) answer = std::move(*found);
+      return found != nullptr;
+    });
+    return answer;
+  }
+
+  /// What is asked now, and later, fails.
+  void stop() { stopped_ = true; }
+
+ private:
+  template <typename Take>
+  void wait_for(Link& link, const Envelope& request, const Take& take) {
+    constexpr Time nap = milliseconds(50);
+    constexpr int naps_until_repeated = 10;
+    constexpr int most_naps = 200;
+    for (int naps = 0; naps < most_naps && !stopped_; ++naps) {
+      if (naps % naps_until_repeated == 0) link.send({}, request);
+      link.wait(nap);
+      while (auto delivery = link.receive()) {
+        Message message = delivery->content.open();
+        if (take(message)) return;
+        if (const auto* error = std::get_if<msg::Error>(&message)) fail(*error);
+      }
+    }
+    fail_unanswered();
+  }
+  [[noreturn]] static void fail(const msg::Error& error);
+  [[noreturn]] void fail_unanswered() const;
+
+  InprocHub& hub_;
+  std::atomic<bool> stopped_ = false;
+};
+
+}  // namespace parray::http

@@ -1,0 +1,123 @@
+#include "coordinator/http/pictures.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/image/picture_bytes.h"
+
+namespace parray::http {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Kind = Pictures::Kind;
+
+/// What makes a picture is this program's own: the limits only end what hangs.
+constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
+constexpr std::size_t most_entries = 32;
+
+bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
+
+const char* file_of(Kind kind) {
+  switch (kind) {
+    case Kind::png:
+      return "image.png";
+    case Kind::exr:
+      return "image.exr";
+    case Kind::error_png:
+      return "error.png";
+    case Kind::error_pixels:
+      return "error.f32";
+    case Kind::pixels:
+      break;
+  }
+  return "pixels";
+}
+
+void write_file(const fs::path& file, std::string_view bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw Problem(503, "writing a picture failed: is the server's disk full?");
+}
+
+}  // namespace
+
+std::shared_ptr<Pictures::Entry> Pictures::entry_of(JobId job, Kind kind) {
+  const std::scoped_lock lock(mutex_);
+  std::shared_ptr<Entry>& entry = entries_[{job, kind}];
+  if (!entry) entry = std::make_shared<Entry>();
+  entry->used_at = clock_.now();
+  const auto kept = entry;
+  drop_old();
+  return kept;
+}
+
+/// Whoever still uses one has it.
+void Pictures::drop_old() {
+  while (entries_.size() > most_entries) {
+    entries_.erase(std::ranges::min_element(
+        entries_, {}, [](const auto& entry) { return entry.second->used_at; }));
+  }
+}
+
+Pictures::Made Pictures::get(const Sender& sender, JobId job, Kind kind) {
+  const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
+  const bool done = shown.at("state") == name_of(JobState::done);
+  const auto entry = entry_of(job, kind);
+  const std::scoped_lock one_maker(entry->mutex);
+  Made& made = entry->made;
+  const Time now = clock_.now();
+  const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
+  const bool fresh = made.bytes && made.partial != done && (done || now - entry->made_at < rest);
+  if (!fresh) {
+    made = {};
+    made = make(sender, job, kind);
+    entry->made_at = clock_.now();
+    entry->cost = entry->made_at - now;
+  }
+  return made;
+}
+
+Pictures::Made Pictures::make(const Sender& sender, JobId job, Kind kind) {
+  const bool statistics = of_error(kind) || kind == Kind::exr;
+  const auto data =
+      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !of_error(kind), statistics, false});
+  Made made;
+  made.width = data.width;
+  made.height = data.height;
+  made.partial = data.report.value("partial", false);
+  made.samples = data.report.value("samples", std::uint64_t{0});
+  made.etag = '"' +
+              (made.partial ? std::to_string(job) + "-" + std::to_string(made.samples)
+                            : data.report.value("image_sha256", "").substr(0, 32)) +
+              "-" + file_of(kind) + '"';
+  try {
+    made.bytes = std::make_shared<const std::string>(
+        kind == Kind::pixels ? std::string(data.picture.bytes(PictureDetail::image).data.view())
+                             : make_file(data, kind));
+  } catch (const ChecksumError&) {
+    throw RunError("the picture of job " + std::to_string(job) + " is damaged");
+  }
+  return made;
+}
+
+std::string Pictures::make_file(const msg::ImageData& data, Kind kind) {
+  const WorkDirectory directory(directory_);
+  const fs::path files = directory.path() / "picture";
+  fs::create_directory(files);
+  write_file(files / "report", data.report.dump());
+  write_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
+  const std::string name = file_of(kind);
+  const ChildEnd end = runner_.run(
+      {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);
+  if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
+  std::ifstream in(files / name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace parray::http

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "coordinator/http/child.h"
+#include "coordinator/http/loop_client.h"
+#include "coordinator/store/job_record.h"
+
+namespace parray::http {
+
+/// Pictures of jobs as files, of unfinished ones, too. The loop hands over what there is; files are
+/// made by a child, kept for a while, and shared by all who look: of an unfinished job a new one at
+/// most once a second, and such that making them takes a twentieth of the time. Any thread.
+class Pictures {
+ public:
+  enum class Kind : std::uint8_t { png, exr, pixels, error_png, error_pixels };
+
+  /// `directory`: for what children read and write. The others must outlive this.
+  Pictures(LoopClient& loop, ChildRunner& runner, std::filesystem::path directory)
+      : loop_(loop), runner_(runner), directory_(std::move(directory)) {}
+
+  struct Made {
+    std::shared_ptr<const std::string> bytes;
+    std::string etag;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint64_t samples = 0;  ///< of all pixels together
+    bool partial = false;       ///< the job is not done
+  };
+  /// Throws Problem: there is no such job, or nothing to show yet, or, of maps of the error, it is
+  /// not done.
+  Made get(const Sender& sender, JobId job, Kind kind);
+
+ private:
+  struct Entry {
+    std::mutex mutex;  ///< guards all but used_at
+    Made made;
+    Time made_at{};
+    Time cost{};
+    Time used_at{};  ///< guarded by Pictures::mutex_
+  };
+  std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
+  void drop_old();
+  Made make(const Sender& sender, JobId job, Kind kind);
+  std::string make_file(const msg::ImageData& data, Kind kind);
+
+  LoopClient& loop_;
+  ChildRunner& runner_;
+  const std::filesystem::path directory_;
+  SteadyClock clock_;
+  std::mutex mutex_;  // guards entries_
+  std::map<std::pair<JobId, Kind>, std::shared_ptr<Entry>> entries_;
+};
+
+}  // namespace parray::http

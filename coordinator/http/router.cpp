@@ -1,0 +1,102 @@
+#include "coordinator/http/router.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+
+namespace parray::http {
+namespace {
+
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 1; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    parts.push_back(path.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::optional<std::vector<std::string>> match(const std::vector<std::string>& pattern,
+                                              const std::vector<std::string>& parts) {
+  if (pattern.size() != parts.size()) return {};
+  std::vector<std::string> arguments;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (pattern[i].starts_with('{') && !parts[i].empty()) {
+      arguments.push_back(parts[i]);
+    } else if (pattern[i] != parts[i]) {
+      return {};
+    }
+  }
+  return arguments;
+}
+
+void check_parameters(const Request& request, const std::vector<std::string_view>& known) {
+  for (auto next = request.query.begin(); next != request.query.end();) {
+    const std::string& name = next->first;
+    if (std::ranges::find(known, name) == known.end()) {
+      throw Problem(400, "unknown parameter '" + printable(name) + "': " +
+                             (known.empty() ? "this takes none" : remedy_for_name(name, known)));
+    }
+    const auto end = request.query.upper_bound(name);
+    if (std::distance(next, end) > 1) {
+      throw Problem(400, "parameter '" + name + "' is there twice: leave one of them out");
+    }
+    next = end;
+  }
+}
+
+}  // namespace
+
+void Router::add(const std::string& method, const std::string& pattern, Handler handler,
+                 std::vector<std::string_view> queries, Door door) {
+  routes_.push_back({method, parts_of(pattern), std::move(handler), std::move(queries), door});
+}
+
+Router::Match Router::find(const Request& request) const {
+  const std::vector<std::string> parts = parts_of(request.path);
+  const std::string method = request.method == "HEAD" ? "GET" : request.method;
+  std::string others;
+  for (const Route& route : routes_) {
+    auto arguments = match(route.parts, parts);
+    if (!arguments) continue;
+    if (route.method == method) {
+      check_parameters(request, route.queries);
+      return {&route.handler, std::move(*arguments), route.door};
+    }
+    others += (others.empty() ? "" : ", ") + route.method;
+  }
+  if (!others.empty()) {
+    throw Problem(
+        405,
+        printable(request.method) + " is not for " + printable(request.path, 200) + ": " + others,
+        0, {{"Allow", others}});
+  }
+  throw Problem(404,
+                "nothing is at " + printable(request.path, 200) + ": see /api/v1/openapi.json");
+}
+
+std::uint64_t whole_number(const std::string& name, const std::string& text, std::uint64_t least,
+                           std::uint64_t most) {
+  std::uint64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || value < least || value > most) {
+    throw Problem(400,
+                  name + ": '" + printable(text) + "' is not a whole number from " +
+                      std::to_string(least) + " to " + std::to_string(most),
+                  2);
+  }
+  return value;
+}
+
+std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,
+                               std::uint64_t most, std::uint64_t fallback) {
+  const auto found = request.query.find(name);
+  return found == request.query.end() ? fallback : whole_number(name, found->second, least, most);
+}
+
+}  // namespace parray::http

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <utility>
+
+#include "proto/inproc_link.h"
+#include "proto/link.h"
+
+namespace parray {
+
+/// A coordinator's link to the outside and its end of a hub, as one. The hub's `on_arrival` has to
+/// wake `outer`. Peers of the hub have a zero byte before their ids: no ROUTER's peer can choose
+/// one that begins so.
+class JoinedLink final : public Link {
+ public:
+  /// Both must outlive this.
+  JoinedLink(Link& outer, Link& inner) : outer_(outer), inner_(inner) {}
+
+  [[nodiscard]] Envelope seal(Message message) const override {
+    return outer_.seal(std::move(message));
+  }
+
+  bool send(const PeerId& to, Envelope content) override {
+    return to.starts_with(mark) ? inner_.send(to.substr(mark.size()), std::move(content))
+                                : outer_.send(to, std::move(content));
+  }
+
+  /// By turns, so that neither side can keep the other waiting.
+  std::optional<Delivery> receive() override {
+    inner_first_ = !inner_first_;
+    auto delivery = inner_first_ ? from_inner() : outer_.receive();
+    if (delivery) return delivery;
+    return inner_first_ ? outer_.receive() : from_inner();
+  }
+
+  void wait(Time timeout) override { outer_.wait(timeout); }
+  void wake() noexcept override { outer_.wake(); }
+
+ private:
+  static inline const std::string mark = std::string("\0inproc ", 8);
+
+  std::optional<Delivery> from_inner() {
+    auto delivery = inner_.receive();
+    if (delivery) delivery->peer = mark + delivery->peer;
+    return delivery;
+  }
+
+  Link& outer_;
+  Link& inner_;
+  bool inner_first_ = false;
+};
+
+}  // namespace parray

@@ -1,0 +1,507 @@
+"""The coordinator's HTTP interface, as programs and browsers meet it: real processes, plain sockets."""
+
+import gzip
+import hashlib
+import http.client
+import http.server
+import json
+import os
+import pathlib
+import re
+import socket
+import struct
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
+
+SCENE = {"spheres": [{"center": [0, 0, 0], "radius": 1, "material": "red"}],
+         "materials": {"red": {"type": "diffuse", "albedo": [0.7, 0.2, 0.1]}},
+         "version": 1,
+         "camera": {"look_from": [0, 0, 5], "look_at": [0, 0, 0], "vfov": 40},
+         "image": {"width": 60, "height": 40},
+         "render": {"samples_per_pixel": 4}}
+WATER = "3\nwater\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n"
+
+
+class Answer:
+    def __init__(self, response):
+        self.status = response.status
+        self.headers = response.headers
+        self.body = response.read()
+
+    def json(self):
+        return json.loads(self.body)
+
+
+class Web(Farm):
+    """A farm with HTTP."""
+
+    def start_coordinator(self, bind=None):
+        self.options = tuple(self.options)
+        if "--http" not in self.options:
+            self.options += ("--http", "127.0.0.1:0")
+        super().start_coordinator(bind)
+        found = wait_for(lambda: re.search(r"HTTP is served at http://(\S+)", self.coordinator_log()),
+                         "the HTTP address")
+        self.web = found.group(1)
+
+    def ask(self, method, path, body=None, headers=None, timeout=60):
+        connection = http.client.HTTPConnection(self.web, timeout=timeout)
+        try:
+            connection.request(method, path, body, headers or {})
+            return Answer(connection.getresponse())
+        finally:
+            connection.close()
+
+    def get(self, path, **headers):
+        return self.ask("GET", "/api/v1" + path, headers=headers)
+
+    def post_scene(self, scene=SCENE, **headers):
+        return self.ask("POST", "/api/v1/jobs", json.dumps(scene),
+                        {"Content-Type": "application/json", **headers})
+
+    def post_form(self, *parts, **headers):
+        """Parts: (name, file name or None, contents)."""
+        body, kind = form(*parts)
+        return self.ask("POST", "/api/v1/jobs", body, {"Content-Type": kind, **headers})
+
+    def submitted(self, answer):
+        assert answer.status == 201, answer.body
+        return answer.json()["id"]
+
+    def state(self, job):
+        return self.get(f"/jobs/{job}").json()["state"]
+
+
+def form(*parts):
+    mark = "----a-mark-of-parts"
+    body = b""
+    for name, file, contents in parts:
+        field = f'form-data; name="{name}"' + (f'; filename="{file}"' if file else "")
+        contents = contents if isinstance(contents, bytes) else contents.encode()
+        body += f"--{mark}\r\nContent-Disposition: {field}\r\n\r\n".encode() + contents + b"\r\n"
+    return body + f"--{mark}--\r\n".encode(), f"multipart/form-data; boundary={mark}"
+
+
+class Test(unittest.TestCase):
+    def assert_problem(self, answer, status, detail=None):
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
+        problem = answer.json()
+        self.assertEqual(problem["status"], status)
+        self.assertTrue(problem["title"])
+        if detail is not None:
+            self.assertIn(detail, problem["detail"])
+        self.assertNotIn("\n", problem["detail"])
+        return problem["detail"]
+
+
+class Jobs(Test):
+    def test_a_scene_is_submitted_rendered_and_fetched_with_the_bits_of_the_command_line(self):
+        with Web() as farm:
+            farm.start_worker("one")
+            job = farm.submitted(farm.post_scene())
+            wait_for(lambda: farm.state(job) == "done", "the picture")
+            shown = farm.get(f"/jobs/{job}").json()
+            self.assertEqual(shown, {**farm.job(job)})
+            pixels = farm.get(f"/jobs/{job}/pixels.f32")
+            self.assertEqual(len(pixels.body), 60 * 40 * 12)
+            self.assertEqual((pixels.headers["Parray-Width"], pixels.headers["Parray-Height"],
+                              pixels.headers["Parray-Partial"]), ("60", "40", "0"))
+            report = farm.get(f"/jobs/{job}/report").json()
+            self.assertEqual(hashlib.sha256(pixels.body).hexdigest(), report["image_sha256"])
+            scene = farm.directory / "scene.json"
+            scene.write_text(json.dumps(SCENE))
+            local = farm.directory / "local.json"
+            self.assertEqual(run("render", scene, "-o", farm.directory / "a.exr", "--report", local).returncode, 0)
+            self.assertEqual(json.loads(local.read_text())["image_sha256"], report["image_sha256"])
+
+            png = farm.get(f"/jobs/{job}/image.png")
+            self.assertEqual(png.headers["Content-Type"], "image/png")
+            self.assertEqual(png.body[:8], b"\x89PNG\r\n\x1a\n")
+            exr = farm.get(f"/jobs/{job}/image.exr")
+            self.assertEqual(exr.body[:4], b"\x76\x2f\x31\x01")
+            kept = farm.directory / "fetched.exr"
+            kept.write_bytes(exr.body)
+            verified = run("verify", kept, scene)
+            self.assertEqual(verified.returncode, 0, verified.stderr)
+            widths = farm.get(f"/jobs/{job}/error.f32")
+            self.assertEqual(len(widths.body), 60 * 40 * 4)
+            self.assertGreater(max(struct.unpack("<2400f", widths.body)), 0)
+            self.assertEqual(farm.get(f"/jobs/{job}/error.png").body[1:4], b"PNG")
+            self.assertEqual(farm.get(f"/jobs/{job}/image.png", **{"If-None-Match": png.headers["ETag"]}).status, 304)
+
+    def test_a_picture_under_way_is_shown_and_changes_its_tag(self):
+        with Web() as farm:
+            worker = farm.start_worker("one")
+            job = farm.submitted(farm.post_form(
+                ("scene", None, json.dumps(SCENE)),
+                ("options", None, json.dumps({"spp": 100000, "width": 200, "height": 100, "progressive": True}))))
+            self.assert_problem(farm.get(f"/jobs/{job}/error.png"), 409, "not done: see parray watch")
+            def shown():
+                answer = farm.get(f"/jobs/{job}/pixels.f32")
+                return answer if answer.status == 200 and int(answer.headers["Parray-Samples"]) > 0 else None
+            first = wait_for(shown, "a first picture")
+            self.assertEqual(first.headers["Parray-Partial"], "1")
+            self.assertEqual(farm.get(f"/jobs/{job}/image.png").body[1:4], b"PNG")
+            self.assertEqual(farm.get(f"/jobs/{job}/image.exr").body[:4], b"\x76\x2f\x31\x01")
+            second = wait_for(lambda: (lambda a: a if a.headers["ETag"] != first.headers["ETag"] else None)(shown()),
+                              "another picture")
+            self.assertGreater(int(second.headers["Parray-Samples"]), int(first.headers["Parray-Samples"]))
+            farm.ask("POST", f"/api/v1/jobs/{job}/pause")
+            worker.kill()
+
+            self.assertEqual(farm.state(job), "paused")
+
+    def test_particle_files_come_as_parts_and_options_are_the_command_lines(self):
+        with Web() as farm:
+            scene = {**SCENE, "particles": [{"file": "water.xyz", "material": "by-element", "radius": "by-element"}]}
+            job = farm.submitted(farm.post_form(
+                ("scene", "pool.json", json.dumps(scene)), ("atoms", "water.xyz", WATER),
+                ("options", None, json.dumps({"spp": 9, "width": 70, "priority": 90, "sampler": "sobol",
+                                              "name": "a pool", "target_error": 0.5, "adaptive": False}))))
+            shown = farm.get(f"/jobs/{job}").json()
+            self.assertEqual((shown["name"], shown["width"], shown["height"], shown["samples_per_pixel"],
+                              shown["priority"], shown["sampler"], shown["target_error"]),
+                             ("a pool", 70, 40, 9, 90, "sobol", 0.5))
+            alone = farm.submitted(farm.post_form(("file", "water.xyz.gz", gzip.compress(WATER.encode()))))
+            self.assertEqual(farm.get(f"/jobs/{alone}").json()["name"], "water.xyz.gz")
+
+    def test_a_key_makes_one_job_of_two_requests(self):
+        with Web() as farm:
+            key = {"Idempotency-Key": "once"}
+            first = farm.submitted(farm.post_scene(**key))
+            self.assertEqual(farm.submitted(farm.post_scene(**key)), first)
+            self.assertNotEqual(farm.submitted(farm.post_scene()), first)
+            both = []
+            threads = [threading.Thread(target=lambda: both.append(farm.post_scene(**{"Idempotency-Key": "twice"})))
+                       for _ in range(4)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            self.assertEqual(len({farm.submitted(answer) for answer in both}), 1)
+            self.assert_problem(farm.post_scene(**{"Idempotency-Key": "a key"}), 400, "Idempotency-Key")
+
+    def test_jobs_are_listed_in_pages_the_newest_first(self):
+        with Web() as farm:
+            ids = [farm.submitted(farm.post_scene()) for _ in range(5)]
+            farm.ask("POST", f"/api/v1/jobs/{ids[0]}/cancel")
+            page = farm.get("/jobs?limit=2").json()
+            self.assertEqual([job["id"] for job in page["jobs"]], [ids[4], ids[3]])
+            page = farm.get(f"/jobs?limit=2&before={page['next']}").json()
+            self.assertEqual([job["id"] for job in page["jobs"]], [ids[2], ids[1]])
+            page = farm.get(f"/jobs?limit=2&before={page['next']}").json()
+            self.assertEqual(([job["id"] for job in page["jobs"]], page["next"]), ([ids[0]], None))
+            self.assertEqual([job["id"] for job in farm.get("/jobs?state=cancelled,failed").json()["jobs"]], [ids[0]])
+            self.assertEqual(len(farm.get("/jobs?state=queued").json()["jobs"]), 4)
+            self.assert_problem(farm.get("/jobs?limit=0"), 400, "'0' is not a whole number from 1 to 1000")
+            self.assert_problem(farm.get("/jobs?state=dnoe"), 400, "did you mean 'done'?")
+            self.assert_problem(farm.get("/jobs?limits=2"), 400, "did you mean 'limit'?")
+
+    def test_jobs_are_steered_and_forgotten(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            steer = lambda action: farm.ask("POST", f"/api/v1/jobs/{job}/{action}")
+            self.assertEqual(steer("pause").json()["state"], "paused")
+            self.assertEqual(steer("resume").json()["state"], "queued")
+            answer = farm.ask("PUT", f"/api/v1/jobs/{job}/priority", '{"priority": 99}', {"Content-Type": "application/json"})
+            self.assertEqual(answer.json()["priority"], 99)
+            for body in ('{"priority": 101}', '{"priority": "9"}', "[]", "{", '{"priority": 1, "x": 2}'):
+                self.assert_problem(farm.ask("PUT", f"/api/v1/jobs/{job}/priority", body,
+                                             {"Content-Type": "application/json"}), 422)
+            self.assert_problem(farm.ask("DELETE", f"/api/v1/jobs/{job}"), 409)
+            self.assertEqual(steer("cancel").json()["state"], "cancelled")
+            self.assertEqual(steer("requeue").json()["state"], "queued")
+            steer("cancel")
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
+            self.assert_problem(farm.get(f"/jobs/{job}"), 404)
+            self.assert_problem(steer("pause"), 404)
+
+    def test_workers_are_listed_drained_and_readmitted(self):
+        with Web() as farm:
+            farm.start_worker("one")
+            wait_for(lambda: farm.get("/workers").json()["total"] == 1, "the worker")
+            worker = farm.get("/workers").json()["workers"][0]
+            self.assertEqual((worker["name"], worker["state"], worker["threads"]), ("one", "ready", 1))
+            self.assertEqual(farm.ask("POST", "/api/v1/workers/one/drain").json()["workers"][0]["state"], "drained")
+            self.assertEqual(farm.ask("POST", "/api/v1/workers/one/readmit").json()["workers"][0]["state"], "ready")
+            self.assertEqual(farm.get("/workers?offset=1").json(), {"total": 1, "workers": []})
+
+    def test_it_tells_of_itself_and_serves_its_own_description(self):
+        with Web() as farm:
+            self.assertEqual(farm.ask("GET", "/healthz").body, b"ok\n")
+            self.assertEqual(farm.ask("GET", "/readyz").body, b"ok\n")
+            self.assertEqual(farm.get("/openapi.json").json(),
+                             json.loads((SOURCE / "coordinator/http/openapi.json").read_text()))
+            server = farm.get("/server").json()
+            self.assertEqual((server["user"], server["role"]), ("", "any"))
+            head = farm.ask("HEAD", "/api/v1/openapi.json")
+            self.assertEqual((head.status, head.body), (200, b""))
+            self.assertEqual(farm.get("/server").headers["X-Content-Type-Options"], "nosniff")
+
+
+class Problems(Test):
+    def test_problems_are_the_command_lines_words(self):
+        with Web() as farm:
+            folder = farm.directory / "scene"
+            folder.mkdir()
+            bad_scenes = [{**SCENE, "sphers": []},
+                          {**SCENE, "spheres": [{"center": [0, 0], "radius": 1, "material": "red"}]},
+                          {**SCENE, "spheres": [{"center": [0, 0, 0], "radius": -1, "material": "red"}]},
+                          {**SCENE, "camera": {"look_from": [0, 0, 0], "look_at": [0, 0, 0]}},
+                          {**SCENE, "particles": [{"file": "gone.xyz"}]}]
+            for scene in bad_scenes:
+                (folder / "scene.json").write_text(json.dumps(scene))
+                said = subprocess.run([BIN / "parray", "submit", "scene.json"], cwd=folder, text=True,
+                                      capture_output=True).stderr.strip().removeprefix("parray: ")
+                self.assertEqual(self.assert_problem(farm.post_scene(scene), 422), said)
+            self.assert_problem(farm.post_scene({}), 422)
+            (folder / "scene.json").write_text(json.dumps(SCENE))
+            for options, words in (({"spp": 0}, ["--spp=0"]), ({"sampler": "sobel"}, ["--sampler=sobel"]),
+                                   ({"width": 65536, "height": 65536}, ["--width=65536", "--height=65536"]),
+                                   ({"target_error": -1}, ["--target-error=-1"])):
+                said = subprocess.run([BIN / "parray", "submit", "scene.json", *words], cwd=folder, text=True,
+                                      capture_output=True).stderr.strip().removeprefix("parray: ")
+                answer = farm.post_form(("scene", None, json.dumps(SCENE)), ("options", None, json.dumps(options)))
+                self.assertEqual(self.assert_problem(answer, 422), said)
+            said = farm.client("show", 77).stderr.strip().removeprefix("parray: ")
+            self.assertEqual(self.assert_problem(farm.get("/jobs/77"), 404), said)
+            self.assertEqual(self.assert_problem(farm.get("/jobs/77/image.png"), 404), said)
+
+    def test_a_scene_names_parts_of_its_own_request_only(self):
+        with Web() as farm:
+            secret = farm.directory / "secret.xyz"
+            secret.write_text(WATER)
+            for name in (str(secret), "../secret.xyz", "./secret.xyz", "parts/../secret.xyz", ".."):
+                scene = {**SCENE, "particles": [{"file": name, "material": "by-element", "radius": "by-element"}]}
+                detail = self.assert_problem(farm.post_scene(scene), 422)
+                self.assertNotIn("water", detail)
+            for name in ("../a.xyz", "/tmp/a.xyz", ".hidden", "-o.xyz", "a\tb.xyz"):
+                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE)), ("f", name, WATER)), 422, "is no name")
+            self.assert_problem(farm.post_form(("a", "a.xyz", WATER), ("b", "b.xyz", WATER)), 422, "no part 'scene'")
+            self.assert_problem(farm.post_form(("a", "a.xyz", WATER), ("b", "a.xyz", WATER)), 422, "two parts")
+            self.assert_problem(farm.post_form(("what", None, WATER)), 422, "has no file name")
+            self.assert_problem(farm.post_form(), 422, "there is no scene")
+            self.assertEqual(farm.get("/jobs").json()["jobs"], [])
+
+    def test_hostile_requests_are_refused_and_harm_nobody(self):
+        with Web("--http-body", "1", "--http-parts", "3") as farm:
+            json_type = {"Content-Type": "application/json"}
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x" * (2 << 20), json_type), 413, "--http-body")
+            self.assert_problem(farm.post_form(*[("f", f"{i}.xyz", "") for i in range(4)]), 413, "--http-parts")
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "scene", {"Content-Type": "text/plain"}), 415)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs"), 415)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "", json_type), 422, "there is no scene")
+            for body in ("[" * 500000, '{"version":' * 100000, "\x00\x00", "{" + '"a":1,' * 9999):
+                self.assert_problem(farm.ask("POST", "/api/v1/jobs", body, json_type), 422)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "--x\r\n", {"Content-Type": "multipart/form-data; boundary=y"}), 400)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/form-data"}), 400)
+            bomb = gzip.compress(b" " * (300 << 20))
+            answer = farm.ask("POST", "/api/v1/jobs", bomb, {**json_type, "Content-Encoding": "gzip"})
+            self.assertIn(answer.status, (413, 415), answer.body)
+            self.assert_problem(farm.ask("PATCH", "/api/v1/jobs", "{}", json_type), 405)
+            self.assert_problem(farm.ask("OPTIONS", "/api/v1/jobs"), 405)
+            self.assert_problem(farm.ask("GET", "/" + "a" * 5000), 404)
+            self.assert_problem(farm.ask("POST", "/" + "a" * 5000), 404)
+            for job in ("0", "-1", "x", "1e3", "99999999999999999999", "%00", "1%2F..", "%ff"):
+                self.assertIn(farm.get(f"/jobs/{job}").status, (400, 404))
+            for ranges in ("bytes=0-1", "bytes=9999999-", "bytes=5-2", "bytes=-5,3-", "bytes=" + "0-1," * 500 + "0-1",
+                           "bytes=99999999999999999999999-"):
+                self.assertIn(farm.get("/openapi.json", Range=ranges).status, (200, 206, 416))
+            host, port = farm.web.split(":")
+            for text in (b"GET\r\n\r\n", b"\x16\x03\x01\x02\x00", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 5000 + b"\r\n",
+                         b"GET / HTTP/9.9\r\nHost: localhost\r\n\r\n", b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
+                         b"Content-Type: application/json\r\nContent-Length: -5\r\n\r\n{}",
+                         b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                         b"Transfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n{}\r\n",
+                         b"POST /api/v1/jobs/7/pause HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999999999999\r\n\r\n"):
+                with socket.create_connection((host, int(port)), timeout=20) as plain:
+                    plain.sendall(text)
+                    plain.shutdown(socket.SHUT_WR)
+                    try:
+                        plain.recv(100)
+                    except ConnectionResetError:
+                        pass
+            self.assertEqual(farm.ask("GET", "/readyz").status, 200)
+            self.assertEqual(farm.get("/jobs").json()["jobs"], [])
+
+    def test_a_scene_that_takes_too_much_ends_its_reader_and_nothing_else(self):
+        with Web("--http-scene-memory", "0.2") as farm:
+            spheres = "\n".join(f"H {i} {i % 1000} {i % 77}" for i in range(3_000_000))
+            answer = farm.post_form(("file", "many.xyz", f"3000000\nmany\n{spheres}\n"))
+            self.assert_problem(answer, 422, "--http-scene-memory")
+            self.assertEqual(farm.ask("GET", "/readyz").status, 200)
+            left = [p for p in pathlib.Path(tempfile.gettempdir()).glob("parray-http-*/*")
+                    if p.stat().st_mtime > time.time() - 5]
+            self.assertEqual([p for p in left if p.parent.name == ""], [])
+
+
+class Access(Test):
+    def test_other_sites_pages_and_names_are_refused_on_loopback(self):
+        with Web("--http-host", "farm.example") as farm:
+            self.assert_problem(farm.get("/jobs", Host="evil.example"), 421, "--http-host evil.example")
+            self.assertEqual(farm.get("/jobs", Host="farm.example").status, 200)
+            for origin in ("https://evil.example", "null", "http://localhost:1"):
+                self.assert_problem(farm.post_scene(Origin=origin), 403, "another site")
+            self.assertEqual(farm.post_scene(Origin=f"http://{farm.web}").status, 201)
+
+    def test_tokens_stand_for_users_and_their_roles(self):
+        with tempfile.TemporaryDirectory() as directory:
+            keys = pathlib.Path(directory) / "keys"
+            self.assertEqual(run("keygen", keys).returncode, 0)
+            for name in ("ann", "bob"):
+                self.assertEqual(run("keygen", keys, "--name", name).returncode, 0)
+            token = lambda name: {"Authorization": "Bearer " + run("keygen", keys, "--token", name).stdout.strip()}
+            ann, bob, admin = token("ann"), token("bob"), token("admin")
+            self.assertEqual(run("keygen", keys, "--token", "worker").returncode, 2)
+            with Web("--keys", keys) as farm:
+                for path in ("/api/v1/jobs", "/api/v1/events", "/api/v1/server", "/api/v1/jobs/1/image.png"):
+                    answer = farm.ask("GET", path)
+                    self.assert_problem(answer, 401, "a token is needed")
+                    self.assertIn("Bearer", answer.headers["WWW-Authenticate"])
+                self.assert_problem(farm.get("/jobs", Authorization="Bearer no"), 401, "not known")
+                self.assertEqual(farm.ask("GET", "/healthz").status, 200)
+                self.assertEqual(farm.get("/server", **ann).json()["user"], "ann")
+                job = farm.submitted(farm.post_scene(**ann))
+                self.assertEqual(farm.get(f"/jobs/{job}", **bob).json()["user"], "ann")
+                self.assert_problem(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=bob), 403, "that of 'ann'")
+                self.assert_problem(farm.ask("POST", "/api/v1/workers/x/drain", headers=ann), 403)
+                self.assertEqual(farm.ask("POST", "/api/v1/workers/x/drain", headers=admin).status, 200)
+                self.assertEqual(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=admin).status, 200)
+                self.assertEqual(run("keygen", keys, "--remove", "ann").returncode, 0)
+                wait_for(lambda: farm.get("/jobs", **ann).status == 401, "the token's end")
+
+    def test_it_serves_other_machines_with_keys_or_insecure_only(self):
+        result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--http", "0.0.0.0:0"],
+                                capture_output=True, text=True, timeout=60)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--http 0.0.0.0:0: refused", result.stderr)
+        for address in ("7480", "localhost:x", "127.0.0.1:70000", ":1"):
+            result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--insecure", "--http", address],
+                                    capture_output=True, text=True, timeout=60)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn("is no address to serve", result.stderr)
+        with Web() as farm:
+            result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--http", farm.web],
+                                    capture_output=True, text=True, timeout=60)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("cannot be bound", result.stderr)
+
+
+class Listener:
+    """Server-sent events, read by a thread."""
+
+    def __init__(self, farm, path):
+        self.connection = http.client.HTTPConnection(farm.web, timeout=60)
+        self.connection.request("GET", path)
+        self.response = self.connection.getresponse()
+        self.events = []
+        self.ended = False
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        if self.response.status == 200:
+            self.thread.start()
+
+    def _read(self):
+        name = None
+        try:
+            for line in self.response:
+                line = line.decode().rstrip("\n")
+                if line.startswith("event: "):
+                    name = line.removeprefix("event: ")
+                elif line.startswith("data: "):
+                    self.events.append((name, json.loads(line.removeprefix("data: "))))
+        except (OSError, http.client.HTTPException, ValueError, AttributeError):
+            return
+        self.ended = True
+
+    def close(self):
+        self.connection.sock and self.connection.sock.shutdown(socket.SHUT_RDWR)
+        self.connection.close()
+
+
+class Events(Test):
+    def test_a_stream_tells_of_jobs_and_workers_until_the_end(self):
+        with Web() as farm:
+            listener = Listener(farm, "/api/v1/events")
+            self.assertEqual(listener.response.headers["Content-Type"], "text/event-stream")
+            farm.start_worker("one")
+            job = farm.submitted(farm.post_scene())
+            def seen(name, **values):
+                return any(event == name and all(data.get(key) == value for key, value in values.items())
+                           for event, data in listener.events)
+            wait_for(lambda: seen("job", id=job, state="done"), "the job's end")
+            wait_for(lambda: seen("worker", name="one"), "the worker")
+            late = Listener(farm, "/api/v1/events")
+            wait_for(lambda: any(event == "worker" for event, _ in late.events), "what there is")
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
+            wait_for(lambda: seen("forgotten", id=job), "that it is forgotten")
+            farm.processes[-1].kill()
+            wait_for(lambda: seen("gone", name="one"), "that the worker is gone")
+            listener.close()
+            late.close()
+
+    def test_the_stream_of_a_job_ends_with_it(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            listener = Listener(farm, f"/api/v1/jobs/{job}/events")
+            wait_for(lambda: listener.events, "its state")
+            self.assertEqual(listener.events[0][1]["state"], "queued")
+            farm.start_worker("one")
+            wait_for(lambda: listener.ended, "the end")
+            self.assertEqual(listener.events[-1][1]["state"], "done")
+            self.assert_problem(farm.get("/jobs/99/events"), 404)
+
+    def test_streams_are_bounded_and_requests_are_served_beside_them(self):
+        with Web("--http-streams", "3") as farm:
+            listeners = [Listener(farm, "/api/v1/events") for _ in range(3)]
+            self.assert_problem(farm.get("/events"), 503, "--http-streams")
+            self.assertEqual(farm.get("/jobs").status, 200)
+            listeners.pop().close()
+            def again():
+                listener = Listener(farm, "/api/v1/events")
+                listeners.append(listener)
+                return listener.response.status == 200
+            wait_for(again, "room for another")
+            for listener in listeners:
+                listener.close()
+
+
+class Webhook(Test):
+    def test_the_end_of_a_job_is_told_again_after_failures_and_a_restart(self):
+        told = []
+
+        class Hook(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                told.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+                self.send_response(500 if len(told) == 1 else 204)
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Hook)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_port}/hook"
+        with tempfile.TemporaryDirectory() as state, Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
+            scene = ("scene", None, json.dumps(SCENE))
+            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "http://other/x"}')), 422, "--webhook-host other")
+            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "file:///x"}')), 422, "is no address")
+            job = farm.submitted(farm.post_form(scene, ("options", None, json.dumps({"webhook": url}))))
+            farm.coordinator.terminate()
+            farm.coordinator.wait()
+            farm.start_coordinator()
+            farm.start_worker("one")
+            wait_for(lambda: len(told) == 2, "both tries")
+            self.assertEqual(told[1]["event"], "job-ended")
+            self.assertEqual((told[1]["job"]["id"], told[1]["job"]["state"]), (job, "done"))
+            wait_for(lambda: (pathlib.Path(state) / "http" / "webhooks").read_text() == "", "the note's end")
+        server.shutdown()
+
+
+if __name__ == "__main__":
+    unittest.main()

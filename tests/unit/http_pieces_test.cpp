@@ -1,0 +1,329 @@
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/error.h"
+#include "coordinator/http/guard.h"
+#include "coordinator/http/intake.h"
+#include "coordinator/http/loop_client.h"
+#include "coordinator/http/router.h"
+#include "coordinator/http/webhooks.h"
+#include "proto/joined_link.h"
+#include "proto/tokens.h"
+#include "tests/support/service.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::http {
+namespace {
+
+using Head = std::map<std::string, std::string>;
+
+Request request(const std::string& method, const std::string& path, const Head& head = {}) {
+  Request made;
+  made.method = method;
+  made.path = path;
+  made.field = [head](const char* name) {
+    const auto found = head.find(name);
+    return found == head.end() ? "" : found->second;
+  };
+  return made;
+}
+
+template <typename Work>
+int status_of(const Work& work) {
+  try {
+    work();
+  } catch (const Problem& problem) {
+    return problem.status();
+  }
+  return 200;
+}
+
+template <typename Work>
+std::string detail_of_problem(const Work& work) {
+  try {
+    work();
+  } catch (const Problem& problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+Router sample_router() {
+  Router router;
+  const auto named = [](const char* name) {
+    return [name](const Request&, const std::vector<std::string>& arguments) {
+      return text_reply(name + (arguments.empty() ? "" : " " + arguments.front()));
+    };
+  };
+  router.add("GET", "/", named("page"));
+  router.add("GET", "/jobs", named("list"), {"limit", "before"});
+  router.add("POST", "/jobs", named("submit"));
+  router.add("GET", "/jobs/{id}", named("show"));
+  router.add("POST", "/jobs/{id}/pause", named("pause"));
+  return router;
+}
+
+std::string answered(const Router& router, const Request& asked) {
+  const Router::Match match = router.find(asked);
+  return *(*match.handler)(asked, match.arguments).body;
+}
+
+TEST_CASE("a request goes to the handler of its method and path") {
+  const Router router = sample_router();
+  CHECK(answered(router, request("GET", "/")) == "page");
+  CHECK(answered(router, request("GET", "/jobs")) == "list");
+  CHECK(answered(router, request("HEAD", "/jobs")) == "list");
+  CHECK(answered(router, request("POST", "/jobs")) == "submit");
+  CHECK(answered(router, request("GET", "/jobs/7")) == "show 7");
+  CHECK(answered(router, request("POST", "/jobs/7/pause")) == "pause 7");
+}
+
+TEST_CASE("what is nowhere is 404, of another method 405 with those that there are") {
+  const Router router = sample_router();
+  for (const char* path : {"/nothing", "/jobs/", "/jobs/7/", "/jobs/7/pause/9", "", "jobs"}) {
+    CHECK_MESSAGE(status_of([&] { router.find(request("GET", path)); }) == 404, path);
+  }
+  try {
+    router.find(request("DELETE", "/jobs"));
+    FAIL("it has no DELETE");
+  } catch (const Problem& problem) {
+    CHECK(problem.status() == 405);
+    REQUIRE(problem.headers().size() == 1);
+    CHECK(problem.headers()[0].second == "GET, POST");
+  }
+}
+
+TEST_CASE("an unknown parameter is refused with the one that may be meant, a repeated one, too") {
+  const Router router = sample_router();
+  Request asked = request("GET", "/jobs");
+  asked.query = {{"limt", "3"}};
+  CHECK(detail_of_problem([&] { router.find(asked); }) ==
+        "unknown parameter 'limt': did you mean 'limit'?");
+  asked.query = {{"limit", "3"}, {"limit", "4"}};
+  CHECK(status_of([&] { router.find(asked); }) == 400);
+}
+
+TEST_CASE("a number of a parameter is plain digits in its range") {
+  CHECK(whole_number("id", "7", 1, 9) == 7);
+  for (const char* text : {"", "0", "10", "-1", "+7", "7 ", "0x7", "1e0", "99999999999999999999"}) {
+    CHECK_MESSAGE(status_of([&] { whole_number("id", text, 1, 9); }) == 400, text);
+  }
+}
+
+TEST_CASE("without keys a page of another site can neither read nor change anything") {
+  const Guard guard({}, {"farm.example"});
+  const auto status = [&](const std::string& method, const Head& head) {
+    return status_of([&] { guard.check_origin(request(method, "/api/v1/jobs", head)); });
+  };
+  for (const char* host :
+       {"localhost:7480", "127.0.0.1:7480", "[::1]:7480", "10.1.2.3", "farm.example:80"}) {
+    CHECK_MESSAGE(status("GET", {{"host", host}}) == 200, host);
+  }
+  // A name that somebody else's DNS has made to point here.
+  for (const char* host : {"", "evil.example:7480", "localhost.evil.example", "127.0.0.1.nip.io",
+                           "[::1", "[]", "127.1.1.1.1"}) {
+    CHECK_MESSAGE(status("GET", {{"host", host}}) == 421, host);
+  }
+  const std::string host = "localhost:7480";
+  CHECK(status("POST", {{"host", host}}) == 200);
+  CHECK(status("POST", {{"host", host}, {"origin", "http://localhost:7480"}}) == 200);
+  CHECK(status("POST", {{"host", host}, {"origin", "https://farm.example"}}) == 200);
+  CHECK(status("POST", {{"host", host}, {"origin", "http://localhost:8000"}}) == 403);
+  CHECK(status("POST", {{"host", host}, {"origin", "https://evil.example"}}) == 403);
+  CHECK(status("DELETE", {{"host", host}, {"origin", "null"}}) == 403);
+  CHECK(status("PUT", {{"host", host}, {"sec-fetch-site", "cross-site"}}) == 403);
+  CHECK(status("GET", {{"host", host}, {"origin", "https://evil.example"}}) == 200);
+}
+
+TEST_CASE("a token stands for its owner until it is replaced or the owner taken off the list") {
+  const test::TemporaryDirectory directory;
+  const auto keys = directory.path() / "keys";
+  make_farm_keys(keys);
+  add_member_key(keys, Role::client, "ann");
+  const std::string first = make_token(keys, "ann");
+  const std::string admin = make_token(keys, "admin");
+  CHECK(first.size() == 50);
+  CHECK(first != make_token(keys, "admin"));
+  std::ifstream file(keys / "tokens");
+  const std::string kept{std::istreambuf_iterator<char>(file), {}};
+  CHECK(kept.find(first) == std::string::npos);
+
+  TokenList tokens(keys);
+  const auto ann = tokens.find(seconds(1), first);
+  REQUIRE(ann);
+  CHECK(ann->name == "ann");
+  CHECK(ann->role == Role::client);
+  CHECK_FALSE(tokens.find(seconds(1), admin));  // made anew above
+  CHECK_FALSE(tokens.find(seconds(1), first + "x"));
+  CHECK_FALSE(tokens.find(seconds(1), ""));
+
+  const std::string second = make_token(keys, "ann");
+  CHECK_FALSE(tokens.find(seconds(5), first));
+  CHECK(tokens.find(seconds(5), second));
+  remove_member_key(keys, "ann");
+  remove_token(keys, "ann");
+  add_member_key(keys, Role::client, "ann");  // somebody else of that name
+  CHECK_FALSE(tokens.find(seconds(10), second));
+  CHECK_THROWS_AS(make_token(keys, "nobody"), InputError);
+  CHECK_THROWS_AS(make_token(keys, "worker"), InputError);
+}
+
+TEST_CASE("with keys whoever has no token is told so, and the origin does not matter") {
+  const test::TemporaryDirectory directory;
+  const auto keys = directory.path() / "keys";
+  make_farm_keys(keys);
+  const std::string token = make_token(keys, "admin");
+  Guard guard(keys, {});
+  const auto admit = [&](const Head& head) { return guard.admit(request("GET", "/", head)); };
+  CHECK(status_of([&] { admit({}); }) == 401);
+  CHECK(status_of([&] { admit({{"authorization", token}}); }) == 401);
+  CHECK(status_of([&] { admit({{"authorization", "Basic " + token}}); }) == 401);
+  CHECK(status_of([&] { admit({{"authorization", "Bearer "}}); }) == 401);
+  CHECK(admit({{"authorization", "Bearer " + token}}).role == Role::admin);
+  CHECK(status_of([&] {
+          guard.check_origin(request("POST", "/", {{"host", "x"}, {"origin", "http://y"}}));
+        }) == 200);
+}
+
+TEST_CASE("options become words of the command line, by name and type") {
+  std::string webhook;
+  const auto words = words_of_options(
+      R"({"adaptive": false, "name": "two  words", "passes": [1, 20], "progressive": true,
+          "row_order": "auto", "spp": 7, "target_error": 0.01, "webhook": "http://a/b"})",
+      webhook);
+  CHECK(words == std::vector<std::string>{"--adaptive=off", "--name=two  words", "--passes=1,20",
+                                          "--progressive", "--row-order=auto", "--spp=7",
+                                          "--target-error=0.01"});
+  CHECK(webhook == "http://a/b");
+  CHECK(words_of_options("", webhook).empty());
+  for (const char* bad : {"[]", "{", "7", "{\"spp\": \"7\"}", "{\"spp\": 7.5}", "{\"spp\": null}",
+                          "{\"adaptive\": 1}", "{\"passes\": 3}", "{\"passes\": [-1]}",
+                          "{\"passes\": []}", "{\"name\": \"\"}", "{\"like\": \"a.exr\"}"}) {
+    CHECK_MESSAGE(status_of([&] { words_of_options(bad, webhook); }) == 422, bad);
+  }
+  CHECK(detail_of_problem([&] { words_of_options("{\"widht\": 7}", webhook); }) ==
+        "options: /widht: unknown option: did you mean 'width'?");
+}
+
+TEST_CASE("a webhook's address is http or https, a host, a port, a path") {
+  const auto url = webhook_url("https://hooks.example:8443/a/b?c=d#e");
+  REQUIRE(url);
+  CHECK(url->secure);
+  CHECK(url->host == "hooks.example");
+  CHECK(url->port == 8443);
+  CHECK(url->path == "/a/b?c=d");
+  CHECK(webhook_url("http://h")->path == "/");
+  CHECK(webhook_url("http://h?x")->path == "/?x");
+  for (const char* bad :
+       {"", "h/p", "ftp://h/", "http://", "http:///p", "http://u@h/", "http://h:0/",
+        "http://h:99999/", "http://h:/", "http://h:8x/", "http://h/ p", "http://h/\np"}) {
+    CHECK_MESSAGE(!webhook_url(bad), bad);
+  }
+}
+
+/// A loop that a thread of its own turns, as the coordinator's is.
+class RunningLoop {
+ public:
+  RunningLoop()
+      : coordinator_(test::service_options(), nullptr, std::make_shared<spdlog::logger>("silent")),
+        thread_([this] {
+          const SteadyClock clock;
+          run_actor(coordinator_, hub_.coordinator(), clock, [this](Time) { return stop_.load(); });
+        }) {}
+  ~RunningLoop() {
+    stop_ = true;
+    thread_.join();
+  }
+  InprocHub& hub() { return hub_; }
+
+ private:
+  InprocHub hub_;
+  Coordinator coordinator_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+TEST_CASE("the loop answers one request after the other, and refuses in its own words") {
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  CHECK(client.ask<msg::Jobs>({}, msg::ListJobs{}).jobs.empty());
+  CHECK(client.ask<msg::Workers>({}, msg::ListWorkers{}).total == 0);
+  CHECK(detail_of_problem([&] {
+          client.ask<msg::Job>({}, msg::ShowJob{0, 7});
+        }) == "no job 7: see parray jobs");
+  // A worker's key may not ask.
+  CHECK(status_of([&] { client.ask<msg::Jobs>({Role::worker, "node"}, msg::ListJobs{}); }) == 409);
+  // Ranges are checked as those of messages from outside.
+  CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{0, 0, 100000}); }) == 409);
+  client.stop();
+  CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{}); }) == 503);
+}
+
+TEST_CASE("both links of a joined one are heard by turns, and each gets its own answers") {
+  InprocHub outside;
+  int woken = 0;
+  InprocHub inside([&woken] { ++woken; });
+  JoinedLink joined(outside.coordinator(), inside.coordinator());
+  const auto worker = outside.connect();
+  const auto asker = inside.connect_as({Role::client, "ann"});
+  for (int i = 0; i < 3; ++i) {
+    worker->send({}, Message(msg::Who{}));
+    asker->send({}, asker->seal(msg::ListJobs{5}));
+  }
+  CHECK(woken == 3);
+  std::vector<bool> from_inside;
+  PeerId inner;
+  PeerId outer;
+  while (auto delivery = joined.receive()) {
+    const bool is_inner = std::holds_alternative<msg::ListJobs>(delivery->content.open());
+    from_inside.push_back(is_inner);
+    (is_inner ? inner : outer) = delivery->peer;
+    if (is_inner) CHECK(delivery->sender.name == "ann");
+  }
+  REQUIRE(from_inside.size() == 6);
+  CHECK(from_inside[0] != from_inside[1]);
+  CHECK(from_inside[2] != from_inside[3]);
+  CHECK(inner != outer);
+  CHECK(inner.front() == '\0');
+  CHECK(joined.send(inner, Message(msg::Pulse{})));
+  CHECK(asker->receive());
+  CHECK_FALSE(worker->receive());
+  CHECK(joined.send(outer, Message(msg::Pulse{})));
+  CHECK(worker->receive());
+}
+
+TEST_CASE("a webhook goes to allowed hosts only, and outlives the process while the loop is away") {
+  // Without a coordinator's answer nothing is told, and what is kept outlives the process.
+  const test::TemporaryDirectory directory;
+  const auto file = directory.path() / "webhooks";
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  std::atomic<int> posts = 0;
+  const auto post = [&](const WebhookUrl&, const std::string&) {
+    ++posts;
+    return false;
+  };
+  {
+    Webhooks hooks(client, {"h"}, file, post);
+    CHECK(status_of([&] { hooks.check("http://other/x"); }) == 422);
+    CHECK(status_of([&] { hooks.check("http://h/x"); }) == 200);
+    client.stop();  // the loop is away
+    hooks.add(7, "http://h/x");
+  }
+  std::ifstream in(file);
+  std::string line;
+  CHECK(std::getline(in, line));
+  CHECK(line == "7 http://h/x");
+  CHECK(posts == 0);
+}
+
+}  // namespace
+}  // namespace parray::http
