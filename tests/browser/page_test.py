@@ -29,10 +29,11 @@ SCROLL = """async () => {
 def load_all(page):
     """Scrolls until the last page of jobs has come."""
     for _ in range(200):
+        ready = "+" not in page.locator(".count").inner_text()
         page.evaluate("() => { const s = document.querySelector('.scroller'); s.scrollTop = s.scrollHeight; }")
-        page.wait_for_timeout(100)
-        if "+" not in page.locator(".count").inner_text():
+        if ready:
             return
+        page.wait_for_timeout(100)
     raise AssertionError("the last page of jobs never came")
 
 
@@ -41,6 +42,7 @@ class Lists(BrowserTest):
         with FakeFarm(jobs=10000, workers=2000) as farm:
             page = self.open(farm.url)
             expect(page.locator("#connection")).to_have_text("live")
+            expect(page.locator(".count")).to_contain_text("jobs")
             load_all(page)
             expect(page.locator(".count")).to_have_text("10000 jobs")
             expect(page.get_by_role("table")).to_have_attribute("aria-rowcount", "10001")

@@ -49,12 +49,14 @@ export class Farm {
   }
 
   takeJob(job) {
-    const old = this.jobs.get(job.id);
-    // What only the answer for one job has stays known.
-    this.jobs.set(job.id, old ? {...old, error: undefined, ...job} : job);
+    const known = this.jobs.get(job.id);
+    const shape = known?.state !== job.state;
+    // In place: lists refer to it.
+    if (known) Object.assign(known, {error: undefined}, job);
+    else this.jobs.set(job.id, job);
     this.#note(changes => {
       changes.jobs.add(job.id);
-      changes.shape ||= !old || old.state !== job.state;
+      changes.shape ||= shape;
     });
   }
 

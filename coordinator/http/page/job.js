@@ -84,7 +84,11 @@ export class JobView {
 
   update(changes) {
     if (changes.generation) this.#load();
-    if (changes.jobs.has(this.#id) || changes.generation) this.#draw();
+    if (this.job) {
+      if (changes.jobs.has(this.#id)) this.#draw();
+    } else if (changes.jobs.has(this.#id) && !changes.generation) {
+      location.hash = '#/jobs';  // it has just been forgotten
+    }
   }
 
   /** What only the answer for one job has: history, frames. */
@@ -96,16 +100,13 @@ export class JobView {
       this.#showHistory(job.events ?? []);
       if (job.frames) this.#showFrames(job.frame_list ?? [], true);
     } catch (problem) {
-      if (id === this.#id && problem.status === 409 || problem.status === 404) this.viewer.say(problem.message);
+      if (id === this.#id) this.viewer.say(problem.message);
     }
   }
 
   #draw() {
     const job = this.job;
-    if (!job) {
-      if (this.#state) location.hash = '#/jobs';  // it has just been forgotten
-      return;
-    }
+    if (!job) return;
     setText(this.heading, `${job.id}  ${job.name || 'without a name'}`);
     setText(this.state, job.state);
     setClass(this.state, 'state ' + job.state);
