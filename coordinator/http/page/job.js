@@ -2,8 +2,8 @@
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
-import {count, duration, errorOfGoal, estimate, goal, moment, percent, radiance, rate, stem, unfinished, whole} from './format.js';
-import {fetchErrors, fetchPicture} from './picture.js';
+import {count, duration, errorOfGoal, estimate, goal, moment, percent, rate, stem, unfinished, whole} from './format.js';
+import {fetchErrors, fetchPicture, noPicture} from './picture.js';
 import {quickLookOf} from './quick_look.js';
 import {Viewer} from './viewer.js';
 
@@ -143,14 +143,13 @@ export class JobView {
     const to = goal(job);
     const pairs = [
       ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
-      ['Samples a pixel', job.samples_per_pixel ? `${this.#samples === undefined || !this.#pixels ? '' :
-        count(this.#samples / this.#pixels) + ' of '}${whole(job.samples_per_pixel)}, ${job.sampler}` : ''],
+      ['Samples a pixel', job.samples_per_pixel ?
+        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)}, ${job.sampler}` : ''],
       ['Error', known(error.rmse) ? `${estimate(error.rmse)}  (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'not known yet'],
-      ['Half-width', known(error.half_width_p50) ? `${estimate(error.half_width_p50)} median, ${estimate(error.half_width_p99)} of 99 %` : ''],
-      ['Asked for', to ? `${to.kind} ${radiance(to.asked)}` : ''],
-      ['Of the target', to ? errorOfGoal(job) : ''],
+      ['Half-width', known(error.half_width_p50) ? `${estimate(error.half_width_p50)} median, ${estimate(error.half_width_p99)} of 99\u00a0%` : ''],
+      ['Target', to ? `${to.kind} ${errorOfGoal(job)}` : ''],
       ['User', job.user],
-      ['Priority', String(job.priority)]];
+      ['Priority', unfinished(job) ? '' : String(job.priority)]];
     if (job.series !== undefined && job.frame !== undefined) {
       pairs.push(['Frame', el('a', {href: `#/jobs/${job.series}`}, `${job.frame} of series ${job.series}`)]);
     }
@@ -251,9 +250,17 @@ export class JobView {
       return !picture.partial;
     } catch (problem) {
       if (signal.aborted) return true;
-      if (!this.#etag) this.viewer.say(unfinished(job) ? 'No picture yet.' : problem.message);
+      if (!this.#etag) await this.#showNothing(job, problem, signal);
       return !unfinished(job);
     }
+  }
+
+  /** There is no picture: what the quick look has, if there was one. */
+  async #showNothing(job, problem, signal) {
+    const below = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
+    if (signal.aborted) return;
+    if (below) this.viewer.show(noPicture(job), below);
+    this.viewer.say(!unfinished(job) ? problem.message : below ? '' : 'No picture yet.');
   }
 
   #below;
@@ -282,7 +289,7 @@ export class JobView {
       const errors = await fetchErrors(id, this.#shown.signal);
       if (here()) this.viewer.showErrors(errors);
     } catch (problem) {
-      if (here() && problem.status) say(problem.message, 'error');
+      if (here()) say(problem.message, 'error');
     }
   }
 

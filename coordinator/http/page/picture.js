@@ -32,6 +32,10 @@ export async function fetchPicture(job, etag, signal) {
   return {...rest, width, height, pixels: new Float32Array(await response.arrayBuffer())};
 }
 
+/** A picture without samples. */
+export const noPicture = ({width, height}) => ({width, height, pixels: new Float32Array(3 * width * height), exact: true,
+  partial: true, samples: 0});
+
 async function linearOfPng(blob) {
   const bitmap = await createImageBitmap(blob);
   const {width, height} = bitmap;
@@ -51,12 +55,14 @@ async function linearOfPng(blob) {
  *  for them. Throws Problem. */
 export async function fetchErrors(id, signal) {
   const response = await request('GET', `jobs/${id}/error.f32`, {signal});
+  const width = Number(response.headers.get('Parray-Width'));
+  const height = Number(response.headers.get('Parray-Height'));
   const halfWidths = new Float32Array(await response.arrayBuffer());
+  if (halfWidths.length !== width * height) throw new Error(`the error map has ${halfWidths.length} pixels instead of ${width * height}`);
   const stride = Math.max(1, Math.floor(halfWidths.length / 100000));
   const some = halfWidths.filter((value, i) => i % stride === 0 && value > 0).sort();
   const low = some[Math.floor(some.length * 0.01)] ?? 1e-3;
-  return {width: Number(response.headers.get('Parray-Width')), height: Number(response.headers.get('Parray-Height')),
-    halfWidths, low, high: Math.max(some[Math.floor(some.length * 0.995)] ?? 1, low * 1.001)};
+  return {width, height, halfWidths, low, high: Math.max(some[Math.floor(some.length * 0.995)] ?? 1, low * 1.001)};
 }
 
 const opaque = 0xff000000;

@@ -215,6 +215,7 @@ export class Viewer {
     const at = y * picture.width + x;
     const [r, g, b] = picture.pixels.subarray(3 * at, 3 * at + 3);
     let text = `x ${x}  y ${y}   R ${channel(r)}  G ${channel(g)}  B ${channel(b)}`;
+    if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
     if (!picture.exact) text += '   (of 8 bits)';
     const half = this.#errors?.halfWidths[at];
     if (half !== undefined) text += half < 0 ? '   ± not known' : `   ± ${estimate(half)}`;
