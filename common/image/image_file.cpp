@@ -42,12 +42,15 @@ void check_channels(const fs::path& path, const Image& image, const Channels& ch
   }
 }
 
-/// Beside the program: bin/../lib/parray, where it is built and where it is installed.
+/// Where it is built and where it is installed: in bin/../lib/parray, beside the programs that are
+/// there.
 fs::path module_file() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) throw RunError("finding this program: " + error.message());
-  return program.parent_path().parent_path() / "lib" / "parray" / "image_codec.so";
+  const fs::path beside = program.parent_path() / "image_codec.so";
+  if (fs::exists(beside, error)) return beside;
+  return program.parent_path().parent_path() / "lib" / "parray" / beside.filename();
 }
 
 /// Stays loaded until the program ends.

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -49,10 +50,12 @@ std::string token_of(const Request& request) {
   return token;
 }
 
+/// Each once, with commas between.
 std::string states_in(const Request& request) {
   const auto found = request.query.find("state");
   if (found == request.query.end()) return "";
   const std::string& text = found->second;
+  std::set<std::string> names;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string name = text.substr(begin, end - begin);
@@ -60,10 +63,12 @@ std::string states_in(const Request& request) {
       throw Problem(
           400, "state: '" + printable(name) + "' is none: " + remedy_for_name(name, states), 2);
     }
+    names.insert(name);
     begin = end + 1;
   }
-  if (text.size() > 100) throw Problem(400, "state: the same one is named several times", 2);
-  return text;
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ",") + name;
+  return list;
 }
 
 bool flag_in(const Request& request, const std::string& name) {
@@ -80,13 +85,13 @@ std::uint32_t priority_in(const Request& request) {
     throw Problem(415, "send application/json: {\"priority\": 70}");
   }
   const json body = json::parse(read_text(request, small_body), nullptr, false);
-  const bool fits = body.is_object() && body.size() == 1 && body.contains("priority") &&
-                    body["priority"].is_number_integer() && body["priority"] >= 0 &&
-                    body["priority"] <= 100;
-  if (!fits) {
+  const auto priority = body.is_object() && body.size() == 1
+                            ? whole_in(body.value("priority", json()))
+                            : std::nullopt;
+  if (!priority || *priority > 100) {
     throw Problem(422, "priority: write {\"priority\": N}, a whole number from 0 to 100", 2);
   }
-  return body["priority"];
+  return static_cast<std::uint32_t>(*priority);
 }
 
 bool has_tag(const std::string& list, const std::string& etag) {
@@ -317,7 +322,7 @@ Reply Api::list_workers(const Request& request) {
 Reply Api::steer_workers(const Request& request, const std::string& name,
                          msg::WorkerAction action) {
   if (name.size() > 128 || printable(name, 1000) != name) {
-    throw Problem(400, "'" + printable(name) + "' is no worker's name", 2);
+    throw Problem(404, "'" + printable(name) + "' is no worker's name", 2);
   }
   try {
     return workers_reply(loop_.ask<msg::Workers>(

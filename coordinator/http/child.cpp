@@ -86,7 +86,7 @@ class Spawned {
     if (error != 0) {
       throw RunError("starting " + arguments[0] + ": " + std::generic_category().message(error));
     }
-    constexpr int low = 10;
+    constexpr int low = 5;
     setpriority(PRIO_PROCESS, static_cast<id_t>(pid_), low);
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 
 #include "common/base/printable.h"
 
@@ -12,9 +13,8 @@ namespace {
 
 /// "localhost" of "localhost:7480", "::1" of "[::1]:7480".
 std::string without_port(const std::string& host) {
-  if (host.starts_with('[')) {
-    return host.substr(1, std::min(host.find(']'), host.size()) - 1);
-  }
+  const std::size_t bracket = host.find(']');
+  if (host.starts_with('[') && bracket != std::string::npos) return host.substr(1, bracket - 1);
   return host.substr(0, host.find(':'));
 }
 

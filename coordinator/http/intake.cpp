@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -60,8 +61,9 @@ OptionType kind_of(const std::string& name) {
 std::string list_text(const std::string& name, const json& value) {
   std::string text;
   for (const json& item : value) {
-    if (!item.is_number_unsigned()) fail_option(name, "write whole numbers");
-    text += (text.empty() ? "" : ",") + item.dump();
+    const auto number = whole_in(item);
+    if (!number) fail_option(name, "write whole numbers");
+    text += (text.empty() ? "" : ",") + std::to_string(*number);
   }
   return text;
 }
@@ -75,8 +77,8 @@ std::string word_of(const std::string& name, const json& value) {
   }();
   switch (kind_of(name)) {
     case OptionType::whole:
-      if (!value.is_number_integer()) fail_option(name, "write a whole number");
-      return option + "=" + value.dump();
+      if (!value.is_number()) fail_option(name, "write a whole number");
+      return option + "=" + (whole_in(value) ? std::to_string(*whole_in(value)) : value.dump());
     case OptionType::real:
       if (!value.is_number()) fail_option(name, "write a number");
       return option + "=" + value.dump();
@@ -202,6 +204,15 @@ class Counted {
 };
 
 }  // namespace
+
+std::optional<std::uint64_t> whole_in(const json& value) {
+  if (value.is_number_unsigned()) return value.get<std::uint64_t>();
+  constexpr double exact = 0x1p53;
+  if (!value.is_number_float()) return {};
+  const auto number = value.get<double>();
+  const bool whole = number >= 0 && number <= exact && std::floor(number) == number;
+  return whole ? std::optional(static_cast<std::uint64_t>(number)) : std::nullopt;
+}
 
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook) {
   if (options.empty()) return {};

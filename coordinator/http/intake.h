@@ -3,6 +3,8 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,9 @@ struct Taken {
   msg::Submit submit;
   std::string webhook;  ///< empty: none
 };
+
+/// The whole number, from 0 on, that `value` is: 20 and 20.0 are the same in JSON.
+std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
 /// The command line that stands for a request's `options`, a JSON map; without `webhook`, which
 /// goes to the other. Throws Problem 422 that names the option.

@@ -11,6 +11,7 @@
 #include <deque>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -170,6 +171,17 @@ Request request_of(const httplib::Request& from, const httplib::ContentReader* r
   return request;
 }
 
+/// What the library has refused by itself: requests that are none, or of a method unknown to it.
+Problem library_problem(const httplib::Request& request, int status) {
+  static const std::set<std::string> known = {"GET", "HEAD",  "POST",    "PUT",     "DELETE",
+                                              "PRI", "PATCH", "CONNECT", "OPTIONS", "TRACE"};
+  if (status == 400 && !request.method.empty() && !known.contains(request.method)) {
+    return Problem(405, printable(request.method) + " is no method that this server knows", 0,
+                   {{"Allow", "GET, HEAD, POST, PUT, DELETE"}});
+  }
+  return Problem(status, "this request cannot be read");
+}
+
 void send_events(httplib::Response& response, const std::shared_ptr<EventStream>& events) {
   response.set_header("X-Accel-Buffering", "no");
   response.set_chunked_content_provider(
@@ -267,11 +279,9 @@ class Server::Impl {
     server_.Patch(everything, handler);
     server_.Delete(everything, handler);
     // What the library refuses by itself has no body of ours yet.
-    server_.set_error_handler([](const httplib::Request& /*request*/, httplib::Response& response) {
-      if (response.body.empty() && response.status != 304) {
-        send_reply(response,
-                   problem_reply(Problem(response.status, "no such request can be read")));
-      }
+    server_.set_error_handler([](const httplib::Request& request, httplib::Response& response) {
+      if (!response.body.empty() || response.status < 400) return;
+      send_reply(response, problem_reply(library_problem(request, response.status)));
     });
   }
 
