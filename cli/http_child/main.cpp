@@ -12,6 +12,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
@@ -105,6 +107,10 @@ int picture(const Arguments& a) {
                 {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
   } else if (a.wanted == "error.png") {
     write_error_map(a.wanted, picture);
+  } else if (a.wanted == "error.f32") {
+    const std::vector<float> widths = half_widths_of(picture.statistics, a.width * a.height);
+    write_file(a.wanted,
+               {reinterpret_cast<const char*>(widths.data()), widths.size() * sizeof(float)});
   } else {
     if (can_hold_channels(a.wanted)) add_sample_counts(picture);
     write_picture(a.wanted, picture);
