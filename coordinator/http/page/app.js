@@ -3,7 +3,7 @@
 import {token} from './api.js';
 import {ask, button, el, setClass, setText} from './dom.js';
 import {Farm} from './farm.js';
-import {rate} from './format.js';
+import {count} from './format.js';
 import {JobView} from './job.js';
 import {JobsView} from './jobs.js';
 import {SubmitView} from './submit.js';
@@ -40,7 +40,7 @@ function showHeader() {
   const {running, waiting, speed, workers} = farm.summary();
   const {state, text} = farm.connection;
   setText(place('summary'), farm.generation ?
-    [`${running} running`, `${waiting} queued`, `${workers} ${workers === 1 ? 'worker' : 'workers'}`, rate(speed) && rate(speed) + ' samples']
+    [`${running} running`, `${waiting} queued`, `${workers} ${workers === 1 ? 'worker' : 'workers'}`, running && speed > 0 && count(speed) + ' samples/s']
       .filter(Boolean).join('  ·  ') : '');
   setText(place('connection'), state === 'token' ? 'token needed' : text || state);
   setClass(place('connection'), 'connection ' + state);

@@ -2,7 +2,7 @@
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
-import {count, duration, errorOfGoal, estimate, goal, moment, percent, rate, stem, unfinished, whole} from './format.js';
+import {count, duration, errorOfGoal, estimate, goal, moment, percent, stem, unfinished, whole} from './format.js';
 import {fetchErrors, fetchPicture, noPicture} from './picture.js';
 import {quickLookOf} from './quick_look.js';
 import {Viewer} from './viewer.js';
@@ -132,7 +132,7 @@ export class JobView {
     if (job.state === 'done') return 'done';
     const parts = [job.frames ? `${job.frames_done} of ${job.frames} frames` : percent(job.progress)];
     if (unfinished(job) && job.seconds_left >= 0) parts.push(duration(job.seconds_left) + ' left');
-    if (job.state === 'running' && job.samples_per_second > 0) parts.push(rate(job.samples_per_second) + ' samples');
+    if (job.state === 'running' && job.samples_per_second > 0) parts.push(count(job.samples_per_second) + ' samples/s');
     if (unfinished(job) && job.waits_for) parts.push('waits for ' + job.waits_for);
     return parts.join('   ');
   }

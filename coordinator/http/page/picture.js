@@ -59,10 +59,17 @@ export async function fetchErrors(id, signal) {
   const height = Number(response.headers.get('Parray-Height'));
   const halfWidths = new Float32Array(await response.arrayBuffer());
   if (halfWidths.length !== width * height) throw new Error(`the error map has ${halfWidths.length} pixels instead of ${width * height}`);
-  const stride = Math.max(1, Math.floor(halfWidths.length / 100000));
-  const some = halfWidths.filter((value, i) => i % stride === 0 && value > 0).sort();
-  const low = some[Math.floor(some.length * 0.01)] ?? 1e-3;
-  return {width, height, halfWidths, low, high: Math.max(some[Math.floor(some.length * 0.995)] ?? 1, low * 1.001)};
+  const known = halfWidths.filter(value => value > 0).sort();
+  if (!known.length) return {width, height, halfWidths, low: 0.001, high: 1};
+  const high = roundNumber(known.at(-1), true);
+  return {width, height, halfWidths, low: roundNumber(Math.min(known[Math.floor(known.length / 100)], high / 10), false), high};
+}
+
+/** The next 1, 2 or 5 times a power of ten. */
+function roundNumber(value, upwards) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * (upwards ? [1, 2, 5, 10].find(step => step * power >= value * (1 - 1e-6)) :
+    [10, 5, 2, 1].find(step => step * power <= value * (1 + 1e-6)));
 }
 
 const opaque = 0xff000000;
@@ -81,13 +88,22 @@ export function paintRadiance({pixels}, words, begin, end, gain, whole) {
   }
 }
 
-// Lightness rises evenly, so that it reads without telling colours apart.
-const stops = [[13, 8, 45], [70, 22, 108], [148, 44, 105], [214, 88, 68], [248, 158, 52], [252, 250, 190]];
-const ramp = Array.from({length: 256}, (_, i) => {
-  const at = i / 255 * (stops.length - 1);
-  const from = Math.min(Math.floor(at), stops.length - 2);
-  return stops[from].map((low, c) => Math.round(low + (at - from) * (stops[from + 1][c] - low)));
-});
+/** The colours of parray's --error-map (cli/output/error_map.h): L*a*b* whose lightness rises evenly, so
+ *  that the order is seen without telling colours apart; sRGB bytes. */
+function errorColour(share) {
+  const t = share;
+  const s = 1 - t;
+  const bezier = (...points) => [s ** 3, 3 * s * s * t, 3 * s * t * t, t ** 3].reduce((sum, weight, i) => sum + weight * points[i], 0);
+  const cubed = f => f > 6 / 29 ? f ** 3 : 3 * (6 / 29) ** 2 * (f - 4 / 29);
+  const middle = (16 + 74 * t + 16) / 116;
+  const x = 0.95047 * cubed(middle + bezier(41, -16, -48, -18) / 500);
+  const y = cubed(middle);
+  const z = 1.08883 * cubed(middle - bezier(-52, -48, 25, 70) / 200);
+  return [3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z, 0.0557 * x - 0.2040 * y + 1.0570 * z]
+    .map(linear => Math.round(255 * toSrgb(Math.min(1, Math.max(0, linear)))));
+}
+
+const ramp = Array.from({length: 256}, (_, i) => errorColour(i / 255));
 const rampWords = Uint32Array.from(ramp, ([r, g, b]) => (opaque | b << 16 | g << 8 | r) >>> 0);
 
 /** The colour scale, left to right low to high. */

@@ -3,7 +3,7 @@
 
 import {button, el, setText} from './dom.js';
 import {paintErrors, paintRadiance, paintScale} from './picture.js';
-import {channel, estimate} from './format.js';
+import {channel, estimate, radiance} from './format.js';
 
 const slice = 1 << 18;  // pixels that are painted in one go: about 5 ms
 const mostZoom = 64;
@@ -62,8 +62,8 @@ export class Viewer {
     this.#errors = errors;
     this.errorButton.hidden = !errors;
     if (errors) {
-      setText(this.low, estimate(errors.low));
-      setText(this.high, estimate(errors.high));
+      setText(this.low, radiance(errors.low));
+      setText(this.high, radiance(errors.high));
     }
   }
 
