@@ -28,7 +28,7 @@ SCROLL = """async () => {
 
 def load_all(page):
     """Scrolls until the last page of jobs has come."""
-    for _ in range(200):
+    for _ in range(400):
         ready = "+" not in page.locator(".count").inner_text()
         page.evaluate("() => { const s = document.querySelector('.scroller'); s.scrollTop = s.scrollHeight; }")
         if ready:

@@ -91,10 +91,10 @@ const keys = {  // [what it does, the doing]
   j: ['jobs', to('#/jobs')], w: ['workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
   p: ['pause or resume the job that is shown', () => view === views.job && view.pauseOrResume()],
   t: ['light, dark, or as the system', nextTheme], '?': ['this list', () => showHelp()]};
-const otherKeys = {
-  '↑ ↓ Page Home End': 'in a list: from row to row; Enter opens', '+ −': 'in a picture: zoom', '0': 'in a picture: fit',
-  '1': 'in a picture: a pixel for a pixel', '← → ↑ ↓': 'in a picture: the pixel whose value is shown; with Shift ten further',
-  '[ ]': 'in a picture: exposure', m: 'in a picture: error map'};
+const otherKeys = [['↑ ↓ Page Home End', 'in a list: from row to row; Enter opens'], ['+ −', 'in a picture: zoom'],
+  ['0', 'in a picture: fit'], ['1', 'in a picture: a pixel for a pixel'],
+  ['← → ↑ ↓', 'in a picture: the pixel whose value is shown; with Shift ten further'], ['[ ]', 'in a picture: exposure'],
+  ['m', 'in a picture: error map']];
 const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
 
 function showHelp() {
@@ -104,7 +104,7 @@ function showHelp() {
   return ask('Help and keys', close => [
     el('h2', {}, 'Keys'),
     el('dl', {class: 'keys'}, ...Object.entries(keys).flatMap(([key, [text]]) => row(key, text)),
-      ...Object.entries(otherKeys).flatMap(([key, text]) => row(key, text))),
+      ...otherKeys.flatMap(([key, text]) => row(key, text))),
     el('label', {class: 'check'}, letters, 'Single letters are keys'),
     el('p', {}, 'In a picture the wheel or two fingers zoom, dragging moves, a double click zooms in and back. ',
       el('a', {href: 'api/v1/openapi.json'}, 'The interface'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),

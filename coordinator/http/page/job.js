@@ -5,6 +5,7 @@ import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
 import {count, duration, errorOfGoal, estimate, goal, moment, percent, stem, unfinished, whole} from './format.js';
 import {fetchErrors, fetchPicture, noPicture} from './picture.js';
 import {quickLookOf} from './quick_look.js';
+import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
 
 const steps = {  // what can be done in which state: [word, path, what is asked before]
@@ -38,6 +39,7 @@ export class JobView {
     this.now = el('p', {class: 'now'});
     this.trouble = el('p', {class: 'trouble', hidden: true});
     this.facts = el('div', {});
+    this.trend = new Trend();
     this.priority = el('input', {type: 'number', min: 0, max: 100, required: true, 'aria-label': 'Priority, 0 to 100'});
     this.save = el('div', {class: 'actions', role: 'group', 'aria-label': 'Download'});
     this.history = el('ol', {class: 'history'});
@@ -48,7 +50,7 @@ export class JobView {
     this.element = el('section', {class: 'view job', 'aria-labelledby': 'job-title'},
       el('div', {class: 'bar-of-view'}, el('a', {href: '#/jobs', class: 'back', 'aria-label': 'All jobs'}, '‹'), this.heading, this.state, this.actions),
       el('div', {class: 'halves'}, this.viewer.element,
-        el('div', {class: 'panel'}, this.bar, this.now, this.trouble, this.facts, this.steer, this.save, this.frames,
+        el('div', {class: 'panel'}, this.bar, this.now, this.trouble, this.facts, this.trend.element, this.steer, this.save, this.frames,
           el('details', {open: true}, el('summary', {}, 'History'), this.history), this.report)));
   }
 
@@ -59,6 +61,7 @@ export class JobView {
     this.#pixels = this.#frames = 0;
     this.#state = '';
     this.viewer.clear();
+    this.trend.clear();
     this.viewer.say('');
     for (const part of [this.history, this.report, this.frames]) part.replaceChildren();
     setText(this.heading, `Job ${id}`);
@@ -119,6 +122,8 @@ export class JobView {
     setText(this.trouble, trouble);
     this.trouble.hidden = !trouble;
     this.#showFacts(job);
+    const to = goal(job);
+    this.trend.add(to ? to.now : job.error?.rmse, to?.asked);
     this.viewer.element.hidden = Boolean(job.frames);
     if (job.state === this.#state) return;
     if (this.#state) this.#load();

@@ -1,7 +1,7 @@
 // All jobs: a row for each, the newest first.
 
 import {el, setClass, setText} from './dom.js';
-import {count, duration, errorOfGoal, goal, percent, rate, unfinished} from './format.js';
+import {duration, errorOfGoal, goal, percent, rate, unfinished, whole} from './format.js';
 import {VirtualTable} from './list.js';
 
 export const filters = new Map([
@@ -44,7 +44,7 @@ function fill(parts, job) {
   setText(parts.error, errorOfGoal(job));
   setClass(parts.error, to && to.now > 0 && to.now <= to.asked ? 'error reached' : 'error');
   setText(parts.speed, job.state === 'running' ? rate(job.samples_per_second) : '');
-  setText(parts.size, job.width ? `${job.width} × ${job.height}, ${count(job.samples_per_pixel)}` : '');
+  setText(parts.size, job.width ? `${job.width} × ${job.height}, ${whole(job.samples_per_pixel)}` : '');
   setText(parts.user, job.user);
   setText(parts.priority, String(job.priority));
 }
