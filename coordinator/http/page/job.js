@@ -250,7 +250,11 @@ export class JobView {
       this.#samples = picture.samples;
       this.#pixels = picture.width * picture.height;
       this.viewer.say('');
-      this.viewer.show(picture, await this.#quickLook(job, signal));
+      const quick = await this.#quickLook(job, signal);
+      if (signal.aborted) return true;
+      // First impressions of single samples are less than a quick look that is done.
+      const early = quick && !quick.partial && picture.samples < 2 * this.#pixels;
+      this.viewer.show(early ? noPicture(job) : picture, quick);
       this.#showFacts(job);
       return !picture.partial;
     } catch (problem) {
@@ -274,15 +278,12 @@ export class JobView {
     if (!quick || job.state === 'done') return undefined;
     if (this.#below?.of !== job.id || this.#below.picture.partial) {
       try {
-        const picture = await fetchPicture(await getJson('jobs/' + quick, signal), undefined, signal);
-        const small = new Viewer();
-        small.show(picture);
-        this.#below = {of: job.id, picture, canvas: small.surface};
+        this.#below = {of: job.id, picture: await fetchPicture(await getJson('jobs/' + quick, signal), undefined, signal)};
       } catch {
         return undefined;
       }
     }
-    return this.#below.canvas;
+    return this.#below.picture;
   }
 
   /** What a job that is done has beside its picture. */

@@ -34,7 +34,7 @@ export async function fetchPicture(job, etag, signal) {
 
 /** A picture without samples. */
 export const noPicture = ({width, height}) => ({width, height, pixels: new Float32Array(3 * width * height), exact: true,
-  partial: true, samples: 0});
+  partial: true, samples: 0, none: true});
 
 async function linearOfPng(blob) {
   const bitmap = await createImageBitmap(blob);

@@ -11,7 +11,8 @@ const mostZoom = 64;
 export class Viewer {
   #picture;  // of fetchPicture
   #errors;  // of fetchErrors
-  #below;  // a canvas that shows through where there are no samples yet
+  #below;  // a small picture that shows through where there are no samples yet
+  #belowSurface = document.createElement('canvas');
   #layer = 'picture';
   #surface = document.createElement('canvas');  // the picture's own pixels, painted
   #painting = 0;
@@ -50,7 +51,7 @@ export class Viewer {
     this.#listen();
   }
 
-  /** `below`: {canvas} that shows through, or undefined. */
+  /** `below`: a small picture of the same that shows through, or undefined. */
   show(picture, below) {
     this.#picture = picture;
     this.#below = below;
@@ -80,11 +81,6 @@ export class Viewer {
     this.errorButton.setAttribute('aria-pressed', 'false');
     this.#tell();
     this.#draw();
-  }
-
-  /** What is shown, for another viewer's `below`. */
-  get surface() {
-    return this.#surface;
   }
 
   toggleErrors() {
@@ -142,6 +138,7 @@ export class Viewer {
     const context = this.#surface.getContext('2d');
     const rows = Math.max(1, Math.floor(slice / width));
     const gain = 2 ** Number(this.exposure.value);
+    if (this.#below) this.#paintBelow(gain);
     for (let top = 0; top < height; top += rows) {
       const image = new ImageData(width, Math.min(rows, height - top));
       const words = new Uint32Array(image.data.buffer);
@@ -156,6 +153,14 @@ export class Viewer {
       }
     }
     this.#draw();
+  }
+
+  #paintBelow(gain) {
+    const {width, height} = this.#below;
+    Object.assign(this.#belowSurface, {width, height});
+    const image = new ImageData(width, height);
+    paintRadiance(this.#below, new Uint32Array(image.data.buffer), 0, width * height, gain, !this.#below.partial);
+    this.#belowSurface.getContext('2d').putImageData(image, 0, 0);
   }
 
   #draw() {
@@ -184,9 +189,9 @@ export class Viewer {
     context.imageSmoothingQuality = 'high';
     context.fillStyle = getComputedStyle(this.stage).getPropertyValue('--untraced');
     context.fillRect(...box);
-    if (this.#below?.width && this.#picture.partial && this.#layer === 'picture') {
+    if (this.#below && this.#picture.partial && this.#layer === 'picture') {
       context.imageSmoothingEnabled = true;
-      context.drawImage(this.#below, ...box);
+      context.drawImage(this.#belowSurface, ...box);
     }
     context.imageSmoothingEnabled = scale * ratio < 1;
     context.drawImage(this.#surface, ...box);
@@ -209,7 +214,8 @@ export class Viewer {
     const {x, y} = this.#cursor ?? {};
     const picture = this.#picture;
     if (x === undefined || !picture || x >= picture.width || y >= picture.height) {
-      setText(this.readout, picture ? `${picture.width} × ${picture.height}, ${picture.exact ? 'linear float32' : '8 bit'}` : '');
+      setText(this.readout, !picture ? '' :
+        `${picture.width} × ${picture.height}, ${picture.none ? 'quick look' : picture.exact ? 'linear float32' : '8 bit'}`);
       return;
     }
     const at = y * picture.width + x;
