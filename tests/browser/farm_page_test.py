@@ -95,6 +95,7 @@ class RealJob(BrowserTest):
             job = farm.submitted(farm.post_scene({**SCENE, "render": {"samples_per_pixel": 500000}}))
             page = self.open(f"http://{farm.web}/", f"#/jobs/{job}")
             state = page.locator(".bar-of-view .state")
+            expect(state).to_have_text("running")
             page.keyboard.press("p")
             expect(state).to_have_text("paused")
             page.get_by_role("button", name="Resume").click()

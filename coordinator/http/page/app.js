@@ -11,7 +11,7 @@ import {WorkersView} from './workers.js';
 
 const place = id => document.getElementById(id);
 const farm = new Farm();
-const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView()};
+const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView(farm)};
 let view;
 
 /** The view that the address names, "#/jobs/12". */

@@ -17,6 +17,15 @@ const sleep = (time, signal) => new Promise(resolve => {
   });
 });
 
+async function allWorkers() {
+  const all = [];
+  for (;;) {
+    const {workers, total} = await getJson(`workers?limit=1000&offset=${all.length}`);
+    all.push(...workers);
+    if (!workers.length || all.length >= total) return all;
+  }
+}
+
 export class Farm {
   jobs = new Map();  // by id; of those that have ended only what was asked for
   workers = new Map();  // by name
@@ -163,11 +172,11 @@ export class Farm {
   /** Without a stream: the server has as many listeners as it wants. Returns true when it is time to
    *  try for a stream again, false when the server is gone. */
   async #poll() {
-    this.#forgetAll();
+    if (this.connection.state !== 'polling') this.#forgetAll();
     for (const end = performance.now() + streamAgainAfter; performance.now() < end;) {
       try {
-        const [newest, busy, {workers}] = await Promise.all([getJson('jobs?limit=100'),
-          getJson('jobs?limit=1000&state=queued,running,paused,finishing'), getJson('workers?limit=1000')]);
+        const [newest, busy, workers] = await Promise.all([getJson('jobs?limit=100'),
+          getJson('jobs?limit=1000&state=queued,running,paused,finishing'), allWorkers()]);
         this.#endedMeanwhile(busy);
         for (const job of [...busy.jobs, ...newest.jobs]) this.takeJob(job);
         this.#takeWorkers(workers);

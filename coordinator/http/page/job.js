@@ -24,9 +24,9 @@ export class JobView {
   #etag;
   #samples;
   #pixels = 0;
-  #report;
   #state = '';
-  #frames = 0;
+  #frames = 0;  // that are listed
+  #framesDone;
 
   constructor(farm) {
     this.#farm = farm;
@@ -57,7 +57,7 @@ export class JobView {
   show(id) {
     this.#id = id;
     this.#shown = new AbortController();
-    this.#etag = this.#samples = this.#report = undefined;
+    this.#etag = this.#samples = this.#framesDone = undefined;
     this.#pixels = this.#frames = 0;
     this.#state = '';
     this.viewer.clear();
@@ -125,8 +125,10 @@ export class JobView {
     const to = goal(job);
     this.trend.add(to ? to.now : job.error?.rmse, to?.asked);
     this.viewer.element.hidden = Boolean(job.frames);
+    const more = job.frames && job.frames_done !== this.#framesDone;
+    this.#framesDone = job.frames_done;
+    if (this.#state && (more || job.state !== this.#state)) this.#load();
     if (job.state === this.#state) return;
-    if (this.#state) this.#load();
     this.#state = job.state;
     this.#showActions(job);
     if (job.state === 'done' && !job.frames) this.#finish(job.id);
@@ -148,9 +150,9 @@ export class JobView {
     const to = goal(job);
     const pairs = [
       ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
-      ['Samples a pixel', job.samples_per_pixel ?
-        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)}, ${job.sampler}` : ''],
-      ['Error', known(error.rmse) ? `${estimate(error.rmse)}  (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'not known yet'],
+      ['Samples', job.samples_per_pixel ?
+        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)} a pixel, ${job.sampler}` : ''],
+      ['Error', known(error.rmse) ? `${estimate(error.rmse)} (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'not known yet'],
       ['Half-width', known(error.half_width_p50) ? `${estimate(error.half_width_p50)} median, ${estimate(error.half_width_p99)} of 99\u00a0%` : ''],
       ['Target', to ? `${to.kind} ${errorOfGoal(job)}` : ''],
       ['User', job.user],

@@ -51,11 +51,13 @@ async function shapeOf(scene) {
 
 export class SubmitView {
   title = 'Submit';
+  #farm;
   #scene;
   #files = [];
   #keys = {};  // of attempts with the same files and options: repeated, they make no second job
 
-  constructor() {
+  constructor(farm) {
+    this.#farm = farm;
     this.input = el('input', {type: 'file', multiple: true, id: 'files', onchange: () => {
       this.add(this.input.files);
       this.input.value = '';
@@ -158,6 +160,9 @@ export class SubmitView {
   }
 
   #post(which, options) {
+    const most = this.#farm.server?.limits.body_bytes;
+    const size = [this.#scene, ...this.#files].reduce((sum, file) => sum + (file?.size ?? 0), 0);
+    if (size > most) throw new Error(`The files have ${count(size)}B; this server takes ${count(most)}B at once.`);
     this.#keys[which] ??= freshKey();
     this.progress.value = 0;
     return submit({scene: this.#scene, files: this.#files, options, key: this.#keys[which],
