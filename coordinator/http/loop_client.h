@@ -26,7 +26,9 @@ class LoopClient {
     Answer answer;
     const std::unique_ptr<Link> link = hub_.connect_as(sender);
     request.request = 1;
-    wait_for(*link, link->seal(Message(std::move(request))), [&](Message& message) {
+    constexpr bool bulk = std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch>;
+    constexpr Time patience = bulk ? seconds(60) : seconds(10);
+    wait_for(*link, patience, link->seal(Message(std::move(request))), [&](Message& message) {
       auto* found = std::get_if<Answer>(&message);
       if (found != nullptr) answer = std::move(*found);
       return found != nullptr;
@@ -39,12 +41,17 @@ class LoopClient {
 
  private:
   template <typename Take>
-  void wait_for(Link& link, const Envelope& request, const Take& take) {
+  void wait_for(Link& link, Time patience, const Envelope& request, const Take& take) {
+    constexpr Time repeat = milliseconds(500);
     constexpr Time nap = milliseconds(50);
-    constexpr int naps_until_repeated = 10;
-    constexpr int most_naps = 200;
-    for (int naps = 0; naps < most_naps && !stopped_; ++naps) {
-      if (naps % naps_until_repeated == 0) link.send({}, request);
+    const SteadyClock clock;
+    const Time begin = clock.now();
+    Time send_at = begin;
+    for (Time now = begin; now - begin < patience && !stopped_; now = clock.now()) {
+      if (now >= send_at) {
+        link.send({}, request);
+        send_at = now + repeat;
+      }
       link.wait(nap);
       while (auto delivery = link.receive()) {
         Message message = delivery->content.open();

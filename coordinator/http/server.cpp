@@ -13,6 +13,7 @@
 #include <mutex>
 #include <set>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/base/error.h"
@@ -108,17 +109,22 @@ HostAndPort parse_address(const std::string& address) {
   return parsed;
 }
 
-/// Runs `work`; what it throws is kept, and ends what the library is at.
+/// Bytes of a refused body that are read all the same: an answer that comes before the end of what
+/// is sent is lost to most clients.
+constexpr std::size_t most_discarded = std::size_t{16} << 20;
+
+/// Runs `work`; what it throws is kept, and what comes after that is discarded.
 class Relay {
  public:
   template <typename Work>
-  bool run(const Work& work) {
+  bool run(std::size_t bytes, const Work& work) {
     try {
       if (!thrown_) work();
     } catch (...) {
       thrown_ = std::current_exception();
     }
-    return !thrown_;
+    discarded_ += thrown_ ? bytes : 0;
+    return discarded_ <= most_discarded;
   }
   void rethrow() const {
     if (thrown_) std::rethrow_exception(thrown_);
@@ -126,23 +132,19 @@ class Relay {
 
  private:
   std::exception_ptr thrown_;
+  std::size_t discarded_ = 0;
 };
 
-void read_body(const httplib::ContentReader& reader, BodySink& sink, bool form) {
+/// `whole` is set if nothing of the body is left to read.
+void read_body(const httplib::ContentReader& reader, BodySink& sink, bool form, bool& whole) {
   Relay relay;
-  bool whole = false;
   const auto take = [&](const char* data, std::size_t size) {
-    return relay.run([&] { sink.take({data, size}); });
+    return relay.run(size, [&] { sink.take({data, size}); });
   };
-  if (form) {
-    whole = reader(
-        [&](const httplib::MultipartFormData& part) {
-          return relay.run([&] { sink.begin_part(part.name, part.filename); });
-        },
-        take);
-  } else {
-    whole = reader(take);
-  }
+  const auto begin = [&](const httplib::MultipartFormData& part) {
+    return relay.run(0, [&] { sink.begin_part(part.name, part.filename); });
+  };
+  whole = form ? reader(begin, take) : reader(take);
   relay.rethrow();
   if (!whole) throw Problem(400, "the body is damaged or has ended early");
 }
@@ -152,23 +154,46 @@ bool has_body(const httplib::Request& request) {
   return request.has_header("Transfer-Encoding") || (!length.empty() && length != "0");
 }
 
+/// `whole`: nothing of the body is left to read.
 Request request_of(const httplib::Request& from, const httplib::ContentReader* reader,
-                   bool& body_read) {
+                   bool& whole) {
   Request request;
   request.method = from.method;
   request.path = from.path;
   for (const auto& [name, value] : from.params) request.query.emplace(name, value);
   request.remote = from.remote_addr;
   request.field = [&from](const char* name) { return from.get_header_value(name); };
-  request.read_body = [&from, &body_read, reader](BodySink& sink, bool form) {
-    body_read = true;
+  request.read_body = [&from, &whole, reader](BodySink& sink, bool form) {
     // Without a length the library would read until the connection ends.
-    if (reader != nullptr && has_body(from)) {
-      if (form && !from.is_multipart_form_data()) throw Problem(400, "the form has no boundary");
-      parray::http::read_body(*reader, sink, form);
-    }
+    if (reader == nullptr || !has_body(from)) return;
+    if (form && !from.is_multipart_form_data()) throw Problem(400, "the form has no boundary");
+    parray::http::read_body(*reader, sink, form, whole);
   };
   return request;
+}
+
+/// Reads what nobody wanted, so that it is not taken for the next request. False: there is too
+/// much.
+bool discard_body(const httplib::ContentReader* reader) {
+  std::size_t discarded = 0;
+  return reader != nullptr && (*reader)([&](const char* /*data*/, std::size_t size) {
+           discarded += size;
+           return discarded <= most_discarded;
+         });
+}
+
+/// Sends the body and fails then: only so does the library close a connection.
+void send_and_close(httplib::Response& response) {
+  const std::string body = std::exchange(response.body, {});
+  const std::string type = response.get_header_value("Content-Type");
+  response.headers.erase("Content-Type");
+  response.set_header("Connection", "close");
+  response.set_content_provider(
+      body.size(), type,
+      [body](std::size_t /*offset*/, std::size_t /*length*/, httplib::DataSink& sink) {
+        sink.write(body.data(), body.size());
+        return false;
+      });
 }
 
 /// What the library has refused by itself: requests that are none, or of a method unknown to it.
@@ -184,15 +209,15 @@ Problem library_problem(const httplib::Request& request, int status) {
 
 void send_events(httplib::Response& response, const std::shared_ptr<EventStream>& events) {
   response.set_header("X-Accel-Buffering", "no");
-  response.set_chunked_content_provider(
-      "text/event-stream", [events](std::size_t /*offset*/, httplib::DataSink& sink) {
-        const std::optional<std::string> text = events->next();
-        if (!text) {
-          sink.done();
-          return true;
-        }
-        return sink.is_writable() && sink.write(text->data(), text->size());
-      });
+  response.set_chunked_content_provider("text/event-stream",
+                                        [events](std::size_t /*offset*/, httplib::DataSink& sink) {
+                                          const std::optional<std::string> text = events->next();
+                                          if (!text) {
+                                            sink.done();
+                                            return true;
+                                          }
+                                          return sink.write(text->data(), text->size());
+                                        });
 }
 
 void send_reply(httplib::Response& response, const Reply& reply) {
@@ -280,8 +305,9 @@ class Server::Impl {
     server_.Delete(everything, handler);
     // What the library refuses by itself has no body of ours yet.
     server_.set_error_handler([](const httplib::Request& request, httplib::Response& response) {
-      if (!response.body.empty() || response.status < 400) return;
+      if (!response.body.empty() || response.content_provider_ || response.status < 400) return;
       send_reply(response, problem_reply(library_problem(request, response.status)));
+      send_and_close(response);  // nobody knows where the next request begins
     });
   }
 
@@ -290,10 +316,28 @@ class Server::Impl {
     // Parts of pictures are of no use to anybody, and the library's arithmetic for them is not
     // ours.
     const_cast<httplib::Request&>(from).ranges.clear();
-    bool body_read = false;
-    const Request request = request_of(from, reader, body_read);
-    send_reply(response, answer_(request));
-    if (has_body(from) && !body_read) response.set_header("Connection", "close");
+    const bool had_body = has_body(from);
+    if (had_body && reader == nullptr) {
+      const_cast<httplib::Request&>(from).method = "GET";  // the library closes by a body alone
+      send_reply(response, problem_reply(Problem(400, "this method takes no body")));
+      send_and_close(response);
+      return;
+    }
+    bool whole = !had_body;
+    bool asked = false;
+    Request request = request_of(from, reader, whole);
+    request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
+      asked = true;
+      read(sink, form);
+    };
+    const Reply reply = answer_(request);
+    if (had_body && !asked) whole = discard_body(reader);
+    send_reply(response, reply);
+    if (whole) return;
+    if (response.body.empty()) {
+      send_reply(response, problem_reply(Problem(413, "this request takes no such body")));
+    }
+    send_and_close(response);
   }
 
   const std::function<Reply(const Request&)> answer_;

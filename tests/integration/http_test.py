@@ -14,7 +14,6 @@ import struct
 import subprocess
 import tempfile
 import threading
-import time
 import unittest
 
 from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
@@ -45,7 +44,13 @@ class Web(Farm):
         self.options = tuple(self.options)
         if "--http" not in self.options:
             self.options += ("--http", "127.0.0.1:0")
+        outside = os.environ.get("TMPDIR")
+        os.environ["TMPDIR"] = str(self.directory)  # what a killed coordinator leaves goes with the farm
         super().start_coordinator(bind)
+        if outside is None:
+            del os.environ["TMPDIR"]
+        else:
+            os.environ["TMPDIR"] = outside
         found = wait_for(lambda: re.search(r"HTTP is served at http://(\S+)", self.coordinator_log()),
                          "the HTTP address")
         self.web = found.group(1)
@@ -233,6 +238,18 @@ class Jobs(Test):
             self.assertEqual(farm.ask("POST", "/api/v1/workers/one/readmit").json()["workers"][0]["state"], "ready")
             self.assertEqual(farm.get("/workers?offset=1").json(), {"total": 1, "workers": []})
 
+    def test_it_stops_at_once_whoever_is_connected(self):
+        with Web() as farm:
+            listener = Listener(farm, "/api/v1/events")
+            idle = http.client.HTTPConnection(farm.web, timeout=60)
+            idle.request("GET", "/healthz")
+            idle.getresponse().read()
+            farm.coordinator.terminate()
+            self.assertEqual(farm.coordinator.wait(timeout=60), 0, farm.coordinator_log())
+            wait_for(lambda: listener.ended, "the end of the stream")
+            idle.close()
+            self.assertEqual(list(farm.directory.glob("parray-http-*")), [])
+
     def test_it_tells_of_itself_and_serves_its_own_description(self):
         with Web() as farm:
             self.assertEqual(farm.ask("GET", "/healthz").body, b"ok\n")
@@ -332,15 +349,42 @@ class Problems(Test):
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
+    def test_what_nobody_reads_of_a_body_is_never_taken_for_a_request(self):
+        hidden = b"DELETE /api/v1/jobs/1 HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            farm.ask("POST", f"/api/v1/jobs/{job}/cancel")
+            host, port = farm.web.split(":")
+            size = f"Host: localhost\r\nContent-Length: {len(hidden)}\r\n".encode()
+            for head in (b"GET /healthz HTTP/1.1\r\n", b"POST /api/v1/nothing HTTP/1.1\r\n", b"GET /nothing HTTP/1.1\r\n",
+                         b"POST /api/v1/jobs HTTP/1.1\r\nContent-Type: text/plain\r\n", b"HEAD /healthz HTTP/1.1\r\n",
+                         b"OPTIONS /api/v1/jobs HTTP/1.1\r\n", b"POST /api/v1/jobs/1/cancel HTTP/1.1\r\n",
+                         b"QUERY /api/v1/jobs HTTP/1.1\r\n"):
+                with socket.create_connection((host, int(port)), timeout=20) as plain:
+                    plain.sendall(head + size + b"\r\n" + hidden)
+                    plain.shutdown(socket.SHUT_WR)
+                    answer = b""
+                    try:
+                        while more := plain.recv(65536):
+                            answer += more
+                    except ConnectionResetError:
+                        pass
+                self.assertEqual(farm.get(f"/jobs/{job}").status, 200, head + answer)
+            # Two requests of one connection, the first refused with its body unread: both are answered.
+            connection = http.client.HTTPConnection(farm.web, timeout=60)
+            connection.request("POST", "/api/v1/nothing", b"x" * 100000)
+            self.assertEqual(Answer(connection.getresponse()).status, 404)
+            connection.request("GET", "/healthz")
+            self.assertEqual(Answer(connection.getresponse()).status, 200)
+            connection.close()
+
     def test_a_scene_that_takes_too_much_ends_its_reader_and_nothing_else(self):
         with Web("--http-scene-memory", "0.2") as farm:
             spheres = "\n".join(f"H {i} {i % 1000} {i % 77}" for i in range(3_000_000))
             answer = farm.post_form(("file", "many.xyz", f"3000000\nmany\n{spheres}\n"))
             self.assert_problem(answer, 422, "--http-scene-memory")
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
-            left = [p for p in pathlib.Path(tempfile.gettempdir()).glob("parray-http-*/*")
-                    if p.stat().st_mtime > time.time() - 5]
-            self.assertEqual([p for p in left if p.parent.name == ""], [])
+            self.assertEqual(list(farm.directory.glob("parray-http-*/*")), [])
 
 
 class Access(Test):

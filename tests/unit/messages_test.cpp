@@ -105,7 +105,12 @@ TEST_CASE("every message comes back as it was sent") {
   }
 }
 
-TEST_CASE("every key of a message is needed, and of its own type") {
+/// Keys that came later: who does not know them leaves them out.
+static bool may_be_missing(const std::string& type, const std::string& key) {
+  return (type == "list_jobs" || type == "list_workers") && key != "request";
+}
+
+TEST_CASE("every key of a message is needed but for later ones, and of its own type") {
   for (const TypeRow& row : protocol()) {
     for (auto field = row.keys.begin(); field != row.keys.end(); ++field) {
       const std::string& key = field.key();
@@ -113,9 +118,13 @@ TEST_CASE("every key of a message is needed, and of its own type") {
       CAPTURE(key);
       const std::string missing =
           problem_of(with(frames_of(row.type), [&](json& map) { map.erase(key); }));
-      CHECK(missing.find(row.type) == 0);
-      CHECK(missing.find("missing") != std::string::npos);
-      CHECK(missing.find("'" + key + "'") != std::string::npos);
+      if (may_be_missing(row.type, key)) {
+        CHECK(missing.empty());
+      } else {
+        CHECK(missing.find(row.type) == 0);
+        CHECK(missing.find("missing") != std::string::npos);
+        CHECK(missing.find("'" + key + "'") != std::string::npos);
+      }
       CHECK(problem_with(row.type, key, nullptr) != "");
       CHECK(problem_with(row.type, key, json::array({nullptr})).empty() ==
             (key == "jobs" || key == "workers"));
