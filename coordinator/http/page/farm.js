@@ -203,12 +203,13 @@ export class Farm {
   summary() {
     let running = 0;
     let waiting = 0;
-    for (const job of this.jobs.values()) {
-      if (job.state === 'running' || job.state === 'finishing') ++running;
-      else if (job.state === 'queued') ++waiting;
-    }
     let speed = 0;
-    for (const worker of this.workers.values()) speed += worker.samples_per_second;
+    for (const job of this.jobs.values()) {
+      if (job.state === 'queued') ++waiting;
+      if (job.state !== 'running' && job.state !== 'finishing') continue;
+      ++running;
+      speed += job.samples_per_second;
+    }
     return {running, waiting, speed, workers: this.workers.size};
   }
 }
