@@ -69,7 +69,6 @@ set(CPACK_DEBIAN_PARRAY-COORDINATOR_PACKAGE_RECOMMENDS parray)
 set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
 # Its module that reads and writes pictures.
 set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)
-set(CPACK_COMPONENT_PARRAY-COORDINATOR_DEPENDS parray)
 set(CPACK_DEBIAN_PARRAY-MPI_PACKAGE_DEPENDS openmpi-bin)
 
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own

@@ -1,0 +1,164 @@
+// The page: which view is shown, what stands above it, keys, themes, tokens.
+
+import {token} from './api.js';
+import {ask, button, el, setClass, setText} from './dom.js';
+import {Farm} from './farm.js';
+import {count} from './format.js';
+import {JobView} from './job.js';
+import {JobsView} from './jobs.js';
+import {SubmitView} from './submit.js';
+import {WorkersView} from './workers.js';
+
+const place = id => document.getElementById(id);
+const farm = new Farm();
+const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView(farm)};
+let view;
+
+/** The view that the address names, "#/jobs/12". */
+function go() {
+  const [, name, id] = location.hash.match(/^#\/([a-z]+)(?:\/(\d+))?$/) ?? [undefined, 'jobs'];
+  const next = name === 'jobs' && id ? views.job : views[name] ?? views.jobs;
+  const first = !view;
+  view?.hide?.();
+  view = next;
+  place('main').replaceChildren(view.element);
+  view.show(Number(id));
+  for (const link of document.querySelectorAll('nav a')) {
+    if (link.dataset.view === name) link.setAttribute('aria-current', 'page');
+    else link.removeAttribute('aria-current');
+  }
+  showTitle();
+  if (!first) view.element.querySelector('h1').focus({preventScroll: true});
+}
+
+function showTitle() {
+  const title = `${view.title} · ParRay`;
+  if (document.title !== title) document.title = title;
+}
+
+function showHeader() {
+  const {running, waiting, speed, workers} = farm.summary();
+  const {state, text} = farm.connection;
+  setText(place('summary'), farm.generation ?
+    [`${running} running`, `${waiting} queued`, `${workers} ${workers === 1 ? 'worker' : 'workers'}`, running && speed > 0 && count(speed) + ' samples/s']
+      .filter(Boolean).join('  ·  ') : '');
+  setText(place('connection'), state === 'token' ? 'token needed' : text || state);
+  setClass(place('connection'), 'connection ' + state);
+  const account = place('account');
+  account.hidden = !token.get() && state !== 'token';
+  setText(account, state === 'token' ? 'Enter a token' : farm.server?.user ? `Sign out ${farm.server.user}` : 'Forget the token');
+}
+
+let asking = false;
+async function askForToken(why) {
+  if (asking) return;
+  asking = true;
+  const field = el('input', {type: 'password', name: 'token', required: true, autocomplete: 'off', spellcheck: 'false', 'aria-label': 'Token', autofocus: true});
+  const given = await ask('Token', close => [
+    el('form', {method: 'dialog', onsubmit: event => {
+      event.preventDefault();
+      close(field.value.trim());
+    }}, el('h2', {}, 'This farm asks for a token'),
+    el('p', {class: token.get() ? 'trouble' : ''}, token.get() ? why : 'parray keygen DIR --token NAME makes one. It is kept until this tab is closed.'),
+    field, el('div', {class: 'answers'}, el('button', {type: 'submit', class: 'primary'}, 'Go on')))]);
+  asking = false;
+  if (!given) return;
+  token.set(given);
+  farm.wake();
+}
+
+const themes = ['as the system', 'light', 'dark'];
+function showTheme() {
+  const chosen = localStorage.getItem('parray-theme');
+  if (chosen) document.documentElement.dataset.theme = chosen;
+  else delete document.documentElement.dataset.theme;
+  setText(place('theme'), {light: '☀', dark: '☾'}[chosen] ?? '◐');
+  const label = `Theme: ${chosen ?? themes[0]}`;
+  place('theme').setAttribute('aria-label', label);
+  place('theme').title = label;
+}
+
+function nextTheme() {
+  const now = localStorage.getItem('parray-theme') ?? themes[0];
+  const next = themes[(themes.indexOf(now) + 1) % themes.length];
+  if (next === themes[0]) localStorage.removeItem('parray-theme');
+  else localStorage.setItem('parray-theme', next);
+  showTheme();
+}
+
+const to = hash => () => { location.hash = hash; };
+const keys = {  // [what it does, the doing]
+  j: ['jobs', to('#/jobs')], w: ['workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
+  p: ['pause or resume the job that is shown', () => view === views.job && view.pauseOrResume()],
+  t: ['light, dark, or as the system', nextTheme], '?': ['this list', () => showHelp()]};
+const otherKeys = [['↑ ↓ Page Home End', 'in a list: from row to row; Enter opens'], ['+ −', 'in a picture: zoom'],
+  ['0', 'in a picture: fit'], ['1', 'in a picture: a pixel for a pixel'],
+  ['← → ↑ ↓', 'in a picture: the pixel whose value is shown; with Shift ten further'], ['[ ]', 'in a picture: exposure'],
+  ['m', 'in a picture: error map']];
+const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
+
+function showHelp() {
+  const row = (key, text) => [el('dt', {}, el('kbd', {}, key)), el('dd', {}, text)];
+  const letters = el('input', {type: 'checkbox', checked: !lettersOff(), onchange: event =>
+    event.target.checked ? localStorage.removeItem('parray-keys') : localStorage.setItem('parray-keys', 'off')});
+  return ask('Help and keys', close => [
+    el('h2', {}, 'Keys'),
+    el('dl', {class: 'keys'}, ...Object.entries(keys).flatMap(([key, [text]]) => row(key, text)),
+      ...otherKeys.flatMap(([key, text]) => row(key, text))),
+    el('label', {class: 'check'}, letters, 'Single letters are keys'),
+    el('p', {}, 'In a picture the wheel or two fingers zoom, dragging moves, a double click zooms in and back. ',
+      el('a', {href: 'api/v1/openapi.json'}, 'The interface'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
+    el('div', {class: 'answers'}, button('Close', () => close(), {autofocus: true}))]);
+}
+
+document.addEventListener('keydown', event => {
+  const typing = event.target.closest('input:not([type=radio], [type=checkbox], [type=range]), select, textarea, dialog');
+  if (typing || event.ctrlKey || event.altKey || event.metaKey || lettersOff()) return;
+  const key = keys[event.key];
+  if (!key) return;
+  event.preventDefault();
+  key[1]();
+});
+
+function takeDrops() {
+  const hasFiles = event => event.dataTransfer?.types.includes('Files');
+  let depth = 0;
+  const mark = change => {
+    depth = Math.max(0, depth + change);
+    document.body.classList.toggle('dropping', depth > 0);
+  };
+  addEventListener('dragenter', event => hasFiles(event) && mark(1));
+  addEventListener('dragleave', event => hasFiles(event) && mark(-1));
+  addEventListener('dragover', event => hasFiles(event) && event.preventDefault());
+  addEventListener('drop', event => {
+    if (!hasFiles(event)) return;
+    event.preventDefault();
+    mark(-depth);
+    location.hash = '#/submit';
+    views.submit.add(event.dataTransfer.files);
+  });
+}
+
+place('theme').addEventListener('click', nextTheme);
+place('help').addEventListener('click', showHelp);
+place('account').addEventListener('click', () => {
+  if (farm.connection.state === 'token') {
+    askForToken(farm.connection.text);
+    return;
+  }
+  token.forget();
+  farm.wake();
+});
+addEventListener('hashchange', go);
+addEventListener('online', () => farm.wake());
+farm.onChange(changes => {
+  if (changes.connection && farm.connection.state === 'token') askForToken(farm.connection.text);
+  view.update(changes);
+  showHeader();
+  showTitle();
+});
+takeDrops();
+showTheme();
+go();
+showHeader();
+farm.run();

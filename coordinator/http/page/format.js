@@ -1,0 +1,70 @@
+// Numbers and words for people.
+
+const significant = (value, digits) => Number(value.toPrecision(digits)).toLocaleString('en', {
+  maximumSignificantDigits: digits, useGrouping: false});
+
+/** 12345678 is 12.3 M. */
+export function count(value) {
+  for (const [size, unit] of [[1e12, ' T'], [1e9, ' G'], [1e6, ' M'], [1e3, ' k']]) {
+    if (value >= size) return (value / size).toPrecision(3) + unit;
+  }
+  return significant(value, 3);
+}
+
+export const whole = value => Math.round(value).toLocaleString('en').replaceAll(',', ' ');
+
+export const rate = perSecond => perSecond > 0 ? count(perSecond) + '/s' : '';
+
+export function duration(seconds) {
+  if (seconds < 0) return '';
+  if (seconds < 10) return seconds.toFixed(1) + ' s';
+  if (seconds < 59.5) return Math.round(seconds) + ' s';
+  const minutes = Math.round(seconds / 60);
+  if (seconds < 600) return `${Math.floor(seconds / 60)} min ${String(Math.floor(seconds % 60)).padStart(2, '0')} s`;
+  if (minutes < 60) return minutes + ' min';
+  if (minutes < 48 * 60) return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, '0')} min`;
+  return Math.round(minutes / 1440) + ' days';
+}
+
+/** Never 100 % of what is not done. */
+export const percent = share => Math.floor(share * 1000) / 10 >= 100 ? '100 %' :
+  (Math.floor(share * 1000) / 10).toFixed(share < 0.1 ? 1 : 0) + ' %';
+
+const unknown = value => value === null || value === undefined;
+
+/** What was asked for. */
+export const radiance = value => unknown(value) ? 'not known' : significant(value, 3);
+
+/** What was estimated: three digits, zeros too, so that columns of them are even. */
+export function estimate(value) {
+  if (unknown(value)) return 'not known';
+  return value > 0 && value < 1e-4 ? value.toExponential(2) : value.toFixed(Math.max(0, 2 - Math.floor(Math.log10(value || 1))));
+}
+
+/** A channel under the cursor: all that a float has. */
+export const channel = value => Number.isFinite(value) ? value.toPrecision(6) : String(value);
+
+export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefined, {
+  month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23'});
+
+export const unfinished = job => ['queued', 'running', 'paused', 'finishing'].includes(job.state);
+
+/** What the job is to reach, and how far it is: {kind, now, asked}, or undefined. As parray jobs says
+ *  it: the upper end of the interval counts. */
+export function goal(job) {
+  if (job.target_error > 0) return {kind: 'RMSE', now: job.error?.high, asked: job.target_error};
+  if (job.target_half_width > 0) {
+    return {kind: 'half-width', now: job.error?.half_width_p99, asked: job.target_half_width};
+  }
+  return undefined;
+}
+
+/** "0.021 of 0.01", or the error alone where nothing was asked. */
+export function errorOfGoal(job) {
+  const to = goal(job);
+  if (to) return `${unknown(to.now) ? '?' : estimate(to.now)} of ${radiance(to.asked)}`;
+  return unknown(job.error?.rmse) ? '' : estimate(job.error.rmse);
+}
+
+/** The name of a file without folders and endings. */
+export const stem = file => file.replace(/^.*[\\/]/, '').replace(/(\.gz)?$/i, '').replace(/\.[^.]+$/, '');

@@ -1,0 +1,334 @@
+// A picture on a canvas: zoom to pixels, exposure, the value under the cursor. By mouse, touch, keys
+// and buttons.
+
+import {button, el, setText} from './dom.js';
+import {paintErrors, paintRadiance, paintScale} from './picture.js';
+import {channel, estimate, radiance} from './format.js';
+
+const slice = 1 << 18;  // pixels that are painted in one go: about 5 ms
+const mostZoom = 64;
+
+export class Viewer {
+  #picture;  // of fetchPicture
+  #errors;  // of fetchErrors
+  #below;  // a small picture that shows through where there are no samples yet
+  #belowSurface = document.createElement('canvas');
+  #layer = 'picture';
+  #surface = document.createElement('canvas');  // the picture's own pixels, painted
+  #painting = 0;
+  #scale = 0;  // css pixels a pixel; 0: fit
+  #x = 0;  // where the picture's corner is, css pixels
+  #y = 0;
+  #cursor;
+  #pointers = new Map();
+  #drawn = 0;
+
+  constructor() {
+    this.canvas = el('canvas', {});
+    this.readout = el('output', {class: 'readout', 'aria-live': 'off'});
+    this.spoken = el('p', {class: 'unseen', 'aria-live': 'polite'});
+    this.message = el('p', {class: 'message'});
+    this.stage = el('div', {class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'Picture',
+      'aria-roledescription': 'picture viewer',
+      'aria-keyshortcuts': '+ - 0 1 ArrowLeft ArrowRight ArrowUp ArrowDown [ ] m'}, this.canvas, this.message);
+    this.exposure = el('input', {type: 'range', min: -6, max: 6, step: 0.25, value: 0, 'aria-label': 'Exposure, stops',
+      oninput: () => this.#expose()});
+    this.stops = el('output', {class: 'stops'}, '0 EV');
+    this.zoomed = el('output', {class: 'zoomed'});
+    this.errorButton = button('Error map', () => this.toggleErrors(), {'aria-pressed': 'false', hidden: true});
+    this.low = el('span', {});
+    this.high = el('span', {});
+    const scale = el('canvas', {class: 'ramp', 'aria-hidden': 'true'});
+    paintScale(scale);
+    this.legend = el('p', {class: 'legend', hidden: true}, 'half-width, 95 %', this.low, scale, this.high);
+    this.tools = el('div', {class: 'viewer-tools', role: 'group', 'aria-label': 'View of the picture'},
+      button('−', () => this.zoomBy(1 / 1.5), {'aria-label': 'Zoom out'}), this.zoomed,
+      button('+', () => this.zoomBy(1.5), {'aria-label': 'Zoom in'}),
+      button('Fit', () => this.fit()), button('1 : 1', () => this.zoomTo(1 / devicePixelRatio)),
+      this.errorButton, el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops));
+    this.element = el('div', {class: 'viewer'}, this.stage, this.tools, this.legend,
+      el('div', {class: 'values'}, this.readout), this.spoken);
+    this.#listen();
+  }
+
+  /** `below`: a small picture of the same that shows through, or undefined. */
+  show(picture, below) {
+    this.#picture = picture;
+    this.#below = below;
+    if (this.#layer === 'picture') this.#paint();
+    this.#tell();
+  }
+
+  showErrors(errors) {
+    this.#errors = errors;
+    this.errorButton.hidden = !errors;
+    if (errors) {
+      setText(this.low, radiance(errors.low));
+      setText(this.high, radiance(errors.high));
+    }
+  }
+
+  say(text) {
+    setText(this.message, text);
+  }
+
+  clear() {
+    this.#picture = this.#errors = this.#below = this.#cursor = undefined;
+    this.#layer = 'picture';
+    this.#scale = 0;
+    this.#surface.width = this.#surface.height = 0;
+    this.errorButton.hidden = this.legend.hidden = true;
+    this.errorButton.setAttribute('aria-pressed', 'false');
+    this.#tell();
+    this.#draw();
+  }
+
+  toggleErrors() {
+    if (!this.#errors) return;
+    this.#layer = this.#layer === 'picture' ? 'errors' : 'picture';
+    this.errorButton.setAttribute('aria-pressed', String(this.#layer === 'errors'));
+    this.legend.hidden = this.#layer !== 'errors';
+    this.#paint();
+  }
+
+  fit() {
+    this.#scale = 0;
+    this.#draw();
+  }
+
+  zoomTo(scale, x = this.stage.clientWidth / 2, y = this.stage.clientHeight / 2) {
+    if (!this.#picture) return;
+    const {scale: old, left, top} = this.#place();
+    this.#scale = Math.min(mostZoom, Math.max(0.02, scale));
+    this.#x = x - (x - left) * this.#scale / old;
+    this.#y = y - (y - top) * this.#scale / old;
+    this.#draw();
+  }
+
+  zoomBy(factor, x, y) {
+    this.zoomTo(this.#place().scale * factor, x, y);
+  }
+
+  /** Where the picture stands on the stage. */
+  #place() {
+    const {width, height} = this.#picture ?? {width: 1, height: 1};
+    const {clientWidth, clientHeight} = this.stage;
+    if (this.#scale === 0) {
+      const scale = Math.min(mostZoom, clientWidth / width, clientHeight / height);
+      return {scale, left: (clientWidth - width * scale) / 2, top: (clientHeight - height * scale) / 2};
+    }
+    return {scale: this.#scale, left: this.#x, top: this.#y};
+  }
+
+  #expose() {
+    setText(this.stops, `${this.exposure.value > 0 ? '+' : ''}${this.exposure.value} EV`);
+    this.exposure.setAttribute('aria-valuetext', `${this.exposure.value} stops`);
+    if (this.#layer === 'picture') this.#paint();
+  }
+
+  /** Paints the surface, a slice at a time: a large picture must not hold up the page. */
+  async #paint() {
+    const mine = ++this.#painting;
+    const {width, height} = this.#picture ?? this.#errors ?? {};
+    if (!width) return;
+    if (this.#surface.width !== width || this.#surface.height !== height) {
+      this.#surface.width = width;
+      this.#surface.height = height;
+    }
+    const context = this.#surface.getContext('2d');
+    const rows = Math.max(1, Math.floor(slice / width));
+    const gain = 2 ** Number(this.exposure.value);
+    if (this.#below) this.#paintBelow(gain);
+    for (let top = 0; top < height; top += rows) {
+      const image = new ImageData(width, Math.min(rows, height - top));
+      const words = new Uint32Array(image.data.buffer);
+      const begin = top * width;
+      if (this.#layer === 'errors') paintErrors(this.#errors, words, begin, begin + words.length);
+      else paintRadiance(this.#picture, words, begin, begin + words.length, gain, !this.#picture.partial);
+      context.putImageData(image, 0, top);
+      if (top + rows < height) {
+        this.#draw();
+        await new Promise(requestAnimationFrame);
+        if (mine !== this.#painting) return;
+      }
+    }
+    this.#draw();
+  }
+
+  #paintBelow(gain) {
+    const {width, height} = this.#below;
+    Object.assign(this.#belowSurface, {width, height});
+    const image = new ImageData(width, height);
+    paintRadiance(this.#below, new Uint32Array(image.data.buffer), 0, width * height, gain, !this.#below.partial);
+    this.#belowSurface.getContext('2d').putImageData(image, 0, 0);
+  }
+
+  #draw() {
+    if (this.#drawn) return;
+    this.#drawn = requestAnimationFrame(() => {
+      this.#drawn = 0;
+      this.#drawNow();
+    });
+  }
+
+  #drawNow() {
+    const ratio = devicePixelRatio;
+    const {clientWidth, clientHeight} = this.stage;
+    const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+    }
+    const context = this.canvas.getContext('2d');
+    context.clearRect(0, 0, width, height);
+    if (!this.#picture || !this.#surface.width) return;
+    const {scale, left, top} = this.#place();
+    setText(this.zoomed, Math.round(scale * ratio * 100) + ' %');
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const box = [left, top, this.#picture.width * scale, this.#picture.height * scale];
+    context.imageSmoothingQuality = 'high';
+    context.fillStyle = getComputedStyle(this.stage).getPropertyValue('--untraced');
+    context.fillRect(...box);
+    if (this.#below && this.#picture.partial && this.#layer === 'picture') {
+      context.imageSmoothingEnabled = true;
+      context.drawImage(this.#belowSurface, ...box);
+    }
+    context.imageSmoothingEnabled = scale * ratio < 1;
+    context.drawImage(this.#surface, ...box);
+    this.#drawCursor(context, scale, left, top);
+  }
+
+  #drawCursor(context, scale, left, top) {
+    if (!this.#cursor) return;
+    const size = Math.max(scale, 5);
+    const middle = (at, origin) => origin + (at + 0.5) * scale - size / 2;
+    const [x, y] = [middle(this.#cursor.x, left), middle(this.#cursor.y, top)];
+    for (const [grow, colour] of [[1.5, 'black'], [0.5, 'white']]) {
+      context.strokeStyle = colour;
+      context.lineWidth = 1;
+      context.strokeRect(x - grow, y - grow, size + 2 * grow, size + 2 * grow);
+    }
+  }
+
+  #tell() {
+    const {x, y} = this.#cursor ?? {};
+    const picture = this.#picture;
+    if (x === undefined || !picture || x >= picture.width || y >= picture.height) {
+      setText(this.readout, !picture ? '' :
+        `${picture.width} × ${picture.height}, ${picture.none ? 'quick look' : picture.exact ? 'linear float32' : '8 bit'}`);
+      return;
+    }
+    const at = y * picture.width + x;
+    const [r, g, b] = picture.pixels.subarray(3 * at, 3 * at + 3);
+    let text = `x ${x}  y ${y}   R ${channel(r)}  G ${channel(g)}  B ${channel(b)}`;
+    if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
+    if (!picture.exact) text += '   (of 8 bits)';
+    const half = this.#errors?.halfWidths[at];
+    if (half !== undefined) text += half < 0 ? '   ± not known' : `   ± ${estimate(half)}`;
+    setText(this.readout, text);
+  }
+
+  #moveCursor(x, y, aloud) {
+    const {width, height} = this.#picture ?? {};
+    if (!width) return;
+    const inside = x >= 0 && y >= 0 && x < width && y < height;
+    if (!inside && !aloud) this.#cursor = undefined;
+    else this.#cursor = {x: Math.min(width - 1, Math.max(0, x)), y: Math.min(height - 1, Math.max(0, y))};
+    this.#tell();
+    if (aloud) {
+      this.#follow();
+      setText(this.spoken, this.readout.textContent);
+    }
+    this.#draw();
+  }
+
+  /** Keeps the cursor on the stage. */
+  #follow() {
+    if (this.#scale === 0) return;
+    const shift = (at, origin, size) => {
+      const here = origin + (at + 0.5) * this.#scale;
+      return here < 20 ? 20 - here : here > size - 20 ? size - 20 - here : 0;
+    };
+    this.#x += shift(this.#cursor.x, this.#x, this.stage.clientWidth);
+    this.#y += shift(this.#cursor.y, this.#y, this.stage.clientHeight);
+  }
+
+  #at(event) {
+    const box = this.stage.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  #listen() {
+    const stage = this.stage;
+    stage.addEventListener('wheel', event => {
+      event.preventDefault();
+      this.zoomBy(2 ** (-event.deltaY * (event.deltaMode ? 20 : 1) / 300), ...this.#at(event));
+    }, {passive: false});
+    stage.addEventListener('dblclick', event => this.#scale === 0 ? this.zoomTo(8, ...this.#at(event)) : this.fit());
+    stage.addEventListener('pointerdown', event => {
+      stage.setPointerCapture(event.pointerId);
+      this.#pointers.set(event.pointerId, this.#at(event));
+    });
+    for (const end of ['pointerup', 'pointercancel']) {
+      stage.addEventListener(end, event => this.#pointers.delete(event.pointerId));
+    }
+    stage.addEventListener('pointermove', event => this.#pointerMoved(event));
+    stage.addEventListener('pointerleave', () => this.#pointers.size || this.#moveCursor(-1, -1));
+    stage.addEventListener('keydown', event => this.#key(event));
+    new ResizeObserver(() => this.#draw()).observe(stage);
+  }
+
+  #pointerMoved(event) {
+    const now = this.#at(event);
+    const before = this.#pointers.get(event.pointerId);
+    if (before) {
+      const others = [...this.#pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      this.#pointers.set(event.pointerId, now);
+      if (others.length) this.#pinch(others[0], before, now);
+      else this.#pan(now[0] - before[0], now[1] - before[1]);
+    }
+    const {scale, left, top} = this.#place();
+    this.#moveCursor(Math.floor((now[0] - left) / scale), Math.floor((now[1] - top) / scale));
+  }
+
+  #pan(dx, dy) {
+    const {scale, left, top} = this.#place();
+    [this.#scale, this.#x, this.#y] = [scale, left + dx, top + dy];
+    this.#draw();
+  }
+
+  #pinch(fixed, before, now) {
+    const distance = at => Math.hypot(at[0] - fixed[0], at[1] - fixed[1]);
+    if (distance(before) > 0) this.zoomBy(distance(now) / distance(before), ...fixed);
+  }
+
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const step = event.shiftKey ? 10 : 1;
+    const by = {ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step]}[event.key];
+    const expose = stops => {
+      this.exposure.value = Number(this.exposure.value) + stops;
+      this.#expose();
+    };
+    if (by && this.#picture) {
+      const from = this.#cursor ?? {x: this.#picture.width >> 1, y: this.#picture.height >> 1};
+      this.#moveCursor(from.x + by[0], from.y + by[1], true);
+    } else if (event.key === '+' || event.key === '=') this.zoomBy(1.5, ...this.#focus());
+    else if (event.key === '-') this.zoomBy(1 / 1.5, ...this.#focus());
+    else if (event.key === '0') this.fit();
+    else if (event.key === '1') this.zoomTo(1 / devicePixelRatio, ...this.#focus());
+    else if (event.key === '[') expose(-0.5);
+    else if (event.key === ']') expose(0.5);
+    else if (event.key === 'm') this.toggleErrors();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  /** Zooming by keys keeps the cursor where it is, if there is one. */
+  #focus() {
+    if (!this.#cursor) return [];
+    const {scale, left, top} = this.#place();
+    return [left + (this.#cursor.x + 0.5) * scale, top + (this.#cursor.y + 0.5) * scale];
+  }
+}

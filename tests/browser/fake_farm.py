@@ -1,0 +1,233 @@
+"""A farm of any size that renders nothing: what the page does with 10,000 jobs and 2,000 workers, and
+with a server that asks for tokens, has no room for streams, or goes away. The interface is that of
+coordinator/http/openapi.json; the page is read from its files."""
+
+import array
+import http.server
+import json
+import math
+import pathlib
+import threading
+import time
+import urllib.parse
+
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/page"
+TYPES = {".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; font-src 'self'; "
+          "connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+          "frame-ancestors 'none'")
+NAMES = ["one-weekend-484", "capsid", "copper-dislocation", "granular-packing", "plummer-1M", "glass", "helix"]
+STATES = ["done"] * 12 + ["failed", "cancelled", "paused", "queued"]
+UNFINISHED = {"queued", "running", "paused", "finishing"}
+
+
+def job_of(number, newest):
+    state = "running" if number > newest - 20 and number % 2 else STATES[number * 7919 % len(STATES)]
+    progress = {"done": 1.0, "queued": 0.0}.get(state, (number * 37 % 97) / 100)
+    job = {"id": number, "name": NAMES[number % len(NAMES)], "user": ["ann", "ben", "chi"][number % 3],
+           "state": state, "priority": 50, "progress": progress,
+           "samples_per_second": 3.1e7 if state == "running" else 0.0,
+           "seconds_left": 40.0 + number % 500 if state == "running" else -1, "reason": "", "waits_for": "",
+           "flag": "", "width": 1200, "height": 800, "samples_per_pixel": 500, "sampler": "sobol", "whole": True}
+    if state == "failed":
+        job["reason"] = "three workers failed at the same rows"
+    if state == "queued":
+        job["waits_for"] = "workers"
+    if number % 3 == 0:
+        job["target_error"] = 0.01
+    if progress > 0.1:
+        rmse = 0.009 / math.sqrt(progress)
+        job["error"] = {"rmse": rmse, "low": rmse * 0.98, "high": rmse * 1.02, "half_width_p50": rmse, "half_width_p99": 3 * rmse}
+    return job
+
+
+def worker_of(number):
+    state = "quarantined" if number % 173 == 9 else "drained" if number % 61 == 5 else "ready"
+    return {"name": f"node{number:04}", "host": f"rack{number // 40}", "threads": 64, "leases": 2 * (state == "ready"),
+            "accepted": number * 31 % 5000, "samples_per_second": 4e7 * (0.5 + number * 7 % 10 / 10) * (state == "ready"),
+            "state": state, "reason": "gave two wrong rows" if state == "quarantined" else "", "seconds_silent": 0}
+
+
+class FakeFarm:
+    """with FakeFarm(jobs=10000, workers=2000) as farm: ...farm.url. `token`: what it asks for;
+    `streams`: whether it has event streams; `changes`: jobs that change each tenth of a second."""
+
+    def __init__(self, jobs=100, workers=10, token=None, streams=True, changes=20):
+        self.jobs = {number: job_of(number, jobs) for number in range(1, jobs + 1)}
+        self.workers = {worker["name"]: worker for worker in map(worker_of, range(workers))}
+        self.token, self.streams, self.changes = token, streams, changes
+        self.width, self.height = 240, 160
+        self.samples = 1000
+        self.asked = []  # (method, path with query)
+        self.bodies = {}  # path: the last body
+        self.refusal = None  # (status, detail) of the next change
+        self.port = 0
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    @property
+    def url(self):
+        return f"http://127.0.0.1:{self.port}/"
+
+    def start(self):
+        self.stopping = threading.Event()
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", self.port), handler_of(self))
+        self.server.daemon_threads = True
+        self.port = self.server.server_port
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def stop(self):
+        self.stopping.set()
+        self.server.shutdown()
+        self.server.server_close()
+
+    def busy(self):
+        return [job for job in self.jobs.values() if job["state"] in UNFINISHED]
+
+    def pixels(self):
+        values = array.array("f")
+        for y in range(self.height):
+            for x in range(self.width):
+                values.extend((x / self.width, y / self.height, 2.0 if (x // 20 + y // 20) % 2 else 0.25))
+        return values.tobytes()
+
+
+def handler_of(farm):
+    class Handler(http.server.BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def log_message(self, *_):
+            pass
+
+        def reply(self, body, kind="application/json", status=200, **fields):
+            if not isinstance(body, bytes):
+                body = json.dumps(body).encode() if kind.endswith("json") else body.encode()
+            self.send_response(status)
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(body)))
+            for name, value in fields.items():
+                self.send_header(name.replace("_", "-"), str(value))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def problem(self, status, detail):
+            self.reply({"type": "about:blank", "title": "", "status": status, "detail": detail}, "application/problem+json", status)
+
+        def do_GET(self):
+            self.answer("GET")
+
+        def do_POST(self):
+            self.answer("POST")
+
+        def do_PUT(self):
+            self.answer("PUT")
+
+        def do_DELETE(self):
+            self.answer("DELETE")
+
+        def answer(self, method):
+            body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            path, _, query = self.path.partition("?")
+            if not path.startswith("/api/"):
+                return self.asset(path)
+            farm.asked.append((method, self.path))
+            if body:
+                farm.bodies[path] = body
+            if farm.token and self.headers.get("Authorization") != "Bearer " + farm.token:
+                return self.problem(401, "a token is needed")
+            if method != "GET" and farm.refusal:
+                refusal, farm.refusal = farm.refusal, None
+                return self.problem(*refusal)
+            parts = [urllib.parse.unquote(part) for part in path.split("/")[3:]]
+            options = {name: values[0] for name, values in urllib.parse.parse_qs(query).items()}
+            if parts[0] == "jobs":
+                return self.of_jobs(method, parts[1:], options)
+            if parts[0] == "workers" and len(parts) == 3:
+                worker = farm.workers[parts[1]]
+                worker["state"] = "draining" if parts[2] == "drain" else "ready"
+                return self.reply({"workers": [worker], "total": 1})
+            if parts[0] == "workers":
+                return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
+            if parts[0] == "server":
+                return self.reply({"version": "0.0", "user": "ann" if farm.token else "", "role": "any", "limits": {}})
+            if parts[0] == "events" and farm.streams:
+                return self.events()
+            return self.problem(503, "no more event streams")
+
+        def of_jobs(self, method, parts, options):
+            if not parts and method == "POST":
+                number = max(farm.jobs) + 1
+                farm.jobs[number] = {**job_of(number, number), "state": "running"}
+                return self.reply({"id": number}, status=201)
+            if not parts:
+                return self.page_of_jobs(options)
+            job = farm.jobs.get(int(parts[0]))
+            if not job:
+                return self.problem(409, f"no job {parts[0]}")
+            if method == "DELETE":
+                del farm.jobs[job["id"]]
+                self.send_response(204)
+                return self.end_headers()
+            if len(parts) == 1:
+                return self.reply({**job, "events": [{"at": time.time() - 60, "what": "submitted"}]})
+            size = {"Parray_Width": farm.width, "Parray_Height": farm.height}
+            if parts[1] == "pixels.f32":
+                return self.reply(farm.pixels(), "application/octet-stream", ETag=f'"{farm.samples}"',
+                                  Parray_Partial=int(job["state"] != "done"), Parray_Samples=farm.samples, **size)
+            if parts[1] == "error.f32":
+                values = array.array("f", (0.001 * (1 + i % farm.width) for i in range(farm.width * farm.height)))
+                return self.reply(values.tobytes(), "application/octet-stream", **size)
+            if parts[1] == "report":
+                return self.reply({"image_sha256": "ab" * 32, "seconds": {"render": 12.5}, "spheres": 484})
+            if parts[1] == "priority":
+                job["priority"] = json.loads(farm.bodies[self.path])["priority"]
+            else:
+                job["state"] = {"pause": "paused", "resume": "running", "cancel": "cancelled", "requeue": "queued"}[parts[1]]
+            return self.reply(job)
+
+        def page_of_jobs(self, options):
+            states = set(options.get("state", "").split(",")) - {""}
+            before = int(options.get("before", 2**53))
+            limit = int(options.get("limit", 100))
+            found = [job for number, job in sorted(farm.jobs.items(), reverse=True)
+                     if number < before and (not states or job["state"] in states)]
+            self.reply({"jobs": found[:limit], "next": found[limit - 1]["id"] if len(found) > limit else None})
+
+        def events(self):
+            self.send_response(200)
+            self.send_header("Content-Type", "text/event-stream")
+            self.send_header("Connection", "close")
+            self.end_headers()
+
+            def send(kind, items):
+                self.wfile.write("".join(f"event: {kind}\ndata: {json.dumps(item)}\n\n" for item in items).encode())
+
+            try:
+                send("job", farm.busy())
+                send("worker", farm.workers.values())
+                turn = 0
+                while not farm.stopping.wait(0.1):
+                    turn += 1
+                    changed = farm.busy()[-farm.changes:] if farm.changes else []
+                    for job in changed:
+                        if job["state"] == "running":
+                            job["progress"] = min(0.99, job["progress"] + 0.001)
+                    send("job", changed)
+                    self.wfile.write(b":\n\n")
+            except OSError:
+                pass
+            self.close_connection = True
+
+        def asset(self, path):
+            file = PAGE / (path.lstrip("/") or "index.html")
+            if file.parent != PAGE or not file.is_file():
+                return self.problem(404, "nothing is there")
+            fields = {"Content_Security_Policy": POLICY} if file.suffix == ".html" else {}
+            return self.reply(file.read_bytes(), TYPES[file.suffix], **fields)
+
+    return Handler
