@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <algorithm>
 #include <charconv>
 #include <condition_variable>
 #include <deque>
@@ -341,13 +340,16 @@ class Server::Impl {
     // ours.
     const_cast<httplib::Request&>(from).ranges.clear();
     const bool had_body = has_body(from);
+    bool whole = !had_body;
     if (had_body && (from.method == "GET" || from.method == "HEAD")) {
       const_cast<httplib::Request&>(from).method = "GET";  // the library closes by a body alone
-      send_reply(response, problem_reply(Problem(400, "this method takes no body")));
+      const Reply reply = answer_(request_of(from, nullptr, whole));
+      const bool refused = reply.status >= 400;
+      send_reply(response,
+                 refused ? reply : problem_reply(Problem(400, "this method takes no body")));
       send_and_close(response);
       return;
     }
-    bool whole = !had_body;
     bool asked = false;
     Request request = request_of(from, reader, whole);
     request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
