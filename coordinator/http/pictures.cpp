@@ -18,7 +18,9 @@ using Kind = Pictures::Kind;
 
 /// What makes a picture is this program's own: the limits only end what hangs.
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
+// Of what is kept; the latest stays whatever its size.
 constexpr std::size_t most_entries = 32;
+constexpr std::size_t most_bytes = std::size_t{256} << 20;
 
 bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
@@ -52,16 +54,19 @@ std::shared_ptr<Pictures::Entry> Pictures::entry_of(JobId job, Kind kind) {
   std::shared_ptr<Entry>& entry = entries_[{job, kind}];
   if (!entry) entry = std::make_shared<Entry>();
   entry->used_at = clock_.now();
-  const auto kept = entry;
-  drop_old();
-  return kept;
+  return entry;
 }
 
 /// Whoever still uses one has it.
 void Pictures::drop_old() {
-  while (entries_.size() > most_entries) {
-    entries_.erase(std::ranges::min_element(
-        entries_, {}, [](const auto& entry) { return entry.second->used_at; }));
+  const std::scoped_lock lock(mutex_);
+  std::size_t bytes = 0;
+  for (const auto& [key, entry] : entries_) bytes += entry->size;
+  while (entries_.size() > 1 && (entries_.size() > most_entries || bytes > most_bytes)) {
+    const auto oldest = std::ranges::min_element(
+        entries_, {}, [](const auto& entry) { return entry.second->used_at; });
+    bytes -= oldest->second->size;
+    entries_.erase(oldest);
   }
 }
 
@@ -79,6 +84,8 @@ Pictures::Made Pictures::get(const Sender& sender, JobId job, Kind kind) {
     made = make(sender, job, kind);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
+    entry->size = made.bytes->size();
+    drop_old();
   }
   return made;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -38,11 +39,12 @@ class Pictures {
 
  private:
   struct Entry {
-    std::mutex mutex;  ///< guards all but used_at
+    std::mutex mutex;  ///< guards the three below
     Made made;
     Time made_at{};
     Time cost{};
-    Time used_at{};  ///< guarded by Pictures::mutex_
+    std::atomic<std::size_t> size = 0;  ///< of made.bytes
+    Time used_at{};                     ///< guarded by Pictures::mutex_
   };
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
   void drop_old();

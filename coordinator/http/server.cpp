@@ -6,12 +6,14 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <mutex>
 #include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -33,9 +35,7 @@ class Pool final : public httplib::TaskQueue {
     std::unique_lock lock(mutex_);
     taken_.wait(lock, [this] { return stopped_ || tasks_.size() < most_waiting; });
     tasks_.push_back(std::move(task));
-    if (idle_ < tasks_.size() && threads_.size() < most_) {
-      threads_.emplace_back([this] { work(); });
-    }
+    if (idle_ < tasks_.size() && threads_.size() < most_) add_thread();
     given_.notify_one();
   }
 
@@ -51,6 +51,15 @@ class Pool final : public httplib::TaskQueue {
 
  private:
   static constexpr std::size_t most_waiting = 64;
+
+  /// Where the system allows no more, those that there are do all.
+  void add_thread() {
+    try {
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      if (threads_.empty()) throw;
+    }
+  }
 
   void work() {
     constexpr int low = 5;
@@ -220,6 +229,20 @@ void send_events(httplib::Response& response, const std::shared_ptr<EventStream>
                                         });
 }
 
+/// Large bodies are shared, not copied.
+void send_body(httplib::Response& response, const std::shared_ptr<const std::string>& body,
+               const std::string& type) {
+  static constexpr std::size_t small = std::size_t{1} << 16;
+  if (body->size() <= small || !(type.starts_with("image/") || type.ends_with("octet-stream"))) {
+    response.set_content(*body, type);
+    return;
+  }
+  response.set_content_provider(
+      body->size(), type, [body](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+        return sink.write(body->data() + offset, std::min(length, small));
+      });
+}
+
 void send_reply(httplib::Response& response, const Reply& reply) {
   response.status = reply.status;
   for (const auto& [name, value] : reply.headers) response.set_header(name, value);
@@ -229,7 +252,7 @@ void send_reply(httplib::Response& response, const Reply& reply) {
   if (reply.events) {
     send_events(response, reply.events);
   } else if (reply.status != 204 && reply.status != 304) {
-    response.set_content(*reply.body, reply.type);
+    send_body(response, reply.body, reply.type);
   }
 }
 
@@ -317,13 +340,16 @@ class Server::Impl {
     // ours.
     const_cast<httplib::Request&>(from).ranges.clear();
     const bool had_body = has_body(from);
-    if (had_body && reader == nullptr) {
+    bool whole = !had_body;
+    if (had_body && (from.method == "GET" || from.method == "HEAD")) {
       const_cast<httplib::Request&>(from).method = "GET";  // the library closes by a body alone
-      send_reply(response, problem_reply(Problem(400, "this method takes no body")));
+      const Reply reply = answer_(request_of(from, nullptr, whole));
+      const bool refused = reply.status >= 400;
+      send_reply(response,
+                 refused ? reply : problem_reply(Problem(400, "this method takes no body")));
       send_and_close(response);
       return;
     }
-    bool whole = !had_body;
     bool asked = false;
     Request request = request_of(from, reader, whole);
     request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
