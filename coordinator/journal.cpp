@@ -125,7 +125,7 @@ void get(ByteReader& in, JournalGrid& e) {
   shape.width = number();
   shape.height = number();
   const std::uint32_t row_order = number();
-  if (row_order > 1) {
+  if (row_order > static_cast<std::uint32_t>(RowOrder::interleaved)) {
     throw DecodeError("journal: an unknown order of rows");
   }
   shape.row_order = static_cast<RowOrder>(row_order);

@@ -39,8 +39,8 @@ ShownImage shown_image(const JobPicture& picture);
 /// A picture that is complete.
 struct FinishedPicture {
   PictureParts picture;
-  /// JSON; its fields are described in README.md, "The report": everything but what the client adds
-  /// (seconds spent writing).
+  /// JSON; its fields are described in cli/REFERENCE.md, "The report": everything but what the
+  /// client adds (seconds spent writing).
   std::string report;
 };
 /// What is kept of the picture of a job with these settings.

@@ -82,7 +82,7 @@ Finding check_mpi_trial(const MpiTrial& trial) {
                  "--report", (directory / "mpi.json").string(), "--quiet", "--threads", "1"},
                 variables_for_root(), directory / "mpi.log", trial.limit);
   const char* const remedy =
-      "see whether mpirun -n 2 hostname works; README, A cluster job in one command";
+      "see whether mpirun -n 2 hostname works, and man parray-mpi";
   if (end.timed_out) {
     return failed("mpirun -n 2 parray-mpi did not end within " +
                       duration_text(to_seconds(trial.limit)) + ": " +

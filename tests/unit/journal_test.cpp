@@ -32,10 +32,11 @@ Entries whole() {
 }
 
 /// 5 cells across each of 20 rows, of two pixels.
-GridShape grid() {
+GridShape grid(RowOrder order = RowOrder::sequential) {
   GridShape shape;
   shape.width = 10;
   shape.height = 20;
+  shape.row_order = order;
   shape.cell_pixels = 2;
   shape.layer_samples = 4;
   shape.stages = {{0, 4}};
@@ -52,7 +53,7 @@ bool has_problem(Entries entries, JournalEntry last) {
 TEST_CASE("a journal comes back as it was written, in one life or in two") {
   Entries entries = whole();
   entries.emplace_back(JournalRetraction{0, 13, {{0, 10}, {20, 30}}});
-  entries.emplace_back(JournalGrid{0, grid()});
+  entries.emplace_back(JournalGrid{0, grid(RowOrder::interleaved)});
   Journal journal;
   Journal second;
   for (const JournalEntry& entry : entries) {
@@ -68,7 +69,7 @@ TEST_CASE("a journal comes back as it was written, in one life or in two") {
   CHECK(std::get<JournalMerge>(back[4]).digest == 77);
   CHECK(std::get<JournalRetraction>(back[5]).cells.back() == CellRange{20, 30});
   CHECK(std::get<JournalPass>(back[0]).grain.row_cells == 10);
-  CHECK(std::get<JournalGrid>(back[6]).shape == grid());
+  CHECK(std::get<JournalGrid>(back[6]).shape == grid(RowOrder::interleaved));
 }
 
 TEST_CASE("a journal that is cut or damaged is refused") {
