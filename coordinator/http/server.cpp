@@ -183,12 +183,17 @@ Request request_of(const httplib::Request& from, const httplib::ContentReader* r
 
 /// Reads what nobody wanted, so that it is not taken for the next request. False: there is too
 /// much.
-bool discard_body(const httplib::ContentReader* reader) {
+bool discard_body(const httplib::Request& request, const httplib::ContentReader* reader) {
+  if (reader == nullptr) return false;
   std::size_t discarded = 0;
-  return reader != nullptr && (*reader)([&](const char* /*data*/, std::size_t size) {
-           discarded += size;
-           return discarded <= most_discarded;
-         });
+  const auto discard = [&](const char* /*data*/, std::size_t size) {
+    discarded += size;
+    return discarded <= most_discarded;
+  };
+  // The library knows how to read a form only as one.
+  return request.is_multipart_form_data()
+             ? (*reader)([](const httplib::MultipartFormData& /*part*/) { return true; }, discard)
+             : (*reader)(discard);
 }
 
 /// Sends the body and fails then: only so does the library close a connection.
@@ -357,7 +362,7 @@ class Server::Impl {
       read(sink, form);
     };
     const Reply reply = answer_(request);
-    if (had_body && !asked) whole = discard_body(reader);
+    if (had_body && !asked) whole = discard_body(from, reader);
     send_reply(response, reply);
     if (whole) return;
     if (response.body.empty()) {

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -88,8 +89,8 @@ class Options(Test):
     def test_every_option_of_render_has_a_keyword(self):
         """But for those that say where files go, which the package does itself."""
         text = command_line("render", "--help").stdout
-        options = {line.split()[0].split(",")[-1] for line in text.splitlines() if line.startswith("  -")}
-        own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--on-end", "--error-map"}
+        options = set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z-]+)", text))
+        own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--display", "--on-end", "--error-map"}
         names = {"--" + name.replace("_", "-") for name in parray.options.names_of(parray.options.RenderOptions)}
         of_scene = {"--elements", "--camera", "--sky", "--material", "--frame"}
         self.assertEqual(options - own, names - of_scene)

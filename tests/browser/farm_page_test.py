@@ -49,7 +49,7 @@ class RealJob(BrowserTest):
         """Under the cursor stands what the server has."""
         pixels = struct.unpack(f"<{120 * 90 * 3}f", farm.get("/jobs/2/pixels.f32").body)
         errors = struct.unpack(f"<{120 * 90}f", farm.get("/jobs/2/error.f32").body)
-        expect(page.get_by_role("button", name="Error map").first).to_be_visible()
+        self.check_maps(farm, page)
         page.locator(".stage").focus()
         page.keyboard.press("ArrowUp")
         at = 44 * 120 + 60
@@ -62,6 +62,28 @@ class RealJob(BrowserTest):
                                                  "stage.firstChild.width / 2 + 30, stage.firstChild.height / 2 + 30, 1, 1).data]")
         self.assertEqual(centre[3], 255)
         self.assertGreater(centre[0], centre[2])  # a red sphere
+
+    def check_maps(self, farm, page):
+        """Maps of the error, of what pixels cost and of who traced them, with their legends, and the picture again."""
+        choice = page.get_by_label("What is shown")
+        legend = page.locator(".legend")
+        expect(legend).to_be_hidden()
+        choice.select_option("error")
+        expect(legend).to_contain_text("half-width, 95 %")
+        choice.select_option("cost")
+        expect(legend).to_contain_text("thread-seconds a pixel")
+        expect(legend.locator(".scale")).to_contain_text("µs")
+        choice.select_option("workers")
+        names = farm.get("/jobs/2/workers.json").json()["workers"]
+        expect(legend.locator(".names > span")).to_have_text(names)
+        page.locator(".stage").focus()
+        page.keyboard.press("ArrowUp")
+        traced = struct.unpack(f"<{120 * 90}I", farm.get("/jobs/2/workers.u32").body)
+        expect(page.locator(".readout")).to_contain_text(names[traced[44 * 120 + 60]])
+        page.keyboard.press("m")  # after the last map the picture
+        expect(choice).to_have_value("picture")
+        expect(legend).to_be_hidden()
+        page.keyboard.press("ArrowDown")
 
     def test_what_is_wrong_with_a_scene_is_said_in_the_words_of_the_command_line(self):
         with Web() as farm:

@@ -431,6 +431,10 @@ class Access(Test):
                     self.assert_problem(answer, 401, "a token is needed")
                     self.assertIn("Bearer", answer.headers["WWW-Authenticate"])
                 self.assert_problem(farm.get("/jobs", Authorization="Bearer no"), 401, "not known")
+                # Of a form, too, which nobody reads then.
+                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE))), 401, "a token is needed")
+                large = farm.post_form(("scene", None, json.dumps(SCENE)), ("file", "water.xyz", WATER * 100000))
+                self.assert_problem(large, 401, "a token is needed")
                 self.assertEqual(farm.ask("GET", "/healthz").status, 200)
                 self.assertEqual(farm.get("/server", **ann).json()["user"], "ann")
                 job = farm.submitted(farm.post_scene(**ann))

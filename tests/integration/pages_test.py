@@ -230,12 +230,14 @@ class Examples(PagesTest):
                 words = ["1" if word == "7" else word for word in words]
                 self.take(self.smaller(command, words), environment)
 
-    def test_what_readme_shows_is_understood(self):
-        """Commands of its code blocks name options that there are."""
+    def test_what_the_pages_beside_the_code_show_is_understood(self):
+        """Commands of their code blocks name options that there are."""
         known = {program: {command["name"]: set(names_of(command)) for command in commands_of(program)}
                  for program in PROGRAMS}
         seen = 0
-        for line in (SOURCE / "README.md").read_text().splitlines():
+        pages = ("README.md", "cli/REFERENCE.md", "coordinator/FARM.md", "scenes/README.md", "deploy/slurm/README.md",
+                 "deploy/monitoring/README.md")
+        for line in "\n".join((SOURCE / page).read_text() for page in pages).splitlines():
             for part in re.split(r"&&|[|&#]", line) if line.startswith("    ") else []:
                 words = part.split()
                 program = next((word for word in words if word in known), None)
@@ -247,7 +249,7 @@ class Examples(PagesTest):
                     if re.fullmatch(r"--[a-z-]+", word):
                         seen += 1
                         self.assertIn(word, known[program][name], line)
-        self.assertGreater(seen, 20)
+        self.assertGreater(seen, 50)
 
 
 class Shell:

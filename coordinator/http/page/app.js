@@ -94,7 +94,7 @@ const keys = {  // [what it does, the doing]
 const otherKeys = [['↑ ↓ Page Home End', 'in a list: from row to row; Enter opens'], ['+ −', 'in a picture: zoom'],
   ['0', 'in a picture: fit'], ['1', 'in a picture: a pixel for a pixel'],
   ['← → ↑ ↓', 'in a picture: the pixel whose value is shown; with Shift ten further'], ['[ ]', 'in a picture: exposure'],
-  ['m', 'in a picture: error map']];
+  ['m', 'in a picture: the next map (error, cost, workers)']];
 const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
 
 function showHelp() {

@@ -11,6 +11,14 @@ export function count(value) {
   return significant(value, 3);
 }
 
+/** 0.0000123 s is 12.3 µs. */
+export function small(value, unit) {
+  for (const [size, prefix] of [[1, ''], [1e-3, 'm'], [1e-6, 'µ']]) {
+    if (value >= size) return `${(value / size).toPrecision(3)} ${prefix}${unit}`;
+  }
+  return `${(value / 1e-9).toPrecision(3)} n${unit}`;
+}
+
 export const whole = value => Math.round(value).toLocaleString('en').replaceAll(',', ' ');
 
 export const rate = perSecond => perSecond > 0 ? count(perSecond) + '/s' : '';

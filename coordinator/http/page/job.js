@@ -3,7 +3,8 @@
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
 import {count, duration, errorOfGoal, estimate, goal, moment, percent, stem, unfinished, whole} from './format.js';
-import {fetchErrors, fetchPicture, noPicture} from './picture.js';
+import {fetchMap} from './maps.js';
+import {fetchPicture, noPicture} from './picture.js';
 import {quickLookOf} from './quick_look.js';
 import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
@@ -31,6 +32,7 @@ export class JobView {
   constructor(farm) {
     this.#farm = farm;
     this.viewer = new Viewer();
+    this.viewer.loadMap = kind => fetchMap(kind, this.#id, this.#shown.signal);
     this.heading = el('h1', {id: 'job-title', tabindex: -1});
     this.state = el('span', {});
     this.actions = el('div', {class: 'actions', role: 'group', 'aria-label': 'Steer the job'});
@@ -294,8 +296,8 @@ export class JobView {
     try {
       const report = await getJson(`jobs/${id}/report`);
       if (here()) this.#showReport(report);
-      const errors = await fetchErrors(id, this.#shown.signal);
-      if (here()) this.viewer.showErrors(errors);
+      const error = await fetchMap('error', id, this.#shown.signal);
+      if (here()) this.viewer.showMap(error);
     } catch (problem) {
       if (here()) say(problem.message, 'error');
     }

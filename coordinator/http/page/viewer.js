@@ -2,15 +2,16 @@
 // and buttons.
 
 import {button, el, setText} from './dom.js';
-import {paintErrors, paintRadiance, paintScale} from './picture.js';
-import {channel, estimate, radiance} from './format.js';
+import {kinds, paintMap, paintScale, textOf, workerColour} from './maps.js';
+import {paintRadiance} from './picture.js';
+import {channel, radiance, small} from './format.js';
 
 const slice = 1 << 18;  // pixels that are painted in one go: about 5 ms
 const mostZoom = 64;
 
 export class Viewer {
   #picture;  // of fetchPicture
-  #errors;  // of fetchErrors
+  #maps = {};  // of fetchMap, by kind
   #below;  // a small picture that shows through where there are no samples yet
   #belowSurface = document.createElement('canvas');
   #layer = 'picture';
@@ -35,17 +36,22 @@ export class Viewer {
       oninput: () => this.#expose()});
     this.stops = el('output', {class: 'stops'}, '0 EV');
     this.zoomed = el('output', {class: 'zoomed'});
-    this.errorButton = button('Error map', () => this.toggleErrors(), {'aria-pressed': 'false', hidden: true});
+    this.layers = el('select', {'aria-label': 'What is shown', onchange: () => this.setLayer(this.layers.value)},
+      el('option', {value: 'picture'}, 'Picture'),
+      ...Object.entries(kinds).map(([kind, {title}]) => el('option', {value: kind}, title)));
     this.low = el('span', {});
     this.high = el('span', {});
     const scale = el('canvas', {class: 'ramp', 'aria-hidden': 'true'});
     paintScale(scale);
-    this.legend = el('p', {class: 'legend', hidden: true}, 'half-width, 95 %', this.low, scale, this.high);
+    this.legendText = el('span', {});
+    this.legendScale = el('span', {class: 'scale'}, this.low, scale, this.high);
+    this.legendNames = el('span', {class: 'names'});
+    this.legend = el('p', {class: 'legend', hidden: true}, this.legendText, this.legendScale, this.legendNames);
     this.tools = el('div', {class: 'viewer-tools', role: 'group', 'aria-label': 'View of the picture'},
       button('−', () => this.zoomBy(1 / 1.5), {'aria-label': 'Zoom out'}), this.zoomed,
       button('+', () => this.zoomBy(1.5), {'aria-label': 'Zoom in'}),
       button('Fit', () => this.fit()), button('1 : 1', () => this.zoomTo(1 / devicePixelRatio)),
-      this.errorButton, el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops));
+      this.layers, el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops));
     this.element = el('div', {class: 'viewer'}, this.stage, this.tools, this.legend,
       el('div', {class: 'values'}, this.readout), this.spoken);
     this.#listen();
@@ -56,16 +62,20 @@ export class Viewer {
     this.#picture = picture;
     this.#below = below;
     if (this.#layer === 'picture') this.#paint();
+    else if (picture.partial) this.#loadLayer();
     this.#tell();
   }
 
-  showErrors(errors) {
-    this.#errors = errors;
-    this.errorButton.hidden = !errors;
-    if (errors) {
-      setText(this.low, radiance(errors.low));
-      setText(this.high, radiance(errors.high));
+  /** Asked for maps: async (kind) => map of fetchMap; throws an Error whose message is shown. */
+  loadMap = undefined;
+
+  showMap(map) {
+    this.#maps[map.kind] = map;
+    if (this.#layer === map.kind) {
+      this.#showLegend(map);
+      this.#paint();
     }
+    this.#tell();
   }
 
   say(text) {
@@ -73,22 +83,59 @@ export class Viewer {
   }
 
   clear() {
-    this.#picture = this.#errors = this.#below = this.#cursor = undefined;
-    this.#layer = 'picture';
+    this.#picture = this.#below = this.#cursor = undefined;
+    this.#maps = {};
+    this.#layer = this.layers.value = 'picture';
     this.#scale = 0;
     this.#surface.width = this.#surface.height = 0;
-    this.errorButton.hidden = this.legend.hidden = true;
-    this.errorButton.setAttribute('aria-pressed', 'false');
+    this.legend.hidden = true;
     this.#tell();
     this.#draw();
   }
 
-  toggleErrors() {
-    if (!this.#errors) return;
-    this.#layer = this.#layer === 'picture' ? 'errors' : 'picture';
-    this.errorButton.setAttribute('aria-pressed', String(this.#layer === 'errors'));
-    this.legend.hidden = this.#layer !== 'errors';
-    this.#paint();
+  /** 'picture', or a kind of map. */
+  setLayer(layer) {
+    this.#layer = this.layers.value = layer;
+    this.say('');
+    this.legend.hidden = layer === 'picture';
+    if (layer === 'picture') this.#paint();
+    else if (this.#maps[layer]) this.showMap(this.#maps[layer]);
+    else this.#loadLayer();
+  }
+
+  #loading;
+  async #loadLayer() {
+    const layer = this.#layer;
+    if (this.#loading === layer) return;
+    this.#loading = layer;
+    try {
+      this.showMap(await this.loadMap(layer));
+    } catch (problem) {
+      if (this.#layer === layer && problem.name !== 'AbortError') {
+        this.setLayer('picture');
+        this.say(problem.message);
+      }
+    } finally {
+      this.#loading = undefined;
+    }
+  }
+
+  #showLegend({kind, low, high, names}) {
+    setText(this.legendText, kinds[kind].legend);
+    this.legendScale.hidden = Boolean(names);
+    this.legendNames.replaceChildren();
+    if (names) {
+      const most = 24;
+      this.legendNames.append(...names.slice(0, most).map((name, i) => {
+        const mark = el('span', {class: 'mark', 'aria-hidden': 'true'});
+        mark.style.background = workerColour(i);
+        return el('span', {}, mark, name);
+      }), names.length > most ? `and ${names.length - most} more` : '');
+    } else {
+      const text = kind === 'cost' ? value => small(value, 's') : radiance;
+      setText(this.low, text(low));
+      setText(this.high, text(high));
+    }
   }
 
   fit() {
@@ -129,7 +176,7 @@ export class Viewer {
   /** Paints the surface, a slice at a time: a large picture must not hold up the page. */
   async #paint() {
     const mine = ++this.#painting;
-    const {width, height} = this.#picture ?? this.#errors ?? {};
+    const {width, height} = this.#picture ?? {};
     if (!width) return;
     if (this.#surface.width !== width || this.#surface.height !== height) {
       this.#surface.width = width;
@@ -143,7 +190,8 @@ export class Viewer {
       const image = new ImageData(width, Math.min(rows, height - top));
       const words = new Uint32Array(image.data.buffer);
       const begin = top * width;
-      if (this.#layer === 'errors') paintErrors(this.#errors, words, begin, begin + words.length);
+      const map = this.#maps[this.#layer];
+      if (map) paintMap(map, words, begin, begin + words.length);
       else paintRadiance(this.#picture, words, begin, begin + words.length, gain, !this.#picture.partial);
       context.putImageData(image, 0, top);
       if (top + rows < height) {
@@ -223,8 +271,9 @@ export class Viewer {
     let text = `x ${x}  y ${y}   R ${channel(r)}  G ${channel(g)}  B ${channel(b)}`;
     if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
     if (!picture.exact) text += '   (of 8 bits)';
-    const half = this.#errors?.halfWidths[at];
-    if (half !== undefined) text += half < 0 ? '   ± not known' : `   ± ${estimate(half)}`;
+    for (const map of Object.values(this.#maps)) {
+      if (map.kind === 'error' || map.kind === this.#layer) text += '   ' + textOf(map, at);
+    }
     setText(this.readout, text);
   }
 
@@ -319,7 +368,10 @@ export class Viewer {
     else if (event.key === '1') this.zoomTo(1 / devicePixelRatio, ...this.#focus());
     else if (event.key === '[') expose(-0.5);
     else if (event.key === ']') expose(0.5);
-    else if (event.key === 'm') this.toggleErrors();
+    else if (event.key === 'm') {
+      const layers = [...this.layers.options].map(option => option.value);
+      this.setLayer(layers[(layers.indexOf(this.#layer) + 1) % layers.length]);
+    }
     else return;
     event.preventDefault();
     event.stopPropagation();
