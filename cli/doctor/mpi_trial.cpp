@@ -81,8 +81,7 @@ Finding check_mpi_trial(const MpiTrial& trial) {
                  (directory / "scene.json").string(), "-o", (directory / "mpi.exr").string(),
                  "--report", (directory / "mpi.json").string(), "--quiet", "--threads", "1"},
                 variables_for_root(), directory / "mpi.log", trial.limit);
-  const char* const remedy =
-      "see whether mpirun -n 2 hostname works, and man parray-mpi";
+  const char* const remedy = "see whether mpirun -n 2 hostname works, and man parray-mpi";
   if (end.timed_out) {
     return failed("mpirun -n 2 parray-mpi did not end within " +
                       duration_text(to_seconds(trial.limit)) + ": " +

@@ -19,7 +19,16 @@ namespace parray::http {
 /// most once a second, and such that making them takes a twentieth of the time. Any thread.
 class Pictures {
  public:
-  enum class Kind : std::uint8_t { png, exr, pixels, error_png, error_pixels, cost, tracers, tracer_names };
+  enum class Kind : std::uint8_t {
+    png,
+    exr,
+    pixels,
+    error_png,
+    error_pixels,
+    cost,
+    tracers,
+    tracer_names
+  };
 
   /// `directory`: for what children read and write. The others must outlive this.
   Pictures(LoopClient& loop, ChildRunner& runner, std::filesystem::path directory)
