@@ -99,12 +99,13 @@ std::string update_of(const Image& image, const std::string& name, std::uint32_t
 /// A connection that never blocks for longer than a look at whether to stop.
 class Connection {
  public:
-  Connection(const std::string& host, const std::string& port, const std::stop_token& stop)
-      : stop_(stop) {
+  Connection(const HostPort& place, const std::stop_token& stop) : stop_(stop) {
     addrinfo hints{};
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
-    if (const int error = ::getaddrinfo(host.c_str(), port.c_str(), &hints, &found); error != 0) {
+    if (const int error =
+            ::getaddrinfo(place.host.c_str(), std::to_string(place.port).c_str(), &hints, &found);
+        error != 0) {
       reason_ = ::gai_strerror(error);
       return;
     }
@@ -180,20 +181,11 @@ bool send_picture(Connection& connection, const Image& image, const std::string&
   return true;
 }
 
-/// Host and port of `address`.
-std::pair<std::string, std::string> place_of(const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  std::string host = address.substr(0, colon);
-  const std::string port = colon == std::string::npos ? "" : address.substr(colon + 1);
-  const bool digits = !port.empty() && port.size() <= 5 &&
-                      std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
-  const int number = digits ? std::stoi(port) : 0;
-  if (host.empty() || number < 1 || number > 65535) {
-    throw InputError("--display " + printable(address, 200) +
-                     ": give the viewer's host and port, as 127.0.0.1:14158");
-  }
-  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  return {host, port};
+HostPort place_of(const std::string& address) {
+  const auto place = parse_host_port(address);
+  if (place && place->port > 0) return *place;
+  throw InputError("--display " + printable(address, 200) +
+                   ": give the viewer's host and port, as 127.0.0.1:14158");
 }
 
 }  // namespace
@@ -230,7 +222,7 @@ void Display::run(const std::stop_token& stop) {
     const Shown shown = *std::exchange(waiting_, std::nullopt);
     lock.unlock();
     if (!connection || !connection->open()) {
-      connection = std::make_unique<Connection>(place_.first, place_.second, stop);
+      connection = std::make_unique<Connection>(place_, stop);
       created.reset();
     }
     const std::pair size(shown.image.width, shown.image.height);
@@ -241,8 +233,8 @@ void Display::run(const std::stop_token& stop) {
       created = size;
       created_name = shown.name;
     } else if (!std::exchange(said, true) && !stop.stop_requested()) {
-      std::cerr << "parray: --display: nobody shows pictures at " + printable(place_.first, 200) +
-                       ":" + place_.second + " (" + connection->reason() +
+      std::cerr << "parray: --display: nobody shows pictures at " + printable(place_.host, 200) +
+                       ":" + std::to_string(place_.port) + " (" + connection->reason() +
                        "): start tev there; the render goes on\n";
     }
     lock.lock();

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 
+#include "common/base/host_port.h"
 #include "common/image/image.h"
 
 namespace parray {
@@ -41,7 +41,7 @@ class Display {
 
   void run(const std::stop_token& stop);
 
-  const std::pair<std::string, std::string> place_;  ///< host and port
+  const HostPort place_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::optional<Shown> waiting_;

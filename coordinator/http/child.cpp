@@ -27,7 +27,8 @@ fs::path find_child() {
   const fs::path program =
       self.parent_path().parent_path() / "lib" / "parray" / "parray-http-child";
   if (error || access(program.c_str(), X_OK) != 0) {
-    throw RunError("--http: " + program.string() + " is not there: install ParRay again");
+    throw RunError("--http: " + program.string() +
+                   " is not there: install the package parray, or ParRay again");
   }
   return program;
 }

@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -42,11 +44,20 @@ class Text {
   std::string text_;
 };
 
-/// Seconds since 1970 when this was first asked for: near enough to when the process began.
+/// When this process began, in seconds since 1970: proc(5), field 22 of stat counts from the boot.
 double started() {
-  static const double at =
-      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-  return at;
+  constexpr int fields_behind_name = 20;
+  std::ifstream process("/proc/self/stat");
+  process.ignore(std::numeric_limits<std::streamsize>::max(), ')');
+  std::string field;
+  for (int i = 0; i < fields_behind_name; ++i) process >> field;
+  const double ticks = std::strtod(field.c_str(), nullptr);
+  std::ifstream system("/proc/stat");
+  double booted = 0;
+  while (system >> field && field != "btime") {
+  }
+  system >> booted;
+  return booted + ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
 double resident_bytes() {
@@ -79,7 +90,7 @@ void add_process(Text& text) {
               resident_bytes());
   text.single("process_open_fds", "gauge", "Files, connections included, that it has open",
               open_files());
-  text.single("process_start_time_seconds", "gauge", "When it began to serve HTTP, since 1970",
+  text.single("process_start_time_seconds", "gauge", "When the coordinator began, since 1970",
               started());
 }
 

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -19,6 +18,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/base/host_port.h"
 #include "common/base/printable.h"
 
 namespace parray::http {
@@ -95,27 +95,10 @@ class Httplib final : public httplib::Server {
   void lengthen_backlog() const { ::listen(svr_sock_, 512); }
 };
 
-struct HostAndPort {
-  std::string host;
-  int port = 0;
-};
-
-HostAndPort parse_address(const std::string& address) {
-  HostAndPort parsed;
-  const std::size_t colon = address.rfind(':');
-  const char* const end = address.data() + address.size();
-  const char* const begin = colon == std::string::npos ? end : address.data() + colon + 1;
-  const auto [stop, error] = std::from_chars(begin, end, parsed.port);
-  parsed.host = address.substr(0, colon);
-  if (parsed.host.starts_with('[') && parsed.host.ends_with(']')) {
-    parsed.host = parsed.host.substr(1, parsed.host.size() - 2);
-  }
-  if (error != std::errc() || stop != end || parsed.port < 0 || parsed.port > 65535 ||
-      parsed.host.empty()) {
-    throw InputError("--http " + printable(address) +
-                     ": is no address to serve: write HOST:PORT, as 127.0.0.1:7480");
-  }
-  return parsed;
+HostPort parse_address(const std::string& address) {
+  if (const auto parsed = parse_host_port(address)) return *parsed;
+  throw InputError("--http " + printable(address) +
+                   ": is no address to serve: write HOST:PORT, as 127.0.0.1:7480");
 }
 
 /// Bytes of a refused body that are read all the same: an answer that comes before the end of what
@@ -267,7 +250,7 @@ class Server::Impl {
  public:
   Impl(const std::string& address, std::size_t threads, std::function<Reply(const Request&)> answer)
       : answer_(std::move(answer)) {
-    const HostAndPort wanted = parse_address(address);
+    const HostPort wanted = parse_address(address);
     configure(threads);
     const int port = wanted.port == 0 ? server_.bind_to_any_port(wanted.host)
                      : server_.bind_to_port(wanted.host, wanted.port) ? wanted.port

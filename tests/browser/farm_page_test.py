@@ -11,7 +11,8 @@ import unittest
 from browser import BrowserTest, expect
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "integration"))
-from http_test import SCENE, WATER, Web, run  # noqa: E402
+from farm import run  # noqa: E402
+from web import SCENE, WATER, Web  # noqa: E402
 
 
 def scene_file(farm, name="two spheres.json", **more):

@@ -6,10 +6,11 @@ import json
 import re
 import shutil
 import subprocess
+import time
 import unittest
 
 from farm import BIN, SOURCE, wait_for
-from http_test import SCENE, Web
+from web import SCENE, Web
 
 MONITORING = SOURCE / "deploy" / "monitoring"
 SAMPLE = re.compile(r"([a-z_]+)(?:\{(.*)\})? (\S+)")
@@ -33,6 +34,7 @@ class Metrics(unittest.TestCase):
     def setUp(self):
         self.farm = Web()
         self.addCleanup(self.farm.close)
+        self.began = time.time()
         self.farm.start_coordinator()
 
     def text(self):
@@ -43,6 +45,11 @@ class Metrics(unittest.TestCase):
 
     def metrics(self):
         return metrics_of(self.text())
+
+    def test_it_says_when_the_coordinator_began(self):
+        self.assertAlmostEqual(self.metrics()["process_start_time_seconds"], self.began, delta=60)
+        time.sleep(1.5)  # not when somebody asked
+        self.assertEqual(*(self.metrics()["process_start_time_seconds"] for _ in range(2)))
 
     def test_jobs_workers_and_samples_are_counted(self):
         before = self.metrics()

@@ -1,0 +1,82 @@
+"""A farm with HTTP, as real processes, and requests to it, for tests."""
+
+import http.client
+import json
+import os
+import re
+
+from farm import Farm, wait_for
+
+SCENE = {"spheres": [{"center": [0, 0, 0], "radius": 1, "material": "red"}],
+         "materials": {"red": {"type": "diffuse", "albedo": [0.7, 0.2, 0.1]}},
+         "version": 1,
+         "camera": {"look_from": [0, 0, 5], "look_at": [0, 0, 0], "vfov": 40},
+         "image": {"width": 60, "height": 40},
+         "render": {"samples_per_pixel": 4}}
+WATER = "3\nwater\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n"
+
+
+class Answer:
+    def __init__(self, response):
+        self.status = response.status
+        self.headers = response.headers
+        self.body = response.read()
+
+    def json(self):
+        return json.loads(self.body)
+
+
+class Web(Farm):
+    """A farm with HTTP."""
+
+    def start_coordinator(self, bind=None):
+        self.options = tuple(self.options)
+        if "--http" not in self.options:
+            self.options += ("--http", "127.0.0.1:0")
+        outside = os.environ.get("TMPDIR")
+        os.environ["TMPDIR"] = str(self.directory)  # what a killed coordinator leaves goes with the farm
+        super().start_coordinator(bind)
+        if outside is None:
+            del os.environ["TMPDIR"]
+        else:
+            os.environ["TMPDIR"] = outside
+        found = wait_for(lambda: re.search(r"HTTP is served at http://([\w.:\[\]]+)", self.coordinator_log()),
+                         "the HTTP address")
+        self.web = found.group(1)
+
+    def ask(self, method, path, body=None, headers=None, timeout=60):
+        connection = http.client.HTTPConnection(self.web, timeout=timeout)
+        try:
+            connection.request(method, path, body, headers or {})
+            return Answer(connection.getresponse())
+        finally:
+            connection.close()
+
+    def get(self, path, **headers):
+        return self.ask("GET", "/api/v1" + path, headers=headers)
+
+    def post_scene(self, scene=SCENE, **headers):
+        return self.ask("POST", "/api/v1/jobs", json.dumps(scene),
+                        {"Content-Type": "application/json", **headers})
+
+    def post_form(self, *parts, **headers):
+        """Parts: (name, file name or None, contents)."""
+        body, kind = form(*parts)
+        return self.ask("POST", "/api/v1/jobs", body, {"Content-Type": kind, **headers})
+
+    def submitted(self, answer):
+        assert answer.status == 201, answer.body
+        return answer.json()["id"]
+
+    def state(self, job):
+        return self.get(f"/jobs/{job}").json()["state"]
+
+
+def form(*parts):
+    mark = "----a-mark-of-parts"
+    body = b""
+    for name, file, contents in parts:
+        field = f'form-data; name="{name}"' + (f'; filename="{file}"' if file else "")
+        contents = contents if isinstance(contents, bytes) else contents.encode()
+        body += f"--{mark}\r\nContent-Disposition: {field}\r\n\r\n".encode() + contents + b"\r\n"
+    return body + f"--{mark}--\r\n".encode(), f"multipart/form-data; boundary={mark}"
