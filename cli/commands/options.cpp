@@ -115,6 +115,7 @@ void RenderOptions::add_to(Command& command) {
       .group(settings_group);
   add_limits_to(command);
   add_work_to(command);
+  particles_.add_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -133,6 +134,7 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
+  particles_.add_to(command);
 }
 
 void RenderOptions::add_picture_to(Command& command) {
@@ -214,7 +216,8 @@ void RenderOptions::add_like_to(Command& command) {
 std::string RenderOptions::as_given() const {
   std::string text;
   for (const GivenOption& given : command_->given_options()) {
-    const bool decides = given.group == settings_group || given.group == limits_group;
+    const bool decides = given.group == settings_group || given.group == limits_group ||
+                         given.group == particles_group;
     text += decides ? given.name + "=" + given.value + "\n" : "";
   }
   return text;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/particle_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
 #include "common/process/command_line.h"
@@ -45,6 +46,8 @@ inline constexpr const char* limits_group = "Accuracy (whichever is reached firs
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
 inline constexpr const char* farm_group = "Farm";
+/// Of those that say what is shown of a file of particles.
+inline constexpr const char* particles_group = "When it is a file of particles";
 
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
@@ -64,6 +67,7 @@ class RenderOptions {
   void check_like() const;
   /// over() takes all that decides the picture from these settings instead of the scene's.
   void follow(const RenderSettings& settings) { followed_ = settings; }
+  [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -98,6 +102,7 @@ class RenderOptions {
   std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
+  ParticleOptions particles_;
 };
 
 /// Where the picture and the report go, and whether progress is shown.

@@ -184,7 +184,7 @@ Problems problems_of(const SourceFile& file) {
     if (name == "png.h" && file.path != "common/image/png_file.cpp") {
       problems.push_back(file.path + " may not include libpng");
     }
-    if (name.starts_with("gemmi/") && file.path != "common/input/particles/gemmi_seam.cpp") {
+    if (name.starts_with("gemmi/") && file.path != "common/input/formats/gemmi_seam.cpp") {
       problems.push_back(file.path + " may not include gemmi");
     }
     if (in_tracer(file.path) && in_tracer(name) &&
@@ -322,7 +322,7 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(refuses("common/input/particles/a.cpp", "#include \"common/input/json_value.h\""));
   CHECK_FALSE(refuses("cli/compare/a.h", "#include \"common/image/image.h\""));
   CHECK_FALSE(refuses("cli/a.cpp", "#include \"common/input/particles/expand.h\""));
-  CHECK_FALSE(refuses("common/input/particles/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
+  CHECK_FALSE(refuses("common/input/formats/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK_FALSE(refuses("common/a.h", "// the text #include \"proto/link.h\" in a comment"));
   CHECK_FALSE(refuses("cli/a.cpp", std::string(499, '\n')));
 }

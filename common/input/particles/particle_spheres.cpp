@@ -61,7 +61,7 @@ class Surfaces {
       numbers_.reserve(particles_.count());
     } else {
       numbers_.resize(
-          material_.rule == MaterialRule::by_type ? particles_.type_names.size() : atomic_numbers,
+          material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers,
           unknown);
     }
     for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
@@ -93,7 +93,7 @@ class Surfaces {
       case MaterialRule::by_element:
         return particles_.elements[particle];
       case MaterialRule::by_type:
-        return particles_.types[particle];
+        return particles_.types.index[particle];
       case MaterialRule::column:
         return particle;
       default:
@@ -106,7 +106,7 @@ class Surfaces {
       return diffuse(element(static_cast<std::uint8_t>(kind)).color);
     }
     const Material* named = names_.find(
-        material_.rule == MaterialRule::by_type ? particles_.type_names[kind] : material_.name);
+        material_.rule == MaterialRule::by_type ? particles_.types.names[kind] : material_.name);
     return named != nullptr ? *named : diffuse(type_colors[kind % type_colors.size()]);
   }
 
@@ -221,7 +221,7 @@ void append_spheres(Particles particles, const ParticleSource& source,
   }
   if (count == 0) return;
   if (source.material.rule != MaterialRule::column) release(particles.colors);
-  if (source.material.rule != MaterialRule::by_type) release(particles.types);
+  if (source.material.rule != MaterialRule::by_type) particles.types = {};
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials) table.intern(material);  // to the same numbers

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
+#include "common/input/formats/ply_header.h"
+#include "common/input/formats/row_layout.h"
 #include "common/input/particles/particles.h"
-#include "common/input/particles/ply_header.h"
-#include "common/input/particles/row_layout.h"
 
 namespace parray {
 

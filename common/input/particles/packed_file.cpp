@@ -1,4 +1,4 @@
-#include "common/input/particles/gzip_file.h"
+#include "common/input/particles/packed_file.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -33,7 +33,7 @@ std::optional<std::uint64_t> size_of(const std::filesystem::path& path, const Fi
 
 }  // namespace
 
-GzipFile::GzipFile(const std::filesystem::path& path) : place_{path.string()} {
+PackedFile::PackedFile(const std::filesystem::path& path) : place_{path.string()} {
   const std::optional<std::uint64_t> size = size_of(path, place_);
   errno = 0;
   file_.reset(gzopen(path.c_str(), "rbe"));
@@ -46,7 +46,7 @@ GzipFile::GzipFile(const std::filesystem::path& path) : place_{path.string()} {
   if (gzdirect(file_.get()) != 0) size_ = size;
 }
 
-std::size_t GzipFile::read(char* to, std::size_t bytes) {
+std::size_t PackedFile::read(char* to, std::size_t bytes) {
   constexpr std::size_t most_at_once = std::size_t{1} << 30;  // gzread counts in int
   std::size_t done = 0;
   while (done < bytes) {
@@ -66,7 +66,7 @@ std::size_t GzipFile::read(char* to, std::size_t bytes) {
   return done;
 }
 
-void GzipFile::check_error() const {
+void PackedFile::check_error() const {
   int code = Z_OK;
   const char* text = gzerror(file_.get(), &code);
   if (code == Z_OK || code == Z_STREAM_END) return;

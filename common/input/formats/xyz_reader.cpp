@@ -1,9 +1,10 @@
 #include <algorithm>
 
 #include "common/base/printable.h"
+#include "common/input/formats/readers.h"
+#include "common/input/formats/row_layout.h"
+#include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/readers.h"
-#include "common/input/particles/row_layout.h"
 
 namespace parray {
 namespace {
@@ -126,9 +127,10 @@ void check_end(ParticleInput& input) {
 
 }  // namespace
 
-Particles read_xyz(ParticleInput& input, std::uint64_t frame) {
+Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
+  ParticleInput input(file);
   if (!input.next_line()) input.fail("the file is empty: is it complete?");
-  skip_frames(input, frame);
+  skip_frames(input, request.frame_number());
   const std::uint64_t count = count_field(trimmed(input.line()), input.place());
   if (!input.next_line()) input.fail("the file ends before its comment line: is it complete?");
   const XyzLayout layout = layout_of_comment(input.line(), input.place());

@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "common/input/particles/atom_columns.h"
-#include "common/input/particles/gemmi_seam.h"
+#include "common/input/formats/atom_columns.h"
+#include "common/input/formats/gemmi_seam.h"
+#include "common/input/formats/readers.h"
+#include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/readers.h"
 
 namespace parray {
 namespace {
@@ -56,7 +57,9 @@ void skip_models(ParticleInput& input, std::uint64_t models) {
 
 }  // namespace
 
-Particles read_pdb(ParticleInput& input, std::uint64_t frame) {
+Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
+  ParticleInput input(file);
+  const std::uint64_t frame = request.frame_number();
   skip_models(input, frame);
   AtomColumns atoms(input.place());
   bool empty = true;

@@ -20,13 +20,13 @@ struct PortraitScene {
 };
 
 /// Reads a particle file and takes its portrait (see portrait.h) for `settings`, whose width and
-/// height the view is framed for. `automatic` ends, where the file has nothing better, in the plain
-/// material and in lattice_radius(); the only known name of a material is portrait_plain_name.
+/// height the view is framed for. `source` says what is shown of it; its own `file` does not count.
+/// `automatic` ends, where the file has nothing better, in the plain material and in
+/// lattice_radius(); the only known name of a material is portrait_plain_name.
 ///
 /// Throws InputError "FILE: problem: remedy".
-PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMaterial& material,
-                             const ParticleRadius& radius, const RenderSettings& settings,
-                             int threads = 1);
+PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
+                             const RenderSettings& settings, int threads = 1);
 
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);

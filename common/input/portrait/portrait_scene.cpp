@@ -1,4 +1,4 @@
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 
 #include <span>
 #include <string>
@@ -7,8 +7,8 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/input/particles/particle_spheres.h"
-#include "common/input/particles/portrait.h"
-#include "common/input/particles/principal_axes.h"
+#include "common/input/portrait/portrait.h"
+#include "common/input/portrait/principal_axes.h"
 
 namespace parray {
 namespace {
@@ -49,14 +49,12 @@ RenderSettings portrait_settings() {
   return settings;
 }
 
-PortraitScene portrait_scene(const std::filesystem::path& path, const ParticleMaterial& material,
-                             const ParticleRadius& radius, const RenderSettings& settings,
-                             int threads) {
-  Particles particles = read_particles(path, 0, threads);
+PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
+                             const RenderSettings& settings, int threads) {
+  Particles particles = read_particles(path, {.frame = source.frame, .threads = threads});
   PortraitScene out;
+  out.source = std::move(source);
   out.source.file = path.string();
-  out.source.material = material;
-  out.source.radius = radius;
   out.file.settings = settings;
   MaterialNames& names = out.file.materials;
   names.define("ground", portrait_ground);

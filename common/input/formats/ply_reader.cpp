@@ -4,12 +4,12 @@
 
 #include "common/base/bands.h"
 #include "common/base/printable.h"
+#include "common/input/formats/ply_header.h"
+#include "common/input/formats/ply_rows.h"
+#include "common/input/formats/ply_value.h"
+#include "common/input/formats/readers.h"
+#include "common/input/formats/row_layout.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/ply_header.h"
-#include "common/input/particles/ply_rows.h"
-#include "common/input/particles/ply_value.h"
-#include "common/input/particles/readers.h"
-#include "common/input/particles/row_layout.h"
 
 namespace parray {
 namespace {
@@ -258,13 +258,14 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
 
 }  // namespace
 
-Particles read_ply(ParticleInput& input, int threads) {
+Particles read_ply(PackedFile& file, const ParticleRequest& request) {
+  ParticleInput input(file);
   const PlyHeader header = read_ply_header(input);
   check_size(header, input);
   if (header.format == PlyFormat::ascii) {
-    return read_elements(header, input, AsciiReader(input), threads);
+    return read_elements(header, input, AsciiReader(input), request.threads);
   }
-  return read_elements(header, input, BinaryReader(input, header.format), threads);
+  return read_elements(header, input, BinaryReader(input, header.format), request.threads);
 }
 
 }  // namespace parray

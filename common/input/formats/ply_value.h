@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "common/input/particles/ply_header.h"
+#include "common/input/formats/ply_header.h"
 
 /// Values of binary PLY data.
 namespace parray {

@@ -2,9 +2,10 @@
 #include <array>
 
 #include "common/base/printable.h"
+#include "common/input/formats/readers.h"
+#include "common/input/formats/row_layout.h"
+#include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/readers.h"
-#include "common/input/particles/row_layout.h"
 
 namespace parray {
 namespace {
@@ -177,9 +178,10 @@ void read_rows(ParticleInput& input, const DumpHeader& header, std::size_t width
 
 }  // namespace
 
-Particles read_lammps(ParticleInput& input, std::uint64_t frame) {
+Particles read_lammps(PackedFile& file, const ParticleRequest& request) {
+  ParticleInput input(file);
   if (!input.next_line()) input.fail("no ITEM: ATOMS: is the file complete?");
-  skip_frames(input, frame);
+  skip_frames(input, request.frame_number());
   const DumpHeader header = read_header(input);
   Fields names;
   split_at_blanks(header.atoms, names);

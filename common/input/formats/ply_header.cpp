@@ -1,4 +1,4 @@
-#include "common/input/particles/ply_header.h"
+#include "common/input/formats/ply_header.h"
 
 #include <algorithm>
 #include <array>

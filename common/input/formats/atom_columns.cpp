@@ -1,4 +1,4 @@
-#include "common/input/particles/atom_columns.h"
+#include "common/input/formats/atom_columns.h"
 
 #include "common/input/particles/elements.h"
 

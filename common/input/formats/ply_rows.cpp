@@ -1,8 +1,8 @@
-#include "common/input/particles/ply_rows.h"
+#include "common/input/formats/ply_rows.h"
 
 #include <algorithm>
 
-#include "common/input/particles/ply_value.h"
+#include "common/input/formats/ply_value.h"
 #include "common/input/particles/srgb8.h"
 #include "common/scene/limits.h"
 

@@ -14,10 +14,10 @@ namespace parray {
 
 /// The bytes of a file, read once from front to back; gzip data (recognised by its first bytes,
 /// not by the file's name) is expanded on the way.
-class GzipFile {
+class PackedFile {
  public:
   /// Throws InputError for what cannot be opened or is no file.
-  explicit GzipFile(const std::filesystem::path& path);
+  explicit PackedFile(const std::filesystem::path& path);
 
   /// Fills `to` with the next `bytes` bytes, fewer only at the end of the file; returns how many.
   /// Throws InputError for damaged or incomplete gzip data, a failing disk, and beyond

@@ -1,8 +1,9 @@
 #include <algorithm>
 
+#include "common/input/formats/readers.h"
+#include "common/input/formats/row_layout.h"
+#include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/readers.h"
-#include "common/input/particles/row_layout.h"
 
 namespace parray {
 namespace {
@@ -107,7 +108,8 @@ bool next_row(ParticleInput& input) {
 
 }  // namespace
 
-Particles read_csv(ParticleInput& input) {
+Particles read_csv(PackedFile& file, const ParticleRequest& /*request*/) {
+  ParticleInput input(file);
   if (!next_row(input)) input.fail("no header line: name the columns x, y and z");
   Splitter splitter(separator_of(input.line()));
   Fields row;

@@ -1,4 +1,4 @@
-#include "common/input/particles/gemmi_seam.h"
+#include "common/input/formats/gemmi_seam.h"
 
 #include <gemmi/cif.hpp>
 #include <gemmi/pdb.hpp>

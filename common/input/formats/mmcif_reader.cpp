@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "common/base/printable.h"
-#include "common/input/particles/atom_columns.h"
+#include "common/input/formats/atom_columns.h"
+#include "common/input/formats/gemmi_seam.h"
+#include "common/input/formats/readers.h"
 #include "common/input/particles/elements.h"
-#include "common/input/particles/gemmi_seam.h"
 #include "common/input/particles/particle_text.h"
-#include "common/input/particles/readers.h"
 
 namespace parray {
 namespace {
@@ -183,7 +183,7 @@ class CifAtoms : public CifVisitor {
 
 }  // namespace
 
-Particles read_mmcif(GzipFile& file) {
+Particles read_mmcif(PackedFile& file, const ParticleRequest& /*request*/) {
   CifAtoms atoms(file.name());
   try {
     parse_cif([&file](char* to, std::size_t bytes) { return file.read(to, bytes); }, atoms);

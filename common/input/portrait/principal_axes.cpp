@@ -1,4 +1,4 @@
-#include "common/input/particles/principal_axes.h"
+#include "common/input/portrait/principal_axes.h"
 
 #include <algorithm>
 #include <array>

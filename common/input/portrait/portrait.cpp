@@ -1,4 +1,4 @@
-#include "common/input/particles/portrait.h"
+#include "common/input/portrait/portrait.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/input/particles/principal_axes.h"
+#include "common/input/portrait/principal_axes.h"
 #include "common/input/scene_sections.h"
 #include "common/scene/limits.h"
 

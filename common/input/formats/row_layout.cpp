@@ -1,4 +1,4 @@
-#include "common/input/particles/row_layout.h"
+#include "common/input/formats/row_layout.h"
 
 #include <algorithm>
 
