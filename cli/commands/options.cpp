@@ -115,6 +115,7 @@ void RenderOptions::add_to(Command& command) {
       .group(settings_group);
   add_limits_to(command);
   add_work_to(command);
+  view_.add_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -133,6 +134,7 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
+  view_.add_to(command);
 }
 
 void RenderOptions::add_picture_to(Command& command) {
