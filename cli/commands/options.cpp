@@ -116,6 +116,7 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  view_.add_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -135,6 +136,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  view_.add_to(command);
 }
 
 void RenderOptions::add_picture_to(Command& command) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/commands/particle_options.h"
+#include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
 #include "common/process/command_line.h"
@@ -65,9 +66,14 @@ class RenderOptions {
   /// Throws UsageError where --like stands beside an option that decides the picture. Only as long
   /// as the command line is there.
   void check_like() const;
-  /// over() takes all that decides the picture from these settings instead of the scene's.
-  void follow(const RenderSettings& settings) { followed_ = settings; }
+  /// over() takes all that decides the picture from these settings instead of the scene's, and
+  /// view() whether it is transparent.
+  void follow(const RenderSettings& settings, bool transparent) {
+    followed_ = settings;
+    view_.follow(transparent);
+  }
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
+  [[nodiscard]] const ViewOptions& view() const { return view_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -83,6 +89,7 @@ class RenderOptions {
   void add_work_to(Command& command);
   void lay_limits_over(RenderSettings& settings) const;
 
+  ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< that has --like
   std::optional<RenderSettings> followed_;

@@ -35,17 +35,18 @@ Client::Options client_options(const EmbeddedFarm& farm) {
 int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
-  const OutputPaths outputs = command.output.paths(command.following);
+  OutputPaths outputs = command.output.paths(command.following);
   check_outputs(outputs, command.scene);
   Display::check(command.following.display);
   Submission submission = load_submission(command.scene, command.render, 50);
   check_isa(submission.settings.isa);
+  outputs.transparent = submission.transparent;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
   ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
-                                       static_cast<int>(threads));
+                                       static_cast<int>(threads), outputs.transparent);
   EmbeddedFarm farm(
       threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();

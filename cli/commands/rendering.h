@@ -27,6 +27,10 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
 /// How soon to look again after a job that has been waited for so long.
 Time next_look(Time waited);
 
+/// Throws InputError, with that remedy, where a picture without its background is asked for: of
+/// commands that do not write it.
+void refuse_transparency(const Submission& submission, const std::string& remedy);
+
 /// Throws InputError unless this machine has the instruction set.
 void check_isa(Isa isa);
 

@@ -28,7 +28,10 @@ struct Submission {
   double reserved_seconds = 0;
   std::shared_ptr<const Scene> scene;
   std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
-  std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
+  /// The scene or who renders it asks for a picture without its background: matters to whoever
+  /// writes that; the farm knows nothing of it.
+  bool transparent = false;
+  std::uint32_t max_failures = 0;  ///< 0: as the coordinator has it
   /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
   /// many frames there are to be. The same frame is submitted once, however often it is tried.
   std::string series{};

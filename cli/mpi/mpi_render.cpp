@@ -197,6 +197,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
         reserve_time(options.output.paths(options.following), submission.settings,
                      to_seconds(SteadyClock().now() - started));
   }
+  const bool transparent = submission.transparent;
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
       std::move(submission), options.tile,
@@ -210,6 +211,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   job.mode = options.mode;
   job.tile = kept->record().tile;
   job.fingerprint = trace_fingerprint();
+  job.transparent = transparent;
   return job;
 }
 
@@ -335,10 +337,10 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
            Time started) {
   kept.keep_picture(rendered.picture);
   const Aovs& aovs = options.output.paths().aovs;
-  const bool needs_scene = !aovs.empty() || job.settings.replicates;
+  const bool needs_scene = !aovs.empty() || job.settings.replicates || job.transparent;
   add_channels(rendered.picture,
                extra_channels(aovs, job.settings, needs_scene ? kept.scene_again() : nullptr,
-                              rendered.threads));
+                              rendered.threads, job.transparent));
   const int status = deliver(std::move(rendered.picture), options.output.paths(options.following),
                              CommandTimes{started, 0, true});
   kept.forget();

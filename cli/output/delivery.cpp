@@ -1,6 +1,8 @@
 #include "cli/output/delivery.h"
 
+#include <algorithm>
 #include <iostream>
+#include <iterator>
 #include <string>
 
 #include "cli/output/error_map.h"
@@ -11,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/image/image_file.h"
 #include "common/image/partial_file.h"
+#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -114,10 +117,16 @@ static bool in_haste(const OutputPaths& outputs, const Picture& picture,
 }
 
 void write_picture(const fs::path& file, const Picture& picture, bool fast) {
-  static const Channels none;
   const bool exr = can_hold_channels(file);
-  write_image(file, picture.image, recipe_metadata(picture, exr), exr ? picture.channels : none,
-              check_interrupted, fast);
+  const ImageMetadata metadata = recipe_metadata(picture, exr);
+  if (exr) {
+    write_image(file, picture.image, metadata, picture.channels, check_interrupted, fast);
+    return;
+  }
+  Channels alpha;  // all that a PNG file has room for
+  std::ranges::copy_if(picture.channels, std::back_inserter(alpha),
+                       [](const Channel& channel) { return channel.name == alpha_channel; });
+  write_image(file, picture.image, metadata, alpha, check_interrupted, fast);
 }
 
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {

@@ -15,6 +15,7 @@ struct OutputPaths {
   bool denoise = false;               ///< the image is to be a denoised one
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
   std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
+  bool transparent = false;           ///< the image is to have no background
 
   /// How much of the picture has to come for them.
   [[nodiscard]] PictureDetail wanted_detail() const;

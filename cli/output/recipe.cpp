@@ -11,7 +11,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
-#include "common/image/srgb.h"
+#include "common/image/transparency.h"
 
 namespace parray {
 namespace {
@@ -154,12 +154,14 @@ ImageMetadata recipe_metadata(const Picture& picture, bool exr) {
   for (const auto& [name, value] : error.items()) {
     add_value(metadata, "error:" + name, value);
   }
-  const json denoised = report.value("denoised", json::object());
-  for (const auto& [name, value] : denoised.items()) {
-    add_value(metadata, "denoised:" + name, value);
+  for (const std::string done : {"denoised", "transparent"}) {
+    const json facts = report.value(done, json::object());
+    for (const auto& [name, value] : facts.items()) {
+      add_value(metadata, done + ":" + name, value);
+    }
   }
   if (!exr) {
-    const auto bytes = srgb_bytes(picture.image.rgb);
+    const auto bytes = png_bytes(picture.image, picture.channels);
     metadata.emplace_back(key("pixels_sha256"), sha256_hex(std::as_bytes(std::span(bytes))));
   }
   return metadata;
@@ -172,6 +174,7 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   recipe.image_sha256 = reader.text("image_sha256");
   recipe.pixels_sha256 = text_in(metadata, key("pixels_sha256")).value_or("");
   recipe.denoised_sha256 = text_in(metadata, key("denoised:image_sha256")).value_or("");
+  recipe.transparent_sha256 = text_in(metadata, key("transparent:image_sha256")).value_or("");
   recipe.scene_sha256 = reader.text("scene_sha256");
   recipe.trace_version = reader.whole<std::uint64_t>("trace_version");
   recipe.version = reader.text("version");

@@ -14,9 +14,13 @@
 namespace parray {
 
 struct Recipe {
-  std::string image_sha256;     ///< of the picture's floats, as in the report
-  std::string pixels_sha256;    ///< of srgb_bytes() of them, top row first; empty: an EXR file
-  std::string denoised_sha256;  ///< of the floats that the file shows; empty: the picture's own
+  std::string image_sha256;   ///< of the picture's floats, as in the report
+  std::string pixels_sha256;  ///< of srgb_bytes() of them, top row first; empty: an EXR file
+  /// Of the floats of the denoised picture; empty: it is not denoised.
+  std::string denoised_sha256;
+  /// transparent_sha256() of what the file shows, the picture or the denoised one without its
+  /// background; empty: it is there.
+  std::string transparent_sha256;
   std::string scene_sha256;
   std::uint64_t trace_version = 0;
   std::string version;  ///< of ParRay

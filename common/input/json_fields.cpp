@@ -143,6 +143,15 @@ const std::string& JsonFields::string(std::string_view key) const {
   return read_string(any(key, "a text in double quotes"), place_.at(key));
 }
 
+bool JsonFields::boolean_or(std::string_view key, bool fallback) const {
+  const JsonValue* found = find(key);
+  if (found == nullptr) return fallback;
+  if (found->kind != JsonKind::boolean) {
+    fail_kind(*found, place_.at(key), JsonKind::boolean, "write true or false");
+  }
+  return found->truth;
+}
+
 std::uint64_t JsonFields::integer_or(std::string_view key, IntegerRange range,
                                      std::uint64_t fallback) const {
   const JsonValue* found = find(key);

@@ -54,6 +54,7 @@ class JsonFields {
   Vec3d vec3(std::string_view key, NumberRange range) const;
   Vec3d vec3_or(std::string_view key, NumberRange range, const Vec3d& fallback) const;
   const std::string& string(std::string_view key) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
   std::uint64_t integer_or(std::string_view key, IntegerRange range, std::uint64_t fallback) const;
 
  private:

@@ -66,7 +66,7 @@ void SceneBuilder::on_member(const JsonMember& member) {
   } else if (member.key == "camera") {
     out_.scene.camera = read_camera(member.value, place);
   } else if (member.key == "image") {
-    read_image(member.value, place, out_.settings);
+    read_image(member.value, place, out_.settings, out_.transparent);
   } else if (member.key == "render") {
     read_render(member.value, place, out_.settings);
   } else {

@@ -18,6 +18,7 @@ namespace parray {
 struct SceneFile {
   Scene scene;
   RenderSettings settings;
+  bool transparent = false;  ///< its pictures are to have no background
   bool seed_format = false;  ///< the seed program's format, recognised by its shape
   MaterialNames materials;   ///< the section of that name; the seed's format has none
   /// Files whose particles belong to the scene but are not in it yet: see

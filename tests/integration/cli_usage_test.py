@@ -36,7 +36,8 @@ SCENE = {
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
                   "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
-                  "--target-error", "--target-half-width", "--time-limit", "--passes"]
+                  "--target-error", "--target-half-width", "--time-limit", "--passes",
+                  "--transparent", "--opaque"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
