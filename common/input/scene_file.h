@@ -4,6 +4,7 @@
 #include <iosfwd>
 #include <string>
 
+#include "common/input/coloring/legend.h"
 #include "common/input/material_names.h"
 #include "common/input/particle_source.h"
 #include "common/scene/duplicates.h"
@@ -23,6 +24,8 @@ struct SceneFile {
   /// Files whose particles belong to the scene but are not in it yet: see
   /// common/input/particles/expand.h.
   std::vector<ParticleSource> particles;
+  /// What the colours of its particles mean, once they are in the scene.
+  std::vector<Legend> legends;
   Duplicates duplicates;  ///< spheres of the file that the scene does not have
 };
 

@@ -30,6 +30,7 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   if (!problem.empty()) place.at("material").fail(source.material_line, problem);
   problem = problem_with(source.radius, particles, source.file);
   if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
+  add_legend(file.legends, legend_of(particles, source.material, file.materials));
   with_context(source, place, [&] {
     append_spheres(std::move(particles), source, file.materials, file.scene, threads);
   });

@@ -64,6 +64,7 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
   Scene& scene = out.file.scene;
   scene.materials = {portrait_ground, portrait_flag};
   scene.spheres.resize(helpers);
+  add_legend(out.file.legends, legend_of(particles, out.source.material, names));
   append_spheres(std::move(particles), out.source, names, scene, threads);
   const auto shown = std::span(scene.spheres).subspan(helpers);
   if (radius_is_open) {
