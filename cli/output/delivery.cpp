@@ -113,11 +113,22 @@ static bool in_haste(const OutputPaths& outputs, const Picture& picture,
   return to_seconds(now - times->started) + write_seconds(outputs.image, size, false) > limit;
 }
 
-void write_picture(const fs::path& file, const Picture& picture, bool fast) {
-  static const Channels none;
-  const bool exr = can_hold_channels(file);
-  write_image(file, picture.image, recipe_metadata(picture, exr), exr ? picture.channels : none,
-              check_interrupted, fast);
+void write_picture(const fs::path& file, const Picture& picture, const OutputPaths& outputs,
+                   bool fast) {
+  const auto write = [&](const Image& image, ImageMetadata metadata, const Channels& channels) {
+    if (outputs.dpi > 0) metadata.emplace_back(dpi_key, outputs.dpi);
+    write_image(file, image, metadata, channels, check_interrupted, fast);
+  };
+  if (can_hold_channels(file)) {
+    write(picture.image, recipe_metadata(picture), picture.channels);
+  } else if (outputs.finishing.empty()) {
+    write(picture.image, recipe_metadata(picture, picture.image), {});
+  } else {
+    const ShownPicture shown = finished(picture, outputs.finishing);
+    ImageMetadata metadata = recipe_metadata(picture, shown.image);
+    metadata.emplace_back(finished_key, names_of(outputs.finishing));
+    write(shown.image, std::move(metadata), {});
+  }
 }
 
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
@@ -126,10 +137,10 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   const Time begin = clock.now();
   if (!outputs.image.empty()) {
     if (can_hold_channels(outputs.image)) add_sample_counts(picture);
-    write_picture(outputs.image, picture, in_haste(outputs, picture, times, begin));
+    write_picture(outputs.image, picture, outputs, in_haste(outputs, picture, times, begin));
   }
   if (!outputs.preview.empty() && !same_file(outputs.preview, outputs.image)) {
-    write_picture(outputs.preview, picture);
+    write_picture(outputs.preview, picture, outputs);
   }
   if (!outputs.error_map.empty()) write_error_map(outputs.error_map, picture);
   const Time end = clock.now();

@@ -14,13 +14,17 @@
 namespace parray {
 
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads) {
+                             std::shared_ptr<const Scene> scene, int threads,
+                             const Aovs& for_finishing) {
   const bool denoise = settings.replicates;
-  if (!denoise && std::all_of(aovs.begin(), aovs.end(), is_statistic)) scene = nullptr;
+  if (!denoise && for_finishing.empty() && std::all_of(aovs.begin(), aovs.end(), is_statistic)) {
+    scene = nullptr;
+  }
   return {.aovs = aovs,
           .settings = settings,
           .scene = std::move(scene),
           .threads = threads,
+          .for_finishing = for_finishing,
           .denoise = denoise};
 }
 
@@ -67,18 +71,23 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   std::unique_ptr<PathTracer> tracer;
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
-  if (extra.aovs.empty()) return;
+  if (extra.aovs.empty() && extra.for_finishing.empty()) return;
   const SteadyClock clock;
   const Time begin = clock.now();
-  if (tracer && !std::all_of(extra.aovs.begin(), extra.aovs.end(), is_statistic)) {
-    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs,
-                                     extra.threads, check_interrupted);
-    std::move(traced.begin(), traced.end(), std::back_inserter(picture.channels));
-  }
+  const auto trace = [&](const Aovs& wanted, Channels& into) {
+    if (!tracer || std::all_of(wanted.begin(), wanted.end(), is_statistic)) return;
+    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
+                                     check_interrupted);
+    std::move(traced.begin(), traced.end(), std::back_inserter(into));
+  };
+  trace(extra.aovs, picture.channels);
+  Aovs others;
+  std::set_difference(extra.for_finishing.begin(), extra.for_finishing.end(), extra.aovs.begin(),
+                      extra.aovs.end(), std::inserter(others, others.end()));
+  trace(others, picture.traced);
   add_statistics(picture, extra.aovs);
-  nlohmann::json& names = picture.report["aovs"] = nlohmann::json::array();
   for (const Aov aov : extra.aovs) {
-    names.push_back(name_of(aov));
+    picture.report["aovs"].push_back(name_of(aov));
   }
   picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
 }
