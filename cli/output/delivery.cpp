@@ -135,6 +135,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   const SteadyClock clock;
   json& report = picture.report;
   const Time begin = clock.now();
+  if (!outputs.legends.empty()) report["legends"] = json::parse(outputs.legends);
   if (!outputs.image.empty()) {
     if (can_hold_channels(outputs.image)) add_sample_counts(picture);
     write_picture(outputs.image, picture, outputs, in_haste(outputs, picture, times, begin));

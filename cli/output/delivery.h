@@ -18,6 +18,7 @@ struct OutputPaths {
   std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
 
   Finishing finishing{};  ///< of the files that are PNG
+  std::string legends{};  ///< what colours mean, as legends_text() has it; for files and report
   double dpi = 0;         ///< pixels an inch when printed, for the files' metadata; 0: not said
 
   /// How much of the picture has to come for them.

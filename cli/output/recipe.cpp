@@ -154,6 +154,9 @@ ImageMetadata recipe_metadata(const Picture& picture) {
   for (const auto& [name, value] : error.items()) {
     add_value(metadata, "error:" + name, value);
   }
+  if (report.contains("legends")) {
+    metadata.emplace_back(key("legends"), report.at("legends").dump());
+  }
   const json denoised = report.value("denoised", json::object());
   for (const auto& [name, value] : denoised.items()) {
     add_value(metadata, "denoised:" + name, value);
