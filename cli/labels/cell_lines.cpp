@@ -71,7 +71,7 @@ void each_visible(const Canvas& canvas, const CellLine& line, bool perspective, 
   const auto major = [&](double share) {
     return flat ? line.from.x + share * dx : line.from.y + share * dy;
   };
-  const auto [low, high] = std::minmax(major(part->first), major(part->second));
+  const auto [low, high] = std::minmax({major(part->first), major(part->second)});
   const double across = reach * std::hypot(1, slope);
   const auto picture_width = static_cast<int>(canvas.width());
   const auto picture_height = static_cast<int>(canvas.height());

@@ -58,6 +58,10 @@ Ticks ticks_between(double low, double high, int most) {
     ticks.values.push_back(std::clamp(value, low, high));
     ticks.texts.push_back(fixed(value / unit, decimals));
   }
+  if (ticks.values.empty()) {  // the ends of double's range have no numbers between
+    ticks.values = {low};
+    ticks.texts = {fixed(low / unit, decimals)};
+  }
   return ticks;
 }
 

@@ -21,11 +21,11 @@ struct LabelSettings {
   bool scale_bar = false;   ///< a round length
   bool time_stamp = false;  ///< frame and time of the particles
   bool cell = false;        ///< outline of the particles' box or crystal cell, and the axes
-  std::string text;         ///< UTF-8, lines; empty: none
-  std::string unit;         ///< of lengths: "angstrom" or as it is to be written; empty: the file's
-  std::optional<double> font_size;  ///< in ranges::font_size; usual_font_size
-  std::optional<double> dpi;        ///< in ranges::dpi
-  std::optional<double> width_mm;   ///< in ranges::print_width
+  std::string text{};       ///< UTF-8, lines; empty: none
+  std::string unit{};       ///< of lengths: "angstrom" or as it is to be written; empty: the file's
+  std::optional<double> font_size{};  ///< in ranges::font_size; usual_font_size
+  std::optional<double> dpi{};        ///< in ranges::dpi
+  std::optional<double> width_mm{};   ///< in ranges::print_width
 
   /// Something is to be drawn.
   [[nodiscard]] bool any() const {

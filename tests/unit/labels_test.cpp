@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@
 
 namespace parray {
 namespace {
+
+using test::message_of;
 
 Image grey(std::uint32_t width, std::uint32_t height, float value) {
   return {width, height, std::vector<float>(std::size_t{3} * width * height, value)};
@@ -93,17 +96,19 @@ TEST_CASE("a text is as wide as the font's own advances say, at any size") {
   REQUIRE(FT_Init_FreeType(&library) == 0);
   REQUIRE(FT_New_Face(library, label_font, 0, &face) == 0);
   double units = 0;
-  for (const char letter : std::string("Hox 0123")) {  // pairs without kerning
+  for (const char letter : std::string("H 0123")) {  // pairs without kerning
     REQUIRE(FT_Load_Char(face, static_cast<FT_ULong>(letter), FT_LOAD_NO_SCALE) == 0);
     units += static_cast<double>(face->glyph->advance.x);
   }
   for (const double size : {7.3, 12.0, 33.333, 200.0}) {
     const Font font(size);
-    CHECK(font.width("Hox 0123") ==
+    CHECK(font.width("H 0123") ==
           doctest::Approx(units * std::round(size * 64) / 64 / face->units_per_EM).epsilon(1e-3));
   }
   FT_Done_Face(face);
   FT_Done_FreeType(library);
+  const Font font(30);
+  CHECK(font.width("AV") < font.width("A") + font.width("V") - 1);  // kerning
 }
 
 TEST_CASE(
@@ -275,7 +280,7 @@ TEST_CASE("a legend of many names gets columns, and one that fits nowhere is ref
         "--legend: does not fit into 600 x 300 pixels: use a smaller --font-size or a larger "
         "picture");
   content.legends = {elements(14)};
-  content.settings.text = "a title that is as long as the picture is wide, which leaves no room";
+  content.settings.text = std::string(50, 'm');
   CHECK(refusal(content).starts_with("--legend: does not fit into 600 x 300 pixels beside --text"));
 }
 
@@ -310,7 +315,7 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
   const double em = 8 * dots_per_inch(content.settings, 800) / 72;
   const auto bar_row = static_cast<std::uint32_t>(600 - 0.8 * em - 0.125 * em);
   const auto [first, last] = extent(image, bar_row, 0);
-  CHECK(last + 1 - first == doctest::Approx(pixels).epsilon(1.5 / pixels));
+  CHECK(last + 1 - first == doctest::Approx(pixels).epsilon(2 / pixels));
   const double sum = std::accumulate(
       image.rgb.begin() + std::ptrdiff_t{3} * 800 * bar_row,
       image.rgb.begin() + std::ptrdiff_t{3} * 800 * (bar_row + 1), 0.0,
@@ -406,7 +411,7 @@ TEST_CASE("a cell around the camera is drawn as far as it lies before it") {
 TEST_CASE("the names of a cell's edges stand beside them, outside") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
   const CameraFilm film(camera_of(40), 400, 400);
-  const std::vector<EdgeName> names = edge_names(cell, film, 10);
+  const std::vector<EdgeName> names = edge_names(cell, film, 5);
   REQUIRE(names.size() == 3);
   CHECK(names[0].name == 'a');
   CHECK(names[0].middle.x == doctest::Approx(200));
