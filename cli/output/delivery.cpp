@@ -3,6 +3,7 @@
 #include <iostream>
 #include <string>
 
+#include "cli/labels/font.h"
 #include "cli/output/error_map.h"
 #include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
@@ -65,7 +66,10 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
     throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
                      " has no room for extra channels: write an EXR file (.exr)");
   }
-  if (!outputs.error_map.empty()) check_image_path(outputs.error_map);
+  if (!outputs.error_map.empty()) {
+    check_image_path(outputs.error_map);
+    const Font there(error_map_letters(1));  // it has a legend
+  }
   if (!outputs.preview.empty()) check_image_path(outputs.preview);
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() +
