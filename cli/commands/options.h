@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
 #include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
@@ -57,6 +58,9 @@ class RenderOptions {
   /// --width and --height alone, under that heading.
   void add_size_to(Command& command, const std::string& group);
   [[nodiscard]] bool has_size() const { return width_ || height_; }
+  /// The picture's width where --width is not given, its height in proportion where --height is
+  /// not.
+  void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
   /// All but how many samples to take: for a command that finds out.
   void add_without_samples_to(Command& command);
   /// --like, after add_to(): for commands that render.
@@ -95,6 +99,7 @@ class RenderOptions {
   std::optional<RenderSettings> followed_;
   std::optional<std::uint32_t> width_;
   std::optional<std::uint32_t> height_;
+  std::optional<std::uint32_t> print_width_;
   std::optional<std::uint32_t> samples_per_pixel_;
   std::optional<std::uint32_t> max_depth_;
   std::optional<std::uint64_t> seed_;
@@ -121,6 +126,11 @@ class OutputOptions {
   void add_aov_to(Command& command);
   /// --denoise, for those that have the scene, too.
   void add_denoise_to(Command& command);
+  /// What is drawn on the picture, for those that have the scene.
+  void add_labels_to(Command& command, RenderOptions& render) {
+    labels_.add_to(command, image_option_, render);
+  }
+  [[nodiscard]] const LabelOptions& labels() const { return labels_; }
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
@@ -136,6 +146,7 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
+  LabelOptions labels_;
   Option image_option_;
   Option report_option_;
 };

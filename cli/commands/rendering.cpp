@@ -66,7 +66,8 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge) {
 }
 
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority, const FrameChange& change, NamedFiles named) {
+                           std::uint32_t priority, const FrameChange& change, NamedFiles named,
+                           SceneFile* rest) {
   const SteadyClock clock;
   const Time begin = clock.now();
   SceneFile file = load_like(scene_file, options, change, named);
@@ -81,6 +82,11 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   submission.duplicates_removed = file.duplicates.count;
   submission.transparent = file.transparent;
   submission.load_seconds = to_seconds(clock.now() - begin);
+  if (rest != nullptr) {
+    file.scene = Scene();
+    file.scene.camera = submission.scene->camera;
+    *rest = std::move(file);
+  }
   return submission;
 }
 

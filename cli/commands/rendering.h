@@ -19,10 +19,11 @@ namespace parray {
 void ask_for_denoising(RenderSettings& settings, bool can_judge);
 
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
-/// it. Throws InputError.
+/// it. `rest`, if not null, becomes what was loaded, of its scene
+/// the camera alone. Throws InputError.
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority, const FrameChange& change = {},
-                           NamedFiles named = NamedFiles::anywhere);
+                           NamedFiles named = NamedFiles::anywhere, SceneFile* rest = nullptr);
 
 /// How soon to look again after a job that has been waited for so long.
 Time next_look(Time waited);

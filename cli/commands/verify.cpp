@@ -124,13 +124,18 @@ void take_alpha(Subject& subject) {
   }
 }
 
-Subject read_subject(const std::string& picture) {
-  Subject subject{printable(picture, 4096), read_image(picture), {}};
+Subject read_subject(const VerifyCommand& command) {
+  Subject subject{printable(command.picture, 4096), read_image(command.picture), {}};
   subject.recipe = recipe_in(subject.file.metadata, subject.name);
   if (!subject.file.high_dynamic_range && subject.recipe.pixels_sha256.empty()) {
     throw InputError(subject.name +
                      ": its recipe has no pixels_sha256: it was converted from an EXR "
                      "picture, which can be verified");
+  }
+  if (!subject.recipe.finished.empty() && !command.scene.empty()) {
+    throw InputError(subject.name + ": " + printable(subject.recipe.finished) +
+                     " was drawn on it after it was traced: verify the EXR picture, or leave the "
+                     "scene out");
   }
   if (!subject.recipe.transparent_sha256.empty()) take_alpha(subject);
   if (!subject.recipe.denoised_sha256.empty()) take_raw(subject);
@@ -363,7 +368,7 @@ std::string wrong_text(const Subject& subject, const Verdict& verdict) {
 }
 
 int verify(const VerifyCommand& command) {
-  const Subject subject = read_subject(command.picture);
+  const Subject subject = read_subject(command);
   Verdict verdict;
   verdict.damage = misfit_of(subject);
   if (verdict.damage.empty()) {

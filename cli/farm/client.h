@@ -48,6 +48,7 @@ struct Picture {
   PictureStatistics statistics;  ///< if they were asked for, or came all the same
   nlohmann::json report;
   Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
+  Channels traced{};    ///< for what is done to it before it is looked at; not written
 };
 
 /// The job map of PROTOCOL.md, read.

@@ -18,14 +18,16 @@
 namespace parray {
 
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads, bool transparent) {
+                             std::shared_ptr<const Scene> scene, int threads, bool transparent,
+                             const Aovs& for_finishing) {
   const bool denoise = settings.replicates;
   const bool statistics = std::all_of(aovs.begin(), aovs.end(), is_statistic);
-  if (!denoise && !transparent && statistics) scene = nullptr;
+  if (!denoise && !transparent && for_finishing.empty() && statistics) scene = nullptr;
   return {.aovs = aovs,
           .settings = settings,
           .scene = std::move(scene),
           .threads = threads,
+          .for_finishing = for_finishing,
           .denoise = denoise,
           .transparent = transparent};
 }
@@ -87,15 +89,20 @@ void take_out_background(Picture& picture, const PathTracer& tracer, const Extra
 void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& extra) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  if (tracer != nullptr && !std::all_of(extra.aovs.begin(), extra.aovs.end(), is_statistic)) {
-    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs,
-                                     extra.threads, check_interrupted);
-    std::move(traced.begin(), traced.end(), std::back_inserter(picture.channels));
-  }
+  const auto trace = [&](const Aovs& wanted, Channels& into) {
+    if (tracer == nullptr || std::all_of(wanted.begin(), wanted.end(), is_statistic)) return;
+    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
+                                     check_interrupted);
+    std::move(traced.begin(), traced.end(), std::back_inserter(into));
+  };
+  trace(extra.aovs, picture.channels);
+  Aovs others;
+  std::set_difference(extra.for_finishing.begin(), extra.for_finishing.end(), extra.aovs.begin(),
+                      extra.aovs.end(), std::inserter(others, others.end()));
+  trace(others, picture.traced);
   add_statistics(picture, extra.aovs);
-  nlohmann::json& names = picture.report["aovs"] = nlohmann::json::array();
   for (const Aov aov : extra.aovs) {
-    names.push_back(name_of(aov));
+    picture.report["aovs"].push_back(name_of(aov));
   }
   picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
 }
@@ -115,7 +122,7 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
   if (extra.transparent) take_out_background(picture, *tracer, extra);
-  if (!extra.aovs.empty()) add_aovs(picture, tracer.get(), extra);
+  if (!extra.aovs.empty() || !extra.for_finishing.empty()) add_aovs(picture, tracer.get(), extra);
 }
 
 }  // namespace parray

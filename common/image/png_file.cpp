@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,9 @@ class PngWriter {
   void write_head(const Image& image, const ImageMetadata& metadata, bool fast, bool alpha) {
     std::vector<png_text> texts(metadata.size());
     std::transform(metadata.begin(), metadata.end(), texts.begin(), text_chunk);
+    constexpr double inches_a_metre = 1 / 0.0254;
+    const auto pixels_a_metre = static_cast<png_uint_32>(
+        std::lround(real_in(metadata, dpi_key).value_or(0) * inches_a_metre));
     attempt([&] {
       png_set_write_fn(png_, this, on_write, on_flush);
       png_set_IHDR(png_, info_, image.width, image.height, 8,
@@ -56,6 +60,9 @@ class PngWriter {
       png_set_compression_buffer_size(png_, std::size_t{1} << 16);
       png_set_filter(png_, PNG_FILTER_TYPE_BASE, fast ? PNG_FILTER_NONE : PNG_FILTER_PAETH);
       png_set_text(png_, info_, texts.data(), static_cast<int>(texts.size()));
+      if (pixels_a_metre > 0) {
+        png_set_pHYs(png_, info_, pixels_a_metre, pixels_a_metre, PNG_RESOLUTION_METER);
+      }
       png_write_info(png_, info_);
     });
   }

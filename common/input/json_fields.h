@@ -25,6 +25,7 @@ std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, Integ
 /// An array of three numbers, each in `range`.
 Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range);
 const std::string& read_string(const JsonValue& value, const JsonPlace& place);
+bool read_boolean(const JsonValue& value, const JsonPlace& place);
 
 /// Throws InputError: `key`, written on `line` of the object at `object`, is not among `known`.
 [[noreturn]] void fail_unknown_key(std::string_view key, std::uint64_t line,

@@ -26,10 +26,10 @@ class SaxHandler {
   std::uint64_t start_line() const { return start_line_; }
 
   bool null() { return put(make(JsonKind::null)); }
-  bool boolean(bool truth) {
-    JsonValue value = make(JsonKind::boolean);
-    value.truth = truth;
-    return put(std::move(value));
+  bool boolean(bool value) {
+    JsonValue out = make(JsonKind::boolean);
+    out.is_true = value;
+    return put(std::move(out));
   }
   bool binary(Json::binary_t&) { return put(make(JsonKind::null)); }  // not in JSON text
 
