@@ -61,14 +61,13 @@ void Condition::bind() {
   switch (expression_->kind) {
     case Kind::names:
       return bind_names();
-    case Kind::residues:
-      return bind_residues();
     case Kind::elements:
       return bind_elements();
+    case Kind::residues:
+      if (particles_->residue_names.empty()) fail_without("residue names");
+      return bind_class(class_of(expression_->word));
     case Kind::sites:
-      mask_ = virtual_sites(*particles_);
-      if (mask_.empty()) mask_.resize(particles_->count());
-      return;
+      return bind_class(ParticleClass::virtual_site);
     case Kind::within:
       return bind_within();
     case Kind::same_residue:
@@ -107,14 +106,9 @@ void Condition::bind_names() {
   take_table(column, table);
 }
 
-void Condition::bind_residues() {
-  const NameColumn& column = particles_->residue_names;
-  if (column.empty()) fail_without("residue names");
-  std::vector<std::uint8_t> table;
-  for (const std::string& name : column.names) {
-    table.push_back(is_residue_of(expression_->word, name));
-  }
-  take_table(column, table);
+void Condition::bind_class(ParticleClass wanted) {
+  mask_ = class_mask(wanted, *particles_);
+  if (mask_.empty()) mask_.resize(particles_->count());
 }
 
 void Condition::bind_elements() {
@@ -197,7 +191,6 @@ void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
       for (std::uint8_t& value : out) value ^= 1U;
       return;
     case Kind::names:
-    case Kind::residues:
       return each([&](std::size_t i) { return table_[(*index_)[i]] != 0; });
     case Kind::elements:
       return each([&](std::size_t i) { return table_[particles_->elements[i]] != 0; });
@@ -206,6 +199,7 @@ void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
       number_->values(begin, std::span(values).first(out.size()));
       return each([&](std::size_t i) { return in_ranges(values[i - begin]); });
     }
+    case Kind::residues:
     case Kind::sites:
     case Kind::within:
     case Kind::same_residue:

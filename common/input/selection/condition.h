@@ -8,6 +8,7 @@
 
 #include "common/input/selection/expression.h"
 #include "common/input/selection/number_source.h"
+#include "common/input/selection/particle_classes.h"
 #include "common/input/selection/selection.h"
 
 namespace parray {
@@ -29,7 +30,7 @@ class Condition {
   void bind();
   void bind_number();
   void bind_names();
-  void bind_residues();
+  void bind_class(ParticleClass wanted);
   void bind_elements();
   void bind_within();
   void bind_same_residue();

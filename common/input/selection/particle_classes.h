@@ -1,21 +1,20 @@
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
+#include "common/input/particles/particle_mask.h"
 #include "common/input/particles/particles.h"
-#include "common/input/selection/selection.h"
 
 namespace parray {
 
-/// A residue of that name is of the kind: "water", "protein", "nucleic" or "ion".
-bool is_residue_of(std::string_view kind, std::string_view residue_name);
+/// What particles of molecules are, by the names of their residues and atoms: see residues.h.
+enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
 
-/// The one-letter code of an amino acid, or of a nucleotide's base; 0: it is none.
-char amino_acid_letter(std::string_view residue_name);
-char nucleotide_letter(std::string_view residue_name);
+/// "water", "protein", "nucleic", "ion".
+ParticleClass class_of(std::string_view word);
 
-/// Particles that stand for no atom, such as the charge M of a four-site water. Empty: there are
-/// none.
-ParticleMask virtual_sites(const Particles& particles);
+/// The particles of a class. Empty when no particle can be of it: none has the names that tell.
+ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
 }  // namespace parray

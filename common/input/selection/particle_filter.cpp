@@ -71,9 +71,8 @@ class Shown {
   void hide(const std::string& word) {
     blaming("hide", [&] {
       if (word == hidden_by_default) {  // which every file can be asked for
-        const ParticleMask sites = virtual_sites(particles_);
-        if (!sites.empty()) take(sites, "hidden_virtual", "virtual sites hidden");
-        return;
+        const ParticleMask sites = class_mask(ParticleClass::virtual_site, particles_);
+        return take(sites, "hidden_virtual", "virtual sites hidden");
       }
       const Selection selection = Selection::any_of({word});
       take(selection.mask(particles_, threads_), "hidden_" + word,
@@ -96,6 +95,7 @@ class Shown {
 
  private:
   void take(const ParticleMask& mask, std::string key, std::string reason) {
+    if (mask.empty()) return;
     if (mask_.empty()) mask_.assign(particles_.count(), 1);
     const std::uint64_t taken = take_out(mask, mask_);
     if (taken > 0) notes_.push_back({std::move(key), taken, std::move(reason)});

@@ -83,16 +83,6 @@ void describe(const Expression& expression, const Particles& particles,
   for (const Expression& part : expression.parts) describe(part, particles, texts);
 }
 
-template <typename Column>
-void keep_in(Column& column, const ParticleMask& mask) {
-  if (column.empty()) return;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    if (mask[i] != 0) column[kept++] = column[i];
-  }
-  column.resize(kept);
-}
-
 [[noreturn]] void fail_slice(std::string_view part) {
   throw InputError("'" + printable(part) +
                    "' is no slice: write z=10:20, or z=40%:60% for a part of the cell");
@@ -159,19 +149,6 @@ std::string slice_as_selection(std::string_view text) {
     if (range->high) out += (out.empty() ? "" : " and ") + compared(*range->high, "<=", axis[0]);
   }
   return out;
-}
-
-void keep(Particles& particles, const ParticleMask& mask) {
-  keep_in(particles.radii, mask);
-  keep_in(particles.colors, mask);
-  keep_in(particles.elements, mask);
-  keep_in(particles.types.index, mask);
-  keep_in(particles.atom_names.index, mask);
-  keep_in(particles.residue_names.index, mask);
-  keep_in(particles.chains.index, mask);
-  keep_in(particles.residue_numbers, mask);
-  for (NumberColumn& column : particles.numbers) keep_in(column.values, mask);
-  keep_in(particles.positions, mask);
 }
 
 }  // namespace parray

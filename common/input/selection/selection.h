@@ -1,19 +1,16 @@
 #pragma once
 
-#include <cstdint>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/input/particles/particle_mask.h"
 #include "common/input/particles/particles.h"
 #include "common/input/selection/expression.h"
 
 namespace parray {
-
-/// For each particle 1 where it is selected, else 0.
-using ParticleMask = std::vector<std::uint8_t>;
 
 /// A number that the particles do not have is asked for.
 class UnknownNumber : public InputError {
@@ -62,8 +59,5 @@ class Selection {
 ///
 /// Throws InputError "problem: remedy".
 std::string slice_as_selection(std::string_view text);
-
-/// Leaves only the particles of the mask, in their order.
-void keep(Particles& particles, const ParticleMask& mask);
 
 }  // namespace parray
