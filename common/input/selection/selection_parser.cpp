@@ -98,7 +98,7 @@ class SelectionParser {
   class Level {
    public:
     explicit Level(SelectionParser& parser) : parser_(parser) {
-      if (++parser_.level_ > 2 * max_selection_depth) parser_.fail_deep();
+      if (++parser_.level_ > 3 * max_selection_depth) parser_.fail_deep();
     }
     ~Level() { --parser_.level_; }
     Level(const Level&) = delete;
