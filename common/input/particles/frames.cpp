@@ -23,13 +23,6 @@ std::uint64_t skip_all(FrameReader& reader) {
   return skip_frames(reader, std::numeric_limits<std::uint64_t>::max());
 }
 
-[[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t frames,
-                                     std::uint64_t asked) {
-  place.fail("the file ends after " + std::to_string(frames) +
-             (frames == 1 ? " frame" : " frames") + ": there is no frame " + std::to_string(asked) +
-             ", counted from 0");
-}
-
 /// `frame`, which the reader has just read, is empty.
 [[noreturn]] void fail_empty(FrameReader& reader, std::uint64_t frame) {
   const FilePlace place = reader.place();
@@ -79,6 +72,12 @@ std::uint64_t count_rest(FrameReader& reader, ParticleFacts& facts) {
 }
 
 }  // namespace
+
+void fail_without_frame(const FilePlace& place, std::uint64_t frames, std::uint64_t asked) {
+  place.fail("the file ends after " + std::to_string(frames) +
+             (frames == 1 ? " frame" : " frames") + ": there is no frame " + std::to_string(asked) +
+             ", counted from 0");
+}
 
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {
   std::optional<std::uint64_t> frames;

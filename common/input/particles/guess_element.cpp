@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "common/base/ascii.h"
 #include "common/input/particles/elements.h"
 #include "common/input/particles/residues.h"
 
@@ -12,14 +13,9 @@ namespace {
 
 constexpr std::uint8_t selenium = 34;
 
-bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
-bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
-bool is_letter(char c) { return is_upper(c) || is_lower(c); }
-char upper(char c) { return is_lower(c) ? static_cast<char>(c - 'a' + 'A') : c; }
-
 /// From the first letter on: without blanks, the digits of "1HB2" and marks.
 std::string_view from_letter(std::string_view name) {
-  while (!name.empty() && !is_letter(name.front())) name.remove_prefix(1);
+  while (!name.empty() && !ascii::is_letter(name.front())) name.remove_prefix(1);
   return name;
 }
 
@@ -27,8 +23,8 @@ std::string_view from_letter(std::string_view name) {
 std::string letters_of(std::string_view name) {
   std::string letters;
   for (const char c : name) {
-    if (!is_letter(c)) break;
-    letters.push_back(upper(c));
+    if (!ascii::is_letter(c)) break;
+    letters.push_back(ascii::upper(c));
   }
   return letters;
 }
@@ -67,8 +63,8 @@ std::uint8_t pair_of(const std::string& letters) {
 
 /// What is written in both cases is a symbol: "Cl1", "Ca2+".
 std::uint8_t cased_pair(std::string_view name, const std::string& letters) {
-  const bool cased = name.size() > 1 && is_upper(name[0]) && is_lower(name[1]) &&
-                     (name.size() == 2 || !is_lower(name[2]));
+  const bool cased = name.size() > 1 && ascii::is_upper(name[0]) && ascii::is_lower(name[1]) &&
+                     (name.size() == 2 || !ascii::is_lower(name[2]));
   return cased ? pair_of(letters) : 0;
 }
 
@@ -102,7 +98,7 @@ std::uint8_t in_ligand(std::string_view name, const std::string& letters) {
 /// Labels of sites: "Ca1", "CA1", "O1W".
 std::uint8_t in_crystal(std::string_view name, const std::string& letters) {
   constexpr std::uint8_t uranium = 92;  // what comes after is a carbon or nitrogen: "CN1", "NO1"
-  const bool lower = name.size() > 1 && is_lower(name[1]);
+  const bool lower = name.size() > 1 && ascii::is_lower(name[1]);
   const std::uint8_t pair = pair_of(letters);
   const bool exact = letters.size() == 2 && letters[0] != 'H' && pair <= uranium;
   if (pair != 0 && (lower || exact)) return pair;
@@ -115,7 +111,8 @@ bool is_polymer_or_water(std::string_view residue) {
 
 /// A residue of one particle that is called as it is, and is no ion: a bead.
 bool is_lone_bead(const AtomName& atom) {
-  return atom.residue == atom.name && organic(upper(atom.name[0])) == 0 && atom.name.size() == 1;
+  return atom.residue == atom.name && organic(ascii::upper(atom.name[0])) == 0 &&
+         atom.name.size() == 1;
 }
 
 }  // namespace
@@ -144,7 +141,8 @@ std::uint8_t guess_element(const AtomName& atom) {
 
 bool shows_flush_left(std::string_view residue, std::string_view name) {
   constexpr std::string_view symbols = "HCNOSP";
-  if (name.empty() || name.size() > 3 || symbols.find(upper(name[0])) == std::string_view::npos) {
+  if (name.empty() || name.size() > 3 ||
+      symbols.find(ascii::upper(name[0])) == std::string_view::npos) {
     return false;
   }
   const std::string letters = letters_of(name);

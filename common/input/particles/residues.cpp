@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/base/ascii.h"
 #include "common/input/particles/elements.h"
 
 namespace parray {
@@ -95,8 +96,7 @@ bool makes_ions(std::uint8_t element) {
   return std::ranges::find(elements, element) != elements.end();
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_charge(char c) { return is_digit(c) || c == '+' || c == '-'; }
+bool is_charge(char c) { return ascii::is_digit(c) || c == '+' || c == '-'; }
 
 /// Without the charge behind it: "NA+", "CL-1", "MG2+", "ZN2".
 std::string_view without_charge(std::string_view name) {
@@ -115,7 +115,8 @@ const Names& water_sites() {
 /// `stem` and nothing but digits behind it, at least `digits` of them.
 bool is_numbered(std::string_view name, std::string_view stem, std::size_t digits = 0) {
   return name.starts_with(stem) && name.size() >= stem.size() + digits &&
-         std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()), name.end(), is_digit);
+         std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()), name.end(),
+                     ascii::is_digit);
 }
 
 /// GROMACS: the centres of mass that carry rigid CH3, NH3, CH2 groups and rings.
@@ -126,8 +127,9 @@ bool is_mass_center(std::string_view name) {
 /// X-PLOR: the mean of hydrogens that spectra do not tell apart, "QB", "QG1", "QQD".
 bool is_pseudo_atom(std::string_view name) { return name.starts_with('Q'); }
 
+/// Also AutoDock's G0, which glues rings.
 bool is_dummy(std::string_view name) {
-  constexpr std::array<std::string_view, 7> stems{"LP", "EP", "DU", "DUM", "X", "XX", "VS"};
+  constexpr std::array<std::string_view, 8> stems{"LP", "EP", "DU", "DUM", "X", "XX", "VS", "G"};
   return std::ranges::any_of(stems, [&](auto stem) { return is_numbered(name, stem); }) ||
          name.starts_with("LP");
 }
