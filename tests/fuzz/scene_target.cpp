@@ -82,6 +82,12 @@ std::vector<std::string> seeds() {
     {"file": "../c.csv", "material": "\u00e9\n", "radius": 0.1},
     {"file": "d.pdb", "select": "chain A and z > 1", "hide": ["water"], "slice": "z=40%:60%",
       "color_by": "b_factor", "colormap": "magma", "range": [0, 90]}]})");
+  texts.push_back(R"({"version": 1,
+  "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "projection": "orthographic",
+    "view_height": 3, "aperture": 0.5},
+  "image": {"width": 9, "height": 5, "transparent": true},
+  "materials": {"a": {"type": "dielectric", "ior": 1.5}},
+  "spheres": [{"center": [0, 0, 9], "radius": 1, "material": "a"}]})");
   return texts;
 }
 

@@ -23,12 +23,12 @@ struct LegendEntry {
 /// - categories: `entries`, in the order in which people are to read them. Beside a scale they are
 ///   what has no place on it, such as "not known".
 struct Legend {
-  std::string title;  ///< what is shown: "element", "type", "chain", a column's name
-  std::string unit;   ///< of the numbers; empty: not known, or none
-  double low = 0;     ///< finite, below `high`
+  std::string title{};  ///< what is shown: "element", "type", "chain", a column's name
+  std::string unit{};   ///< of the numbers; empty: not known, or none
+  double low = 0;       ///< finite, below `high`
   double high = 0;
-  std::vector<Vec3d> stops;  ///< linear RGB in [0, 1]; empty: no scale
-  std::vector<LegendEntry> entries;
+  std::vector<Vec3d> stops{};  ///< linear RGB in [0, 1]; empty: no scale
+  std::vector<LegendEntry> entries{};
 
   [[nodiscard]] bool empty() const { return stops.empty() && entries.empty(); }
   friend bool operator==(const Legend&, const Legend&) = default;

@@ -57,6 +57,8 @@ ParticleMaterial decided_material(const ParticleSource& source, const Particles&
 
 void append_shown(ShownParticles shown, const ParticleSource& source, SceneFile& file,
                   int threads) {
+  file.facts.push_back(shown.particles.facts);
+  if (!file.cell) file.cell = shown.particles.cell;
   add_legend(file.legends, shown.paint.empty()
                                ? legend_of(shown.particles, source.material, file.materials)
                                : std::move(shown.paint.legend));

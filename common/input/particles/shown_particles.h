@@ -27,7 +27,8 @@ ShownParticles shown_particles(const std::filesystem::path& path, const Particle
 /// `color_by` paints. Throws SourceError where both say what the colour is.
 ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles);
 
-/// Appends the particles' spheres to the file's scene, and what their colours mean to its legends.
+/// Appends the particles' spheres to the file's scene, what their colours mean to its legends, and
+/// what else is known of them.
 /// The rules of `source` are decided and without problem. Throws as append_spheres() does.
 void append_shown(ShownParticles shown, const ParticleSource& source, SceneFile& file,
                   int threads = 1);

@@ -16,7 +16,7 @@
 namespace parray {
 namespace {
 
-constexpr std::size_t helpers = 2;  ///< ground and flag, the first spheres and materials
+constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
   throw InputError(printable(path.string(), 4096) + ": " + problem);
@@ -56,6 +56,7 @@ PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
   Scene& scene = out.file.scene;
   scene.materials = {portrait_ground, portrait_flag};
   scene.spheres.resize(helpers);
+  out.file.staging = helpers;
   append_shown(std::move(shown), out.source, out.file, threads);
   const auto spheres = std::span(scene.spheres).subspan(helpers);
   if (radius_is_open) {
@@ -95,6 +96,10 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
     std::ranges::replace(option, '_', '-');
     fail(path, "--" + option + ": " + error.what());
   }
+}
+
+void leave_out_ground(Scene& scene) {
+  scene.spheres.erase(scene.spheres.begin());  // others may have its material
 }
 
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {
