@@ -19,6 +19,15 @@ ParticleRadius read_radius(const JsonValue& value, const JsonPlace& place) {
                              list_names(particle_radius_words));
 }
 
+FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
+  if (value.kind != JsonKind::string) {
+    return {read_integer(value, place, {0, limits::max_frame}), false};
+  }
+  if (value.text == last_frame_word) return {0, true};
+  place.fail(value.line,
+             "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -40,6 +49,7 @@ std::string text_of(const ParticleMaterial& material) {
     case ParticleMaterial::Rule::automatic:
       break;
     case ParticleMaterial::Rule::named:
+    case ParticleMaterial::Rule::painted:
       return material.name;
     case ParticleMaterial::Rule::by_element:
       return "by-element";
@@ -57,25 +67,29 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"file", "material", "radius", "frame"};
+  static constexpr std::array<std::string_view, 10> keys{
+      "file",  "material", "radius",   "frame",    "select",
+      "slice", "hide",     "color_by", "colormap", "range"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
-  out.line = out.material_line = out.radius_line = fields.line();
+  out.line = fields.line();
+  for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
   out.file = fields.string("file");
-  out.file_line = fields.find("file")->line;
+  out.file_line = out.line_of("file");
   if (out.file.empty()) {
     place.at("file").fail(out.file_line, "the name is empty: write that of a particle file");
   }
   if (const JsonValue* material = fields.find("material")) {
     out.material = particle_material_from(read_string(*material, place.at("material")));
-    out.material_line = material->line;
   }
   if (const JsonValue* radius = fields.find("radius")) {
     out.radius = read_radius(*radius, place.at("radius"));
-    out.radius_line = radius->line;
   }
-  if (fields.find("frame") != nullptr)
-    out.frame = {fields.integer_or("frame", {0, limits::max_frame}, 0), false};
+  if (const JsonValue* frame = fields.find("frame")) {
+    out.frame = read_frame_choice(*frame, place.at("frame"));
+  }
+  out.filter = read_particle_filter(fields);
+  out.coloring = read_particle_coloring(fields);
   return out;
 }
 

@@ -14,15 +14,25 @@ constexpr std::array<std::string_view, 1> ply_names{".ply"};
 constexpr std::array<std::string_view, 1> csv_names{".csv"};
 constexpr std::array<std::string_view, 2> xyz_names{".xyz", ".extxyz"};
 constexpr std::array<std::string_view, 2> lammps_names{".lammpstrj", ".dump"};
-constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
+constexpr std::array<std::string_view, 3> pdb_names{".pdb", ".ent", ".pdb1"};
+constexpr std::array<std::string_view, 1> pdbqt_names{".pdbqt"};
+constexpr std::array<std::string_view, 1> pqr_names{".pqr"};
+constexpr std::array<std::string_view, 1> gro_names{".gro"};
+constexpr std::array<std::string_view, 3> sdf_names{".sdf", ".mol", ".sd"};
+constexpr std::array<std::string_view, 1> mol2_names{".mol2"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 6> formats{{{"PLY", ply_names, false, read_ply},
-                                                 {"CSV", csv_names, false, read_csv},
-                                                 {"XYZ", xyz_names, true, read_xyz},
-                                                 {"LAMMPS dump", lammps_names, true, read_lammps},
-                                                 {"PDB", pdb_names, true, read_pdb},
-                                                 {"mmCIF", cif_names, false, read_mmcif}}};
+constexpr std::array<ParticleFormat, 11> formats{{{"PLY", ply_names, false, read_ply},
+                                                  {"CSV", csv_names, false, read_csv},
+                                                  {"XYZ", xyz_names, true, read_xyz},
+                                                  {"LAMMPS dump", lammps_names, true, read_lammps},
+                                                  {"PDB", pdb_names, true, read_pdb},
+                                                  {"PDBQT", pdbqt_names, true, read_pdbqt},
+                                                  {"PQR", pqr_names, true, read_pqr},
+                                                  {"GRO", gro_names, true, read_gro},
+                                                  {"SDF", sdf_names, true, read_sdf},
+                                                  {"MOL2", mol2_names, true, read_mol2},
+                                                  {"CIF", cif_names, true, read_cif}}};
 
 }  // namespace
 

@@ -1,13 +1,15 @@
 #include "common/input/portrait/portrait_scene.h"
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/input/particles/expand.h"
 #include "common/input/particles/particle_spheres.h"
+#include "common/input/particles/shown_particles.h"
+#include "common/input/particles/source_error.h"
 #include "common/input/portrait/portrait.h"
 #include "common/input/portrait/principal_axes.h"
 
@@ -26,7 +28,7 @@ void check(const std::string& problem) {
 
 /// Decides the rules; true when the radius is left to lattice_radius().
 bool decide(ParticleSource& source, const Particles& particles, MaterialNames& materials) {
-  source.material = decided(source.material, particles);
+  source.material = decided_material(source, particles);
   if (source.material.rule == ParticleMaterial::Rule::automatic) {
     source.material = particle_material_from(portrait_plain_name);
   }
@@ -38,6 +40,41 @@ bool decide(ParticleSource& source, const Particles& particles, MaterialNames& m
   if (source.radius.rule == ParticleRadius::Rule::automatic) return true;
   check(problem_with(source.radius, particles, source.file));
   return false;
+}
+
+PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
+                    const RenderSettings& settings, int threads) {
+  ShownParticles shown = shown_particles(path, source, threads);
+  PortraitScene out;
+  out.source = std::move(source);
+  out.source.file = path.string();
+  out.file.settings = settings;
+  out.file.materials.define("ground", portrait_ground);
+  out.file.materials.define("flag", portrait_flag);
+  const bool radius_is_open = decide(out.source, shown.particles, out.file.materials);
+  if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
+  Scene& scene = out.file.scene;
+  scene.materials = {portrait_ground, portrait_flag};
+  scene.spheres.resize(helpers);
+  out.file.staging = helpers;
+  append_shown(std::move(shown), out.source, out.file, threads);
+  const auto spheres = std::span(scene.spheres).subspan(helpers);
+  if (radius_is_open) {
+    out.source.radius.value = lattice_radius(spheres);
+    for (Sphere& sphere : spheres) sphere.radius = out.source.radius.value;
+  }
+  try {
+    const Portrait portrait =
+        portrait_of(spheres, static_cast<double>(settings.width) / settings.height, threads);
+    scene.camera = portrait.camera;
+    scene.sky = portrait.sky;
+    scene.spheres[0] = portrait.ground;
+    scene.spheres[1] = portrait.flag;
+    scene.spheres[1].material = 1;
+  } catch (const InputError& error) {
+    fail(path, error.what());
+  }
+  return out;
 }
 
 }  // namespace
@@ -52,40 +89,13 @@ RenderSettings portrait_settings() {
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, int threads) {
-  Particles particles = read_particles(path, {.frame = source.frame, .threads = threads});
-  PortraitScene out;
-  out.source = std::move(source);
-  out.source.file = path.string();
-  out.file.settings = settings;
-  MaterialNames& names = out.file.materials;
-  names.define("ground", portrait_ground);
-  names.define("flag", portrait_flag);
-  const bool radius_is_open = decide(out.source, particles, names);
-  if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
-  Scene& scene = out.file.scene;
-  scene.materials = {portrait_ground, portrait_flag};
-  scene.spheres.resize(helpers);
-  note_particles(out.file, particles);
-  out.file.staging = helpers;
-  add_legend(out.file.legends, legend_of(particles, out.source.material, names));
-  append_spheres(std::move(particles), out.source, names, scene, threads);
-  const auto shown = std::span(scene.spheres).subspan(helpers);
-  if (radius_is_open) {
-    out.source.radius.value = lattice_radius(shown);
-    for (Sphere& sphere : shown) sphere.radius = out.source.radius.value;
-  }
   try {
-    const Portrait portrait =
-        portrait_of(shown, static_cast<double>(settings.width) / settings.height, threads);
-    scene.camera = portrait.camera;
-    scene.sky = portrait.sky;
-    scene.spheres[0] = portrait.ground;
-    scene.spheres[1] = portrait.flag;
-    scene.spheres[1].material = 1;
-  } catch (const InputError& error) {
-    fail(path, error.what());
+    return taken(path, std::move(source), settings, threads);
+  } catch (const SourceError& error) {
+    std::string option = error.key();
+    std::ranges::replace(option, '_', '-');
+    fail(path, "--" + option + ": " + error.what());
   }
-  return out;
 }
 
 void leave_out_ground(Scene& scene) {
