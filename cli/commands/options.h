@@ -8,6 +8,7 @@
 
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
+#include "cli/commands/portrait_options.h"
 #include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
@@ -47,6 +48,8 @@ inline constexpr const char* limits_group = "Accuracy (whichever is reached firs
 /// Of those that change how the work is done but not the picture.
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
+/// Of those that say what is done to a picture after it was traced.
+inline constexpr const char* finish_group = "Finishing, of a PNG picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
 /// Of those that say what is shown of a file of particles.
 inline constexpr const char* particles_group = "When it is a file of particles";
@@ -78,6 +81,8 @@ class RenderOptions {
   }
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
   [[nodiscard]] const ViewOptions& view() const { return view_; }
+  [[nodiscard]] const PortraitOptions& portrait() const { return portrait_; }
+  [[nodiscard]] PortraitOptions& portrait() { return portrait_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -115,6 +120,7 @@ class RenderOptions {
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
   ParticleOptions particles_;
+  PortraitOptions portrait_;
 };
 
 /// Where the picture and the report go, and whether progress is shown.

@@ -1,8 +1,11 @@
 #include "common/input/portrait/portrait_scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -13,8 +16,6 @@
 
 namespace parray {
 namespace {
-
-constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
   throw InputError(printable(path.string(), 4096) + ": " + problem);
@@ -40,6 +41,45 @@ bool decide(ParticleSource& source, const Particles& particles, MaterialNames& m
   return false;
 }
 
+/// The cell's corners.
+std::vector<Vec3d> corners_of(const ParticleCell& cell) {
+  std::vector<Vec3d> corners{cell.origin};
+  for (const Vec3d& edge : cell.edges) {
+    const std::size_t before = corners.size();
+    for (std::size_t i = 0; i < before; ++i) corners.push_back(corners[i] + edge);
+  }
+  return corners;
+}
+
+/// Along each edge particles reach as far as three quarters of it: a box of a simulation. What is
+/// in a crystal's cell but for its repetitions does not.
+bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
+  constexpr double share = 0.75;
+  const auto& [a, b, c] = cell.edges;
+  const double volume = dot(a, cross(b, c));
+  if (volume == 0) return true;
+  for (const Vec3d& normal : {cross(b, c), cross(c, a), cross(a, b)}) {
+    double low = dot(positions.front(), normal);
+    double high = low;
+    for (const Vec3d& position : positions) {
+      low = std::min(low, dot(position, normal));
+      high = std::max(high, dot(position, normal));
+    }
+    if (high - low < share * std::abs(volume)) return false;
+  }
+  return true;
+}
+
+Subject subject_of(const Particles& particles, const Viewing& viewing) {
+  Subject subject;
+  const auto& cell = particles.cell;
+  subject.molecule =
+      !particles.elements.empty() &&
+      (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
+  if (cell && viewing.whole_cell) subject.corners = corners_of(*cell);
+  return subject;
+}
+
 }  // namespace
 
 RenderSettings portrait_settings() {
@@ -51,37 +91,42 @@ RenderSettings portrait_settings() {
 }
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
-                             const RenderSettings& settings, int threads) {
+                             const RenderSettings& settings, const Viewing& viewing, int threads) {
   Particles particles = read_particles(path, {.frame = source.frame, .threads = threads});
   PortraitScene out;
   out.source = std::move(source);
   out.source.file = path.string();
   out.file.settings = settings;
+  out.file.finish = finish_of(viewing.style);
   MaterialNames& names = out.file.materials;
-  names.define("ground", portrait_ground);
-  names.define("flag", portrait_flag);
+  Scene& scene = out.file.scene;
+  for (const Prop& prop : props_of(viewing)) {
+    names.define(std::string(prop.name), prop.material);
+    scene.materials.push_back(prop.material);
+  }
+  const auto staging = static_cast<std::uint32_t>(scene.materials.size());
+  out.file.staging = staging;
+  scene.spheres.resize(staging);
   const bool radius_is_open = decide(out.source, particles, names);
   if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
-  Scene& scene = out.file.scene;
-  scene.materials = {portrait_ground, portrait_flag};
-  scene.spheres.resize(helpers);
   note_particles(out.file, particles);
-  out.file.staging = helpers;
   add_legend(out.file.legends, legend_of(particles, out.source.material, names));
+  const Subject subject = subject_of(particles, viewing);
   append_spheres(std::move(particles), out.source, names, scene, threads);
-  const auto shown = std::span(scene.spheres).subspan(helpers);
+  const auto shown = std::span(scene.spheres).subspan(staging);
   if (radius_is_open) {
     out.source.radius.value = lattice_radius(shown);
     for (Sphere& sphere : shown) sphere.radius = out.source.radius.value;
   }
   try {
-    const Portrait portrait =
-        portrait_of(shown, static_cast<double>(settings.width) / settings.height, threads);
+    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const Portrait portrait = portrait_of(shown, aspect, viewing, subject, threads);
     scene.camera = portrait.camera;
     scene.sky = portrait.sky;
-    scene.spheres[0] = portrait.ground;
-    scene.spheres[1] = portrait.flag;
-    scene.spheres[1].material = 1;
+    for (std::uint32_t i = 0; i < staging; ++i) {
+      scene.spheres[i] = portrait.props[i].sphere;
+      scene.spheres[i].material = i;
+    }
   } catch (const InputError& error) {
     fail(path, error.what());
   }
@@ -94,8 +139,8 @@ void leave_out_ground(Scene& scene) {
 
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {
   SceneFile out = std::move(portrait.file);
-  out.scene.spheres.resize(helpers);
-  out.scene.materials.resize(helpers);
+  out.scene.spheres.resize(out.staging);
+  out.scene.materials.resize(out.staging);
   out.particles = {std::move(portrait.source)};
   out.particles.front().file = file;
   return out;

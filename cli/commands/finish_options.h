@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cli/output/delivery.h"
+#include "common/input/finish.h"
+#include "common/input/scene_file.h"
+#include "common/process/command_line.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// What is done to a picture before it is looked at. Part of OutputOptions. What is not given stays
+/// as the scene, or the style of its portrait, has it.
+class FinishOptions {
+ public:
+  /// For commands that have the scene of the picture that they write, as `image` says. They must
+  /// stay where they are while the command line is parsed.
+  void add_to(Command& command, const Option& image);
+  [[nodiscard]] Finish over(Finish of_scene) const;
+  /// The first of those given that ask for something to be done, as "--outline"; empty: none.
+  [[nodiscard]] std::string first_given() const;
+
+ private:
+  std::optional<LineWidth> outline_;
+  std::optional<double> depth_cue_;
+};
+
+}  // namespace parray

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/input/portrait/portrait.h"
+#include "common/process/command_line.h"
+
+namespace parray {
+
+/// From where a file of particles is seen, and what is around it. Part of RenderOptions.
+class PortraitOptions {
+ public:
+  /// They must stay where they are while the command line is parsed.
+  void add_to(Command& command);
+  /// Throws InputError that names those given: the scene `file` is not a file of particles.
+  void check_unused(const std::string& file) const;
+  [[nodiscard]] Viewing viewing() const;
+
+  void look_from(View view) { view_ = view; }
+  /// The particles' cell is to be in the picture.
+  void frame_cell(bool whole_cell) { whole_cell_ = whole_cell; }
+
+ private:
+  std::optional<View> view_;
+  std::optional<Style> style_;
+  std::optional<Projection> projection_;
+  bool whole_cell_ = false;
+};
+
+}  // namespace parray
