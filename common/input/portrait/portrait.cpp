@@ -18,13 +18,14 @@ constexpr Material pale{MaterialType::diffuse, {0.75, 0.75, 0.75}, 0, 1};
 constexpr Material black{MaterialType::diffuse, {0, 0, 0}, 0, 1};
 constexpr Material dark{MaterialType::diffuse, {0.006, 0.008, 0.014}, 0, 1};  ///< sRGB 17, 22, 31
 // In radii of the group:
-constexpr double ground_radius = 500;  ///< flat to the eye
-constexpr double far = 400;            ///< of a flag and a wall: beyond any camera
-constexpr double flag_radius = 300;    ///< 49 degrees around its direction
+constexpr double ground_radius = 500;       ///< flat to the eye
+constexpr double far = 400;                 ///< of a flag and a wall: beyond any camera
+constexpr double studio_flag_radius = 300;  ///< 49 degrees around its direction
+constexpr double free_flag_radius = 345;    ///< 60 degrees: no floor is below to give light back
 
 /// As the picture sees them: right, up, towards the viewer.
 constexpr Vec3d studio_flag{0.85, 0, 0.5};
-constexpr Vec3d free_flag{0.6, -0.6, 0.5};  ///< no floor is below to give light back
+constexpr Vec3d free_flag{0.62, -0.62, 0.48};
 
 Sphere ground_below(const Extent& extent, const Viewpoint& view) {
   // Tangent to the plane that the lowest sphere stands on: all others are above that.
@@ -33,11 +34,13 @@ Sphere ground_below(const Extent& extent, const Viewpoint& view) {
   return {lowest.center - (lowest.radius + radius) * view.off_ground, radius, 0};
 }
 
-Sphere flag_beside(const Frame& view, double reach, const Vec3d& towards) {
+Sphere flag_beside(const Frame& view, double reach, bool free) {
+  const Vec3d towards = free ? free_flag : studio_flag;
   const Vec3d direction = normalize(towards);
   Vec3d offset = direction.x * view.right + direction.z * view.back;
   if (direction.y != 0) offset = offset + direction.y * view.up;
-  return {view.center + (far * reach) * offset, flag_radius * reach, 0};
+  return {view.center + (far * reach) * offset,
+          (free ? free_flag_radius : studio_flag_radius) * reach, 0};
 }
 
 /// Covers what the camera sees, and little more: what it does not cover gives light to the rims.
@@ -106,8 +109,7 @@ Portrait portrait_of(std::span<const Sphere> spheres, double aspect, const Viewi
     } else if (prop.name == wall_name) {
       prop.sphere = wall_behind(view.frame, extent.reach, portrait.camera, aspect);
     } else {
-      prop.sphere =
-          flag_beside(view.frame, extent.reach, has_ground(viewing) ? studio_flag : free_flag);
+      prop.sphere = flag_beside(view.frame, extent.reach, !has_ground(viewing));
     }
   }
   check(portrait);

@@ -5,6 +5,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/input/json_fields.h"
 
 namespace parray {
 namespace {
@@ -25,9 +26,27 @@ Style style_from(std::string_view name) {
 
 std::string_view name_of(Style style) { return style_names[static_cast<std::size_t>(style)]; }
 
+Style read_style(const JsonValue& value, const JsonPlace& place) {
+  const std::string& name = read_string(value, place);
+  Style style{};
+  try {
+    style = style_from(name);
+  } catch (const InputError& error) {
+    place.fail(value.line, error.what());
+  }
+  if (style == Style::night) {
+    place.fail(value.line,
+               "night puts a dark wall behind a file of particles, and a scene has spheres of its "
+               "own: leave it out, and write sky and finishing");
+  }
+  return style;
+}
+
 Sky sky_of(Style style) {
-  // Where a flag takes a part of the light, a white surface is to be white nevertheless.
-  return style == Style::flat ? even(1) : even(1.15);
+  // Beside a flag a white surface is to be white nevertheless; but where the sky is seen, what is
+  // smaller than a pixel is not to drown in more than white.
+  const bool seen = style == Style::flat || style == Style::publication;
+  return even(seen ? 1 : 1.15);
 }
 
 Finish finish_of(Style style) {

@@ -25,6 +25,10 @@ inline constexpr std::array<std::string_view, 4> style_names{"studio", "publicat
 Style style_from(std::string_view name);
 std::string_view name_of(Style style);
 
+/// A scene's key `style`. Throws InputError that names the place and the line; so for `night`,
+/// which is a wall behind particles, and not a sky.
+Style read_style(const JsonValue& value, const JsonPlace& place);
+
 /// The even light of the style.
 Sky sky_of(Style style);
 /// How pictures of the style are finished.
