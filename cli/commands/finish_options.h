@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -26,5 +27,17 @@ class FinishOptions {
   std::optional<LineWidth> outline_;
   std::optional<double> depth_cue_;
 };
+
+/// Puts what is done to the picture before the other steps of `outputs.finishing`: depth cue, then
+/// outline. `file` is what was loaded, its spheres in `scene`; `settings` are those of the picture.
+/// After add_labels(), which knows how large it is printed.
+///
+/// Throws InputError where a step is impossible, or asked for by an option and no output is PNG.
+void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,
+                   const std::shared_ptr<const Scene>& scene, const RenderSettings& settings);
+
+/// Says on stderr that whoever fetches the picture of the job gets it without them, if there are
+/// such steps: they need the scene.
+void say_unfinished(const SceneFile& file, const std::string& name);
 
 }  // namespace parray

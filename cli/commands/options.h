@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
 #include "cli/commands/portrait_options.h"
@@ -132,10 +133,12 @@ class OutputOptions {
   void add_aov_to(Command& command);
   /// --denoise, for those that have the scene, too.
   void add_denoise_to(Command& command);
-  /// What is drawn on the picture, for those that have the scene.
+  /// What is done to the picture and drawn on it, for those that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
+    finish_.add_to(command, image_option_);
     labels_.add_to(command, image_option_, render);
   }
+  [[nodiscard]] const FinishOptions& finish() const { return finish_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] Option image_option() const { return image_option_; }
@@ -152,6 +155,7 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
+  FinishOptions finish_;
   LabelOptions labels_;
   Option image_option_;
   Option report_option_;

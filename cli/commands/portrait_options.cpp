@@ -80,7 +80,7 @@ Viewing PortraitOptions::viewing() const {
   viewing.view = view_.value_or(View::automatic);
   viewing.style = style_.value_or(Style::studio);
   viewing.projection = projection_;
-  viewing.whole_cell = whole_cell_;
+  viewing.whole_cell = whole_cell_ != nullptr && *whole_cell_;
   return viewing;
 }
 

@@ -18,14 +18,15 @@ class PortraitOptions {
   [[nodiscard]] Viewing viewing() const;
 
   void look_from(View view) { view_ = view; }
-  /// The particles' cell is to be in the picture.
-  void frame_cell(bool whole_cell) { whole_cell_ = whole_cell; }
+  /// The particles' cell is to be in the picture if `wanted`, which stays where it is, is true by
+  /// then.
+  void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
 
  private:
   std::optional<View> view_;
   std::optional<Style> style_;
   std::optional<Projection> projection_;
-  bool whole_cell_ = false;
+  const bool* whole_cell_ = nullptr;
 };
 
 }  // namespace parray

@@ -42,6 +42,7 @@ int render(const RenderCommand& command) {
   Submission submission =
       load_submission(command.scene, command.render, 50, {}, NamedFiles::anywhere, &file);
   add_labels(outputs, command.output.labels(), file, submission.settings);
+  add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
   check_isa(submission.settings.isa);
   outputs.transparent = submission.transparent;
   submission.settings.progressive = command.following.shows_picture();
