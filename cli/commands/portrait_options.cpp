@@ -29,10 +29,14 @@ void append(std::vector<std::string>& words, const std::array<std::string_view, 
 
 }  // namespace
 
+std::vector<std::string> view_words() {
+  std::vector<std::string> words;
+  append(words, view_names);
+  append(words, view_axes);
+  return words;
+}
+
 void PortraitOptions::add_to(Command& command) {
-  std::vector<std::string> views;
-  append(views, view_names);
-  append(views, view_axes);
   std::vector<std::string> styles;
   append(styles, style_names);
   std::vector<std::string> projections;
@@ -43,7 +47,7 @@ void PortraitOptions::add_to(Command& command) {
           "The side it is seen from, z up, or y up from top and bottom, or the axis that points at "
           "the viewer (default: auto, molecules along their principal axes, flat groups face on, "
           "others from above and aside)")
-      .words(views)
+      .words(view_words())
       .type_name("VIEW")
       .group(particles_group);
   command

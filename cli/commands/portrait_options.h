@@ -2,11 +2,15 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/input/portrait/portrait.h"
 #include "common/process/command_line.h"
 
 namespace parray {
+
+/// view_names and view_axes, as known words of an option.
+std::vector<std::string> view_words();
 
 /// From where a file of particles is seen, and what is around it. Part of RenderOptions.
 class PortraitOptions {
@@ -17,6 +21,7 @@ class PortraitOptions {
   void check_unused(const std::string& file) const;
   [[nodiscard]] Viewing viewing() const;
 
+  [[nodiscard]] bool has_view() const { return view_.has_value(); }
   void look_from(View view) { view_ = view; }
   /// The particles' cell is to be in the picture if `wanted`, which stays where it is, is true by
   /// then.
