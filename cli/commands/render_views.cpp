@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
+#include "common/image/partial_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 

@@ -217,7 +217,7 @@ TEST_CASE("the longest axis lies across the picture and the shortest points at t
   const Vec3d c = normalize(cross(a, Vec3d{-1, 2, 3}));
   const Vec3d b = cross(c, a);
   for (Sphere& s : spheres) s.center = s.center.x * a + s.center.y * b + s.center.z * c;
-  const Frame frame = principal_axes(spheres);
+  const Axes frame = principal_axes(spheres);
   CHECK(std::abs(dot(frame.right, a)) > 0.99);
   CHECK(std::abs(dot(frame.up, b)) > 0.98);
   CHECK(std::abs(dot(frame.back, c)) > 0.98);
@@ -230,7 +230,7 @@ TEST_CASE("the longest axis lies across the picture and the shortest points at t
 TEST_CASE("the frame is right-handed with unit axes, and its signs follow the coordinates") {
   for (const Group& group : sphere_groups()) {
     CAPTURE(group.name);
-    const Frame f = principal_axes(group.spheres);
+    const Axes f = principal_axes(group.spheres);
     CHECK(length(cross(f.right, f.up) - f.back) < 1e-14);
     for (const Vec3d& axis : {f.right, f.up, f.back}) CHECK(std::abs(length(axis) - 1) < 1e-15);
     for (const Vec3d& axis : {f.up, f.back}) {
@@ -246,7 +246,7 @@ TEST_CASE("what spreads alike along all axes stands as its coordinates do") {
       continue;
     }
     CAPTURE(group.name);
-    const Frame frame = principal_axes(group.spheres);
+    const Axes frame = principal_axes(group.spheres);
     CHECK(frame.right == Vec3d{1, 0, 0});
     CHECK(frame.up == Vec3d{0, 1, 0});
     CHECK(frame.back == Vec3d{0, 0, 1});

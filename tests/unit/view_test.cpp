@@ -36,7 +36,7 @@ bool near(const Vec3d& a, const Vec3d& b) { return length(a - b) < 1e-12; }
 TEST_CASE("the axes of every view are those that it promises") {
   const auto axes = [](View view, const Vec3d& right, const Vec3d& up, const Vec3d& back) {
     CAPTURE(name_of(view));
-    const Frame frame = axes_of(view);
+    const Axes frame = axes_of(view);
     CHECK(frame.right == right);
     CHECK(frame.up == up);
     CHECK(frame.back == back);
@@ -47,14 +47,14 @@ TEST_CASE("the axes of every view are those that it promises") {
   axes(View::right, {0, 1, 0}, {0, 0, 1}, {1, 0, 0});
   axes(View::top, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
   axes(View::bottom, {-1, 0, 0}, {0, 1, 0}, {0, 0, -1});
-  const Frame iso = axes_of(View::iso);
+  const Axes iso = axes_of(View::iso);
   CHECK(near(iso.back, normalize(Vec3d{1, -1, 1})));
   CHECK(iso.up.z > 0.8);
   CHECK(std::abs(iso.right.z) == 0);
   CHECK(iso.right.x > 0);
   for (const View view :
        {View::front, View::back, View::left, View::right, View::top, View::bottom, View::iso}) {
-    const Frame frame = axes_of(view);
+    const Axes frame = axes_of(view);
     CHECK(near(cross(frame.right, frame.up), frame.back));
   }
 }
@@ -64,7 +64,7 @@ TEST_CASE("cameras of views look along their axes, whatever they look at") {
   for (const View view :
        {View::front, View::back, View::left, View::right, View::top, View::bottom, View::iso}) {
     CAPTURE(name_of(view));
-    const Frame axes = axes_of(view);
+    const Axes axes = axes_of(view);
     const Camera camera = portrait_of(spheres, 1.5, {.view = view}).camera;
     CHECK(camera.projection == Projection::orthographic);
     CHECK(near(normalize(camera.look_from - camera.look_at), axes.back));

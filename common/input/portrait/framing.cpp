@@ -87,7 +87,7 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
     camera.tan_half_vfov = tangent;
     camera.focus_distance = std::max(horizontal.distance(), vertical.distance());
   }
-  const Frame& frame = view.frame;
+  const Axes& frame = view.frame;
   camera.look_at = frame.center + horizontal.middle() * frame.right + vertical.middle() * frame.up;
   camera.look_from = camera.look_at + camera.focus_distance * frame.back;
   camera.up = frame.up;

@@ -34,7 +34,7 @@ Sphere ground_below(const Extent& extent, const Viewpoint& view) {
   return {lowest.center - (lowest.radius + radius) * view.off_ground, radius, 0};
 }
 
-Sphere flag_beside(const Frame& view, double reach, bool free) {
+Sphere flag_beside(const Axes& view, double reach, bool free) {
   const Vec3d towards = free ? free_flag : studio_flag;
   const Vec3d direction = normalize(towards);
   Vec3d offset = direction.x * view.right + direction.z * view.back;
@@ -44,7 +44,7 @@ Sphere flag_beside(const Frame& view, double reach, bool free) {
 }
 
 /// Covers what the camera sees, and little more: what it does not cover gives light to the rims.
-Sphere wall_behind(const Frame& view, double reach, const Camera& camera, double aspect) {
+Sphere wall_behind(const Axes& view, double reach, const Camera& camera, double aspect) {
   constexpr double least_sine = 0.6;
   constexpr double most_sine = 0.97;  // nothing of it is before the group
   // Of half of the picture's diagonal, with a tenth more.

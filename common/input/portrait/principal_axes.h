@@ -7,7 +7,7 @@
 namespace parray {
 
 /// A right-handed frame: right x up = back.
-struct Frame {
+struct Axes {
   Vec3d right, up, back;  ///< unit vectors at right angles
   Vec3d center;
 };
@@ -20,7 +20,7 @@ struct Frame {
 /// power of two scales `center` and changes nothing else.
 /// Where spreads are nearly equal the frame leans to the coordinate axes: x right, y up, z back. Of
 /// the two signs of `up` and of `back`, the largest component is positive.
-Frame principal_axes(std::span<const Sphere> spheres);
+Axes principal_axes(std::span<const Sphere> spheres);
 
 /// A radius for centres that come without: half the spacing of the cubic lattice in a box, a sheet
 /// or a line that has as many points and spreads as much. 1 where all centres are one. Turning

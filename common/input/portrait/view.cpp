@@ -29,10 +29,10 @@ constexpr Turn molecule_turn{0.3, 0.2};  ///< 17 and 12 degrees
 constexpr Turn box_turn{0.35, 0.45};     ///< 20 and 27 degrees: a box shows three sides
 
 /// The frame as the camera sees it: turned about `up`, then about `right`.
-Frame turned(const Frame& frame, const Turn& turn) {
+Axes turned(const Axes& frame, const Turn& turn) {
   const auto cosine = [](double sine) { return square_root(1 - sine * sine); };
   const Vec3d level = cosine(turn.azimuth) * frame.back + turn.azimuth * frame.right;
-  Frame view;
+  Axes view;
   view.center = frame.center;
   view.right = cosine(turn.azimuth) * frame.right - turn.azimuth * frame.back;
   view.back = cosine(turn.elevation) * level + turn.elevation * frame.up;
@@ -43,7 +43,7 @@ Frame turned(const Frame& frame, const Turn& turn) {
 /// How far centres reach along three axes.
 class Reach {
  public:
-  Reach(std::span<const Sphere> spheres, const Frame& axes)
+  Reach(std::span<const Sphere> spheres, const Axes& axes)
       : axes_{axes.right, axes.up, axes.back} {
     for (const Sphere& sphere : spheres) {
       for (std::size_t i = 0; i < 3; ++i) {
@@ -79,14 +79,14 @@ class Reach {
 };
 
 /// Coordinates as they are: x right, y up, z back.
-constexpr Frame coordinates{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
+constexpr Axes coordinates{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
 
-Frame around(Frame frame, const Vec3d& center) {
+Axes around(Axes frame, const Vec3d& center) {
   frame.center = center;
   return frame;
 }
 
-Viewpoint face_on(const Frame& frame) { return {frame, frame.back}; }
+Viewpoint face_on(const Axes& frame) { return {frame, frame.back}; }
 
 Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
   const Reach reach(spheres, coordinates);
@@ -95,10 +95,10 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
     const auto flat = reach.flat_axis();
     if (flat) return face_on(around(axes_of(across[*flat]), reach.middle()));
   }
-  const Frame principal = principal_axes(spheres);
+  const Axes principal = principal_axes(spheres);
   if (Reach(spheres, principal).flat_axis() == std::size_t{2}) return face_on(principal);
   if (molecule) return {turned(principal, molecule_turn), principal.up};
-  const Frame front = around(axes_of(View::front), reach.middle());
+  const Axes front = around(axes_of(View::front), reach.middle());
   return {turned(front, box_turn), front.up};
 }
 
@@ -117,7 +117,7 @@ View view_from(std::string_view name) {
 
 std::string_view name_of(View view) { return view_names[static_cast<std::size_t>(view)]; }
 
-Frame axes_of(View view) {
+Axes axes_of(View view) {
   switch (view) {  // without negative zeros, which files do not keep
     case View::front:
       return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {}};
@@ -143,7 +143,7 @@ Frame axes_of(View view) {
 
 Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule) {
   if (view == View::automatic) return automatic_view(spheres, molecule);
-  const Frame frame = around(axes_of(view), Reach(spheres, coordinates).middle());
+  const Axes frame = around(axes_of(view), Reach(spheres, coordinates).middle());
   const Vec3d up{0, 0, 1};
   return {frame, dot(frame.back, up) >= least_sine ? up : frame.back};
 }

@@ -27,7 +27,7 @@ std::string_view name_of(View view);
 
 /// How spheres are looked at.
 struct Viewpoint {
-  Frame frame;  ///< the picture's axes: right, up, and back to the viewer; around `center`
+  Axes frame;  ///< the picture's axes: right, up, and back to the viewer; around `center`
   /// Unit vector away from what the spheres stand on, or hang before. At least 16 degrees towards
   /// the viewer, so that it fills the picture.
   Vec3d off_ground;
@@ -38,7 +38,7 @@ struct Viewpoint {
 /// - front, back: right +x, -x; up +z. left, right: right -y, +y; up +z.
 /// - top, bottom: right +x, -x; up +y.
 /// - iso: isometric, x to the right and y to the left of the middle, both away; up +z.
-Frame axes_of(View view);
+Axes axes_of(View view);
 
 /// `spheres` is not empty. What `automatic` is:
 /// - Flat groups, whose centres reach a tenth as far along one axis as along the next, are seen
