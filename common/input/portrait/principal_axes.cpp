@@ -87,10 +87,10 @@ double solve(double a, double b, double target) {
 
 }  // namespace
 
-Axes principal_axes(std::span<const Sphere> spheres) {
+Axes principal_axes(std::span<const Sphere> spheres, bool leaning) {
   const Vec3d center = mean_center(spheres);
   Matrix a = covariance_of(spheres, center);
-  lean_to_coordinate_axes(a);
+  if (leaning) lean_to_coordinate_axes(a);
   Matrix vectors{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   constexpr int sweeps = 10;  // convergence is quadratic: five do
   for (int sweep = 0; sweep < sweeps; ++sweep) {

@@ -43,8 +43,7 @@ Axes turned(const Axes& frame, const Turn& turn) {
 /// How far centres reach along three axes.
 class Reach {
  public:
-  Reach(std::span<const Sphere> spheres, const Axes& axes)
-      : axes_{axes.right, axes.up, axes.back} {
+  Reach(std::span<const Sphere> spheres, const Axes& axes) : axes_{axes.right, axes.up, axes.back} {
     for (const Sphere& sphere : spheres) {
       for (std::size_t i = 0; i < 3; ++i) {
         const double x = dot(sphere.center, axes_[i]);
@@ -96,7 +95,13 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
     if (flat) return face_on(around(axes_of(across[*flat]), reach.middle()));
   }
   const Axes principal = principal_axes(spheres);
-  if (Reach(spheres, principal).flat_axis() == std::size_t{2}) return face_on(principal);
+  if (Reach(spheres, principal).flat_axis() == std::size_t{2}) {
+    Axes exact = principal;
+    exact.back = principal_axes(spheres, false).back;
+    exact.right = normalize(cross(principal.up, exact.back));
+    exact.up = cross(exact.back, exact.right);
+    return face_on(exact);
+  }
   if (molecule) return {turned(principal, molecule_turn), principal.up};
   const Axes front = around(axes_of(View::front), reach.middle());
   return {turned(front, box_turn), front.up};
