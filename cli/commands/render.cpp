@@ -96,6 +96,9 @@ void add_render(CommandLine& line, Action& chosen) {
                   "as the scene says, a bar of progress meanwhile");
   command.example("parray render scenes/particles/helix.pdb -o helix.png",
                   "the portrait of a molecule, framed and lit by itself");
+  command.example(
+      "parray render scenes/particles/helix.pdb -o helix.png --legend --scale-bar --width-mm 85",
+      "for print, a column wide: what its colours mean, and a length");
   command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
                   "until the error is at most 0.01 (RMSE, linear radiance)");
   command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",
