@@ -58,6 +58,13 @@ normal, albedo, sphere and cost are traced for them, with the camera rays and pa
 - `half-width` (`half_width.R`, `.G`, `.B`): half of the length of its 95 % interval, linear
   radiance
 
+# Labels
+`--legend`, `--scale-bar`, `--text` and the like draw on a PNG picture once it is traced. An EXR file
+keeps what was traced; `image_sha256` and the report are the same with and without them. `--width-mm`
+and `--dpi` are the size in print: letters have 8 points there, unless `--font-size` says otherwise,
+and the file says how large it is (`pHYs`). What cannot be drawn, or does not fit, is refused before
+anything is traced. A scene's section `labels` asks for the same.
+
 # Previews
 `--preview` keeps a picture file up to date, and ends as a copy of the picture. The first is there
 as soon as every pixel has a sample, or before; later ones as often as a fiftieth of the time
@@ -91,6 +98,8 @@ change the view, make a scene of it with `parray convert`.
   picture; the time that it took is `seconds.denoise`
 - `stopped_by`: `samples`, `error`, `half-width`, `time` or `passes`: what ended the render
 - `accelerator`, `isa`, `schedule`, `row_order`: how it was computed; never changes a bit
+- `legends`: what the particles' colours mean, where a rule colours them: `title`, `unit`, of a scale
+  `low`, `high` and `stops`, of categories `entries` with `name`, `color` (linear RGB) and `count`
 - `spheres`, `features`: what the scene required
 - `duplicates_removed`: spheres of the scene file that only repeat another's centre and radius
 - `accelerator_bytes`: memory of the accelerator, positions and radii included

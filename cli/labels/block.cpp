@@ -53,7 +53,10 @@ class LegendLayout {
  public:
   LegendLayout(const BlockStyle& style, const Legend& legend)
       : legend_(legend), em_(style.font.size()), line_(style.line) {
-    if (has_scale()) ticks_ = ticks_between(legend.low, legend.high, 6);
+    bar_.height = std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_);
+    if (has_scale()) {
+      ticks_ = ticks_between(legend.low, legend.high, static_cast<int>(bar_.height / (1.4 * em_)));
+    }
     title_ = title_of(legend, ticks_.exponent);
     width_ = style.font.width(title_);
     height_ = title_.empty() ? 0 : style.font.cap_height() + style.font.descent() + 0.35 * em_;
@@ -75,7 +78,7 @@ class LegendLayout {
   [[nodiscard]] double pitch() const { return 1.35 * em_; }
 
   void place_scale(const BlockStyle& style) {
-    bar_ = {line_, height_ + line_, 1.1 * em_, std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_)};
+    bar_ = {line_, height_ + line_, 1.1 * em_, bar_.height};
     // The outermost numbers reach beyond the bar.
     const double half = style.font.cap_height() / 2;
     bar_.y += std::max(0.0, half - y_of(ticks_.values.back()) + bar_.y);

@@ -497,6 +497,19 @@ TEST_CASE("labels are black on light pictures and white on dark ones, with a hal
   }
 }
 
+TEST_CASE("a shape grows to all sides by what is asked for") {
+  Coverage square(Box{0, 0, 60, 60});
+  square.add(Box{20, 20, 10, 10});
+  const Coverage grown = square.grown(4);
+  // The square, four sides, and four quarters of a disc, of pixels.
+  CHECK(grown.area() == doctest::Approx(100 + 160 + std::numbers::pi * 16).epsilon(0.03));
+  CHECK(grown.at(25, 25) == 1);
+  CHECK(grown.at(25, 16) == 1);
+  CHECK(grown.at(25, 15) == 0);
+  CHECK(grown.at(16, 16) == 0);  // a corner is round
+  CHECK(square.grown(0).area() == doctest::Approx(100));
+}
+
 TEST_CASE("on a transparent picture a label has the alpha of what it covers") {
   LabelContent content = content_of(300, 200);
   content.settings.text = "Label";
