@@ -181,14 +181,16 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
   if (!settings_.dpi && !settings_.width_mm) return labels;
   labels.dpi = settings_.dpi;
   labels.width_mm = settings_.width_mm;
-  if (!labels.dpi || !labels.width_mm) return labels;
-  if (printed_width() != width) {
+  if (!labels.width_mm) return labels;
+  if (printed_width() == width) {
+    labels.dpi = settings_.dpi.value_or(usual_dpi);
+    labels.width_mm.reset();
+  } else if (labels.dpi) {
     throw InputError("--width-mm " + number_text(*labels.width_mm) + " --dpi " +
                      number_text(*labels.dpi) + ": that is " + std::to_string(*printed_width()) +
                      " pixels wide, and the picture " + std::to_string(width) +
                      ": leave one of them out");
   }
-  labels.width_mm.reset();
   return labels;
 }
 

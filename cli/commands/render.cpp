@@ -103,6 +103,9 @@ void add_render(CommandLine& line, Action& chosen) {
   command.example("parray render scenes/particles/helix.pdb -o helix.png",
                   "the portrait of a molecule, framed and lit by itself");
   command.example(
+      "parray render scenes/particles/helix.pdb -o helix.png --legend --scale-bar --width-mm 85",
+      "for print, a column wide: what its colours mean, and a length");
+  command.example(
       "parray render scenes/particles/helix.pdb -o views.png --views front,top,iso "
       "--style publication",
       "from three sides, for a paper: white, with outlines");

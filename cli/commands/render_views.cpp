@@ -83,8 +83,10 @@ class Views {
     layout_ = sheet_layout(count, submission.settings.width, submission.settings.height);
     check_size(layout_, submission.settings);
     if (outputs.denoise) ask_for_denoising(submission.settings, true);
+    outputs.transparent = submission.transparent;
     extra_ = extra_channels(outputs.aovs, submission.settings, submission.scene,
-                            static_cast<int>(request_.threads), needs_of(outputs.finishing));
+                            static_cast<int>(request_.threads), outputs.transparent,
+                            needs_of(outputs.finishing));
     extra_.accelerators = farm_.accelerators();
     const JobId job = client_.submit(std::move(submission));
     wait_until_done(client_, job, request_.following);

@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "common/input/coloring/legend.h"
 #include "common/input/finish.h"

@@ -133,10 +133,6 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
   return out;
 }
 
-void leave_out_ground(Scene& scene) {
-  scene.spheres.erase(scene.spheres.begin());  // others may have its material
-}
-
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {
   SceneFile out = std::move(portrait.file);
   out.scene.spheres.resize(out.staging);

@@ -32,9 +32,6 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
                              const RenderSettings& settings, const Viewing& viewing = {},
                              int threads = 1);
 
-/// Takes the ground out of a portrait's scene, which would fill the background of its picture.
-void leave_out_ground(Scene& scene);
-
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);
 
