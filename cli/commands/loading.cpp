@@ -50,14 +50,16 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
 SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
                    NamedFiles named, int threads) {
   if (is_particle_file(file)) {
+    Viewing viewing = options.portrait().viewing();
+    viewing.transparent = options.view().transparent(false);
     SceneFile portrait = portrait_scene(file, options.particles().over({}),
-                                        options.over(portrait_settings()), threads)
+                                        options.over(portrait_settings()), viewing, threads)
                              .file;
-    if (options.view().transparent(false)) leave_out_ground(portrait.scene);
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
   options.particles().check_unused(file);
+  options.portrait().check_unused(file);
   SceneFile scene = read_scene_file(file, threads);
   if (named == NamedFiles::beside) check_beside(scene, file);
   if (change.particles) choose_frame(scene, *change.particles, file);

@@ -99,6 +99,7 @@ std::string head_text(const SceneFile& file) {
           ", \"seed\":" + std::to_string(settings.seed) + "},\n";
   text += "\"sky\": {\"horizon\":" + array_text(file.scene.sky.horizon) +
           ", \"zenith\":" + array_text(file.scene.sky.zenith) + "},\n";
+  if (file.finish != Finish{}) text += "\"finishing\": " + finish_text(file.finish) + ",\n";
   if (file.labels != LabelSettings{}) text += "\"labels\": " + labels_text(file.labels) + ",\n";
   return text;
 }
