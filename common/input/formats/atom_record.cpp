@@ -93,12 +93,11 @@ void read_residue(std::string_view line, AtomRecord& record) {
   record.chain = chain;
 }
 
-/// Columns 73 to 76, unless they are those of old entries, which say "1ABC  12" in 73 to 80.
-std::string_view segment_in(std::string_view line) {
-  for (std::size_t at = 77; at <= 80; ++at) {
-    if (ascii::is_digit(column(line, at)) && !ascii::is_letter(column(line, at - 1))) return {};
-  }
-  return field(line, 73, 76);
+/// Entries from before 1998 say "1ABC  12" or, revised, "1ABCF 12" in columns 73 to 80.
+bool has_entry_name(std::string_view line) {
+  const char sign = column(line, 79);
+  return ascii::is_digit(column(line, 73)) && ascii::is_digit(column(line, 80)) && sign != '+' &&
+         sign != '-';
 }
 
 /// Columns 23 to 27; a number of five digits takes the place of the insertion code.
@@ -286,12 +285,13 @@ void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& 
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (!fixed) return;
-  const std::string_view symbol = field(*fixed, 77, 78);
-  const std::uint8_t element = atomic_number_of(symbol);
   record.element.reset();
+  record.charge = AtomRecord::unknown;
+  if (has_entry_name(*fixed)) return;
+  const std::uint8_t element = atomic_number_of(field(*fixed, 77, 78));
   if (element != 0) record.element = element;
   record.charge = formal_charge(field(*fixed, 79, 80));
-  if (record.chain.empty()) record.chain = segment_in(*fixed);
+  if (record.chain.empty()) record.chain = field(*fixed, 73, 76);
 }
 
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
