@@ -8,6 +8,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/input/particles/particle_text.h"
 #include "common/input/portrait/portrait_scene.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
@@ -33,15 +34,23 @@ ParticleRadius radius_in(const std::string& text) {
   return word ? *word : ParticleRadius{RadiusRule::fixed, real_number(text, ranges::length)};
 }
 
+FrameChoice frame_in(const std::string& text) {
+  if (text == last_frame_word) return {0, true};
+  const std::optional<std::uint64_t> number = natural_in(text);
+  if (number && *number <= limits::max_frame) return {*number, false};
+  throw InputError("'" + printable(text) + "' is no frame: write its number, from 0 to " +
+                   std::to_string(limits::max_frame) + ", or last");
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
-  add_whole_number(
-      command, "--frame", 0, limits::max_frame,
-      [this](std::uint64_t number) {
-        frame_ = {number, false};
-      },
-      "Which of the file's frames, from 0 (default: the first)")
+  command
+      .option(
+          "--frame", [this](const std::string& text) { frame_ = frame_in(text); },
+          "Which of the file's frames, from 0 (default: the first that has particles)")
+      .words({std::string(last_frame_word)})
+      .type_name("N|last")
       .group(particles_group);
   command
       .option(

@@ -19,6 +19,15 @@ ParticleRadius read_radius(const JsonValue& value, const JsonPlace& place) {
                              list_names(particle_radius_words));
 }
 
+FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
+  if (value.kind != JsonKind::string) {
+    return {read_integer(value, place, {0, limits::max_frame}), false};
+  }
+  if (value.text == last_frame_word) return {0, true};
+  place.fail(value.line,
+             "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -74,8 +83,9 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
     out.radius = read_radius(*radius, place.at("radius"));
     out.radius_line = radius->line;
   }
-  if (fields.find("frame") != nullptr)
-    out.frame = {fields.integer_or("frame", {0, limits::max_frame}, 0), false};
+  if (const JsonValue* frame = fields.find("frame")) {
+    out.frame = read_frame_choice(*frame, place.at("frame"));
+  }
   return out;
 }
 

@@ -49,7 +49,10 @@ std::string object_text(const ParticleSource& source) {
   } else if (source.radius.rule != ParticleRadius::Rule::automatic) {
     text += R"(, "radius":)" + json_text(text_of(source.radius));
   }
-  if (source.frame) text += R"(, "frame":)" + std::to_string(source.frame->number);
+  if (source.frame) {
+    text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
+                                                  : std::to_string(source.frame->number));
+  }
   return text + "}";
 }
 

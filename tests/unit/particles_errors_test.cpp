@@ -274,7 +274,7 @@ TEST_CASE("XYZ: frames that are none are refused") {
       {"too few atoms", "a.xyz", "3\n\nC 0 0 0\n",
        "a.xyz:3: the file ends after 1 of 3 particles: is it complete?"},
       {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
-       "a.xyz:4: text after the last particle: is the count on line 1 right?"},
+       "a.xyz:4: text after the last particle: is the count of the frame right?"},
       {"too few columns", "a.xyz", "1\n\nC 0 0\n",
        "a.xyz:3: 3 columns where 4 are needed: write a name and three coordinates"},
       {"no atoms", "a.xyz", "0\n\n", "a.xyz:2: no particles: is this the right file?"},

@@ -15,6 +15,9 @@ const std::string xyz = "1\nfirst\nC 1 0 0\n2\nsecond\nC 2 0 0\nO 3 0 0\n\n1\nth
 
 ParticleRequest at(std::uint64_t frame) { return {.frame = FrameChoice{frame, false}}; }
 
+const ParticleRequest last{.frame = FrameChoice{0, true}};
+const ParticleRequest everything{.all = true};
+
 std::string dump_frame(int step, const std::string& x) {
   return "ITEM: TIMESTEP\n" + std::to_string(step) +
          "\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n"
@@ -59,8 +62,51 @@ TEST_CASE("a frame that a file does not have is refused with the number of those
   CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: there is no frame 1"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "there is no frame 1"));
-  CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1), "no frame 1: only XYZ files"));
+  CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1),
+             "there is no frame 1: a CSV file holds one"));
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
+}
+
+TEST_CASE("the last frame is found without its number, and frames are counted where asked") {
+  const ParticleFiles files;
+  for (const auto& file : {files.write("a.xyz", xyz), files.write("a.xyz.gz", packed(xyz))}) {
+    const Particles particles = read_particles(file, last);
+    CHECK(particles.positions.at(0).x == 4);
+    CHECK(particles.facts.frame == 2);
+    CHECK(particles.facts.frames == 3U);
+    CHECK(!read_particles(file, at(1)).facts.frames);
+    CHECK(read_particles(file, everything).facts.frames == 3U);
+    CHECK(read_particles(file, {.frame = FrameChoice{1, false}, .all = true}).facts.frames == 3U);
+  }
+  const auto table = files.write("a.csv", "x,y,z,radius\n1,2,3,1\n");
+  CHECK(read_particles(table, last).count() == 1);
+}
+
+TEST_CASE("half a frame at the end ends the count with a note") {
+  const ParticleFiles files;
+  const Particles particles =
+      read_particles(files.write("a.xyz", xyz + "7\n\nC 0 0 0\n"), everything);
+  CHECK(particles.facts.frames == 3U);
+  REQUIRE(particles.facts.notes.size() == 1);
+  CHECK(particles.facts.notes[0].key == "unreadable_frames");
+}
+
+TEST_CASE("empty frames are passed over with a note, unless one is asked for") {
+  const ParticleFiles files;
+  const auto file = files.write("a.xyz", "0\n\n0\n\n" + xyz + "0\nend\n");
+  const Particles particles = read_particles(file);
+  CHECK(particles.positions.at(0).x == 1);
+  CHECK(particles.facts.frame == 2);
+  REQUIRE(particles.facts.notes.size() == 1);
+  CHECK(particles.facts.notes[0].key == "empty_frames");
+  CHECK(particles.facts.notes[0].count == 2);
+  const auto message = [&](const ParticleRequest& request) {
+    return message_of<InputError>([&] { read_particles(file, request); });
+  };
+  CHECK(message(at(0)).ends_with("frame 0 has no particles: frame 2 is the next that has some"));
+  CHECK(message(last).ends_with(
+      "frame 5 has no particles, nor has any after it: choose one before it"));
+  CHECK(files.message("b.xyz", "0\n\n") == "b.xyz:2: no particles: is this the right file?");
 }
 
 }  // namespace parray

@@ -29,6 +29,7 @@ class AtomColumns {
 
   void add(const Atom& atom);
   Particles finish() { return columns_.finish(); }
+  Particles finish_frame() { return columns_.finish_frame(); }
 
  private:
   struct Kept {

@@ -4,6 +4,7 @@
 #include "common/base/printable.h"
 #include "common/input/formats/readers.h"
 #include "common/input/formats/row_layout.h"
+#include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
 
@@ -146,57 +147,77 @@ DumpHeader read_header(ParticleInput& input) {
   input.fail("no ITEM: ATOMS: is the file complete?");
 }
 
-/// Passes over so many frames, to the first line of the next.
-void skip_frames(ParticleInput& input, std::uint64_t frames) {
-  for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    const DumpHeader header = read_header(input);
-    for (std::uint64_t i = 0; i < *header.count; ++i) {
-      if (!input.next_line()) input.fail("the file ends within a frame: is it complete?");
-    }
-    if (!input.next_filled_line()) input.fail_without_frame(frame + 1, frames);
+class DumpFrames final : public FrameReader {
+ public:
+  DumpFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) {
+    at_frame_ = input_.next_filled_line();
   }
-}
 
-void read_rows(ParticleInput& input, const DumpHeader& header, std::size_t width,
-               const DumpLayout& layout, ParticleColumns& columns) {
-  Fields row;
-  for (std::uint64_t i = 0; i < *header.count; ++i) {
-    if (!input.next_line()) {
-      input.fail("the file ends after " + std::to_string(i) + " of " +
-                 std::to_string(*header.count) + " atoms: is it complete?");
-    }
-    split_at_blanks(input.line(), row);
-    if (row.size() != width) {
-      input.fail(std::to_string(row.size()) + " columns where ITEM: ATOMS names " +
-                 std::to_string(width) + ": write as many");
-    }
-    const Vec3d position = position_of(row, layout.row, input.place());
-    columns.position(layout.scaled ? header.box->at(position) : position);
-    add_attributes(row, layout.row, input.place(), columns);
+  bool next() override {
+    if (at_frame_) header_ = read_header(input_);
+    return at_frame_;
   }
-}
+
+  std::uint64_t skip() override {
+    for (std::uint64_t i = 0; i < *header_.count; ++i) {
+      if (!input_.next_line()) input_.fail("the file ends within a frame: is it complete?");
+    }
+    go_to_frame();
+    return *header_.count;
+  }
+
+  Particles read() override {
+    Fields names;
+    split_at_blanks(header_.atoms, names);
+    const DumpLayout layout = layout_of_dump(names, input_.place());
+    if (layout.scaled && !header_.box) {
+      input_.fail("scaled positions need the box's bounds along x, y and z: dump x y z");
+    }
+    ParticleColumns columns(input_.place());
+    const std::uint64_t least_row_bytes = 2 * names.size();
+    columns.expect(std::min(*header_.count, input_.bytes_left().value_or(0) / least_row_bytes + 1));
+    read_rows(names.size(), layout, columns);
+    go_to_frame();
+    return columns.finish_frame();
+  }
+
+  [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
+
+ private:
+  void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns) {
+    Fields row;
+    for (std::uint64_t i = 0; i < *header_.count; ++i) {
+      if (!input_.next_line()) {
+        input_.fail("the file ends after " + std::to_string(i) + " of " +
+                    std::to_string(*header_.count) + " atoms: is it complete?");
+      }
+      split_at_blanks(input_.line(), row);
+      if (row.size() != width) {
+        input_.fail(std::to_string(row.size()) + " columns where ITEM: ATOMS names " +
+                    std::to_string(width) + ": write as many");
+      }
+      const Vec3d position = position_of(row, layout.row, input_.place());
+      columns.position(layout.scaled ? header_.box->at(position) : position);
+      add_attributes(row, layout.row, input_.place(), columns);
+    }
+  }
+
+  void go_to_frame() {
+    at_frame_ = input_.next_filled_line();
+    if (at_frame_ && !input_.line().starts_with(item_mark)) {
+      input_.fail("text after the last atom: is ITEM: NUMBER OF ATOMS right?");
+    }
+  }
+
+  ParticleInput input_;
+  bool at_frame_ = false;  // at the first line of the next
+  DumpHeader header_;
+};
 
 }  // namespace
 
 Particles read_lammps(PackedFile& file, const ParticleRequest& request) {
-  ParticleInput input(file);
-  if (!input.next_line()) input.fail("no ITEM: ATOMS: is the file complete?");
-  skip_frames(input, request.frame_number());
-  const DumpHeader header = read_header(input);
-  Fields names;
-  split_at_blanks(header.atoms, names);
-  const DumpLayout layout = layout_of_dump(names, input.place());
-  if (layout.scaled && !header.box) {
-    input.fail("scaled positions need the box's bounds along x, y and z: dump x y z");
-  }
-  ParticleColumns columns(input.place());
-  const std::uint64_t least_row_bytes = 2 * names.size();
-  columns.expect(std::min(*header.count, input.bytes_left().value_or(0) / least_row_bytes + 1));
-  read_rows(input, header, names.size(), layout, columns);
-  if (input.next_filled_line() && !input.line().starts_with(item_mark)) {
-    input.fail("text after the last atom: is ITEM: NUMBER OF ATOMS right?");
-  }
-  return columns.finish();
+  return read_frame<DumpFrames>(file, request);
 }
 
 }  // namespace parray

@@ -1,9 +1,10 @@
-#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "common/input/formats/atom_columns.h"
 #include "common/input/formats/gemmi_seam.h"
 #include "common/input/formats/readers.h"
+#include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
 
@@ -45,35 +46,62 @@ Atom atom_in(std::string_view record, const FilePlace& place) {
           atom.occupancy};
 }
 
-/// Passes over so many models.
-void skip_models(ParticleInput& input, std::uint64_t models) {
-  for (std::uint64_t model = 0; model < models;) {
-    if (!input.next_line() || trimmed(input.line()) == "END") {
-      input.fail_without_frame(std::max<std::uint64_t>(model, 1), models);
-    }
-    model += input.line().starts_with("ENDMDL") ? 1 : 0;
+/// A frame goes from one ENDMDL to the next; END ends the file.
+class PdbFrames final : public FrameReader {
+ public:
+  PdbFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) { go_to_frame(); }
+
+  bool next() override { return at_frame_; }
+
+  std::uint64_t skip() override {
+    std::uint64_t atoms = 0;
+    while (go_to_atom()) ++atoms;
+    go_to_frame();
+    return atoms;
   }
-}
+
+  Particles read() override {
+    AtomColumns atoms(input_.place());
+    while (go_to_atom()) atoms.add(atom_in(input_.line(), input_.place()));
+    go_to_frame();
+    return atoms.finish_frame();
+  }
+
+  [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
+
+ private:
+  [[nodiscard]] bool at_atom() const {
+    return input_.line().starts_with("ATOM  ") || input_.line().starts_with("HETATM");
+  }
+
+  /// The next atom of the frame; false at its end.
+  bool go_to_atom() {
+    if (std::exchange(line_is_next_, false) && at_atom()) return true;
+    while (input_.next_line() && !input_.line().starts_with("ENDMDL")) {
+      if (at_atom()) return true;
+      if (trimmed(input_.line()) == "END") break;
+    }
+    return false;
+  }
+
+  /// To the MODEL or the first atom of the next frame.
+  void go_to_frame() {
+    at_frame_ = false;
+    while (!at_frame_ && input_.next_line() && trimmed(input_.line()) != "END") {
+      at_frame_ = at_atom() || input_.line().starts_with("MODEL ");
+    }
+    line_is_next_ = at_frame_;
+  }
+
+  ParticleInput input_;
+  bool at_frame_ = false;
+  bool line_is_next_ = false;  // of the frame: it has not been looked at
+};
 
 }  // namespace
 
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
-  ParticleInput input(file);
-  const std::uint64_t frame = request.frame_number();
-  skip_models(input, frame);
-  AtomColumns atoms(input.place());
-  bool empty = true;
-  while (input.next_line()) {
-    const std::string_view line = input.line();
-    if (line.starts_with("ATOM  ") || line.starts_with("HETATM")) {
-      empty = false;
-      atoms.add(atom_in(line, input.place()));
-    } else if (line.starts_with("ENDMDL") || trimmed(line) == "END") {
-      break;
-    }
-  }
-  if (empty && frame > 0) input.fail_without_frame(frame, frame);
-  return atoms.finish();
+  return read_frame<PdbFrames>(file, request);
 }
 
 }  // namespace parray

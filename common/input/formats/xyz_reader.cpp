@@ -3,6 +3,7 @@
 #include "common/base/printable.h"
 #include "common/input/formats/readers.h"
 #include "common/input/formats/row_layout.h"
+#include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
 
@@ -108,47 +109,65 @@ void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& pl
                            : "write a name and three coordinates"));
 }
 
-/// Passes over so many frames, to the count of the next.
-void skip_frames(ParticleInput& input, std::uint64_t frames) {
-  for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    const std::uint64_t lines = 1 + count_field(trimmed(input.line()), input.place());
-    for (std::uint64_t i = 0; i < lines; ++i) {
-      if (!input.next_line()) input.fail("the file ends within a frame: is it complete?");
-    }
-    if (!input.next_filled_line()) input.fail_without_frame(frame + 1, frames);
+/// Each frame is a count, a comment and so many rows.
+class XyzFrames final : public FrameReader {
+ public:
+  XyzFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) {
+    at_count_ = input_.next_line();
   }
-}
 
-/// After a frame comes another, which starts with its count, or nothing.
-void check_end(ParticleInput& input) {
-  if (!input.next_filled_line() || natural_in(trimmed(input.line()))) return;
-  input.fail("text after the last particle: is the count on line 1 right?");
-}
+  bool next() override {
+    if (!at_count_) return false;
+    count_ = count_field(trimmed(input_.line()), input_.place());
+    if (!input_.next_line()) input_.fail("the file ends before its comment line: is it complete?");
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    for (std::uint64_t i = 0; i < count_; ++i) {
+      if (!input_.next_line()) input_.fail("the file ends within a frame: is it complete?");
+    }
+    go_to_count();
+    return count_;
+  }
+
+  Particles read() override {
+    const XyzLayout layout = layout_of_comment(input_.line(), input_.place());
+    ParticleColumns columns(input_.place());
+    columns.expect(std::min(count_, input_.bytes_left().value_or(0) / least_row_bytes + 1));
+    Fields row;
+    for (std::uint64_t i = 0; i < count_; ++i) {
+      if (!input_.next_line()) {
+        input_.fail("the file ends after " + std::to_string(i) + " of " + std::to_string(count_) +
+                    " particles: is it complete?");
+      }
+      split_at_blanks(input_.line(), row);
+      check_width(row.size(), layout, input_.place());
+      add_row(row, layout.row, input_.place(), columns);
+    }
+    go_to_count();
+    return columns.finish_frame();
+  }
+
+  [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
+
+ private:
+  /// After a frame comes another, which starts with its count, or nothing.
+  void go_to_count() {
+    at_count_ = input_.next_filled_line();
+    if (!at_count_ || natural_in(trimmed(input_.line()))) return;
+    input_.fail("text after the last particle: is the count of the frame right?");
+  }
+
+  ParticleInput input_;
+  bool at_count_ = false;  // of the next frame
+  std::uint64_t count_ = 0;
+};
 
 }  // namespace
 
 Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
-  ParticleInput input(file);
-  if (!input.next_line()) input.fail("the file is empty: is it complete?");
-  skip_frames(input, request.frame_number());
-  const std::uint64_t count = count_field(trimmed(input.line()), input.place());
-  if (!input.next_line()) input.fail("the file ends before its comment line: is it complete?");
-  const XyzLayout layout = layout_of_comment(input.line(), input.place());
-
-  ParticleColumns columns(input.place());
-  columns.expect(std::min(count, input.bytes_left().value_or(0) / least_row_bytes + 1));
-  Fields row;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    if (!input.next_line()) {
-      input.fail("the file ends after " + std::to_string(i) + " of " + std::to_string(count) +
-                 " particles: is it complete?");
-    }
-    split_at_blanks(input.line(), row);
-    check_width(row.size(), layout, input.place());
-    add_row(row, layout.row, input.place(), columns);
-  }
-  check_end(input);
-  return columns.finish();
+  return read_frame<XyzFrames>(file, request);
 }
 
 }  // namespace parray

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace parray {
+
+/// Stands for a file's last frame.
+inline constexpr std::string_view last_frame_word = "last";
 
 /// One frame of a file that has several.
 struct FrameChoice {

@@ -1,6 +1,7 @@
 #include "common/input/particles/packed_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <string>
 #include <string_view>
@@ -35,6 +36,7 @@ std::optional<std::uint64_t> size_of(const std::filesystem::path& path, const Fi
 
 PackedFile::PackedFile(const std::filesystem::path& path) : place_{path.string()} {
   const std::optional<std::uint64_t> size = size_of(path, place_);
+  regular_ = std::filesystem::is_regular_file(path);
   errno = 0;
   file_.reset(gzopen(path.c_str(), "rbe"));
   if (file_ == nullptr) {
@@ -64,6 +66,28 @@ std::size_t PackedFile::read(char* to, std::size_t bytes) {
                 " bytes: split it");
   }
   return done;
+}
+
+bool PackedFile::skip(std::uint64_t bytes) {
+  if (size_) {
+    const auto at = static_cast<std::uint64_t>(gztell(file_.get()));
+    if (bytes > *size_ - std::min(*size_, at)) return false;
+    return gzseek(file_.get(), static_cast<z_off_t>(bytes), SEEK_CUR) >= 0;
+  }
+  std::array<char, std::size_t{1} << 14> passed{};
+  while (bytes > 0) {
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, passed.size()));
+    if (read(passed.data(), part) < part) return false;
+    bytes -= part;
+  }
+  return true;
+}
+
+void PackedFile::rewind() {
+  if (!regular_ || gzrewind(file_.get()) != 0) {
+    place_.fail("can be read once only: save it to a file");
+  }
+  total_ = 0;
 }
 
 void PackedFile::check_error() const {

@@ -24,6 +24,13 @@ class PackedFile {
   /// limits::max_scene_file_bytes expanded bytes.
   std::size_t read(char* to, std::size_t bytes);
 
+  /// Passes over the next `bytes` bytes; false when the file ends before them. A jump in a plain
+  /// file.
+  bool skip(std::uint64_t bytes);
+
+  /// Goes back to the beginning. Throws InputError for a pipe, which can be read once only.
+  void rewind();
+
   /// Bytes that read() gives in all; unknown for gzip data and pipes.
   [[nodiscard]] std::optional<std::uint64_t> size() const { return size_; }
   [[nodiscard]] const std::string& name() const { return place_.file; }
@@ -37,6 +44,7 @@ class PackedFile {
   FilePlace place_;
   std::unique_ptr<gzFile_s, Close> file_;
   std::optional<std::uint64_t> size_;
+  bool regular_ = false;
   std::uint64_t total_ = 0;
 };
 

@@ -124,6 +124,10 @@ void ParticleColumns::type(std::string_view name) {
 
 Particles ParticleColumns::finish() {
   if (count() == 0) place_->fail("no particles: is this the right file?");
+  return finish_frame();
+}
+
+Particles ParticleColumns::finish_frame() {
   if (!any_element_) particles_.elements = {};
   if (above_one_) {
     for (Vec3d& color : particles_.colors) color = linear_of_srgb8(color);

@@ -56,6 +56,8 @@ class ParticleColumns {
   /// The columns. Fails when there is no particle. A column of elements that knows none is left
   /// out: the names were no elements.
   Particles finish();
+  /// The same of a frame, which may have no particle.
+  Particles finish_frame();
 
  private:
   void check_position(const Vec3d& position) const;

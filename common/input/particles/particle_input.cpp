@@ -20,14 +20,24 @@ bool ParticleInput::refill() {
   return got > 0;
 }
 
+/// Whether lines end with "\r" alone, as the first one tells.
+void ParticleInput::find_line_end() {
+  if (filled_ == next_) refill();
+  const std::string_view text(block_.data() + next_, filled_ - next_);
+  const std::size_t end = text.find_first_of("\r\n");
+  if (end == std::string_view::npos || text[end] != '\r') return;
+  if (end + 1 < text.size() && text[end + 1] != '\n') line_end_ = '\r';
+}
+
 bool ParticleInput::next_line() {
   place_.unit = FilePlace::Unit::line;
   place_.number = ++line_number_;
+  if (line_number_ == 1) find_line_end();
   const char* end = nullptr;
   for (;;) {
     const char* start = block_.data() + next_;
     const std::size_t length = filled_ - next_;
-    end = length == 0 ? nullptr : static_cast<const char*>(std::memchr(start, '\n', length));
+    end = length == 0 ? nullptr : static_cast<const char*>(std::memchr(start, line_end_, length));
     if (end != nullptr) break;
     if (length > max_line_bytes) break;
     if (!refill()) break;
@@ -74,23 +84,18 @@ const char* ParticleInput::peek_bytes(std::size_t count) {
 }
 
 bool ParticleInput::skip_bytes(std::uint64_t count) {
-  while (count > 0) {
-    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(count, max_bytes_at_once));
-    if (next_bytes(part) == nullptr) return false;
-    count -= part;
-  }
-  return true;
+  place_.unit = FilePlace::Unit::byte;
+  place_.number = taken_;
+  const auto held = static_cast<std::size_t>(std::min<std::uint64_t>(count, filled_ - next_));
+  next_ += held;
+  taken_ += count;
+  return count == held || file_->skip(count - held);
 }
 
 std::optional<std::uint64_t> ParticleInput::bytes_left() const {
   const std::optional<std::uint64_t> size = file_->size();
   if (!size) return {};
   return *size - std::min(*size, taken_);
-}
-
-void ParticleInput::fail_without_frame(std::uint64_t frames, std::uint64_t asked) const {
-  fail("the file ends after " + std::to_string(frames) + (frames == 1 ? " frame" : " frames") +
-       ": there is no frame " + std::to_string(asked) + ", counted from 0");
 }
 
 }  // namespace parray

@@ -26,7 +26,8 @@ class ParticleInput {
   bool next_line();
   /// Goes to the next line that is not blank.
   bool next_filled_line();
-  /// The line without its end, be that "\n" or "\r\n", and without a byte order mark; valid until
+  /// The line without its end, be that "\n", "\r\n" or, in a file whose first line
+  /// ends so, "\r", and without a byte order mark; valid until
   /// the next call of next_line() or next_bytes().
   [[nodiscard]] std::string_view line() const { return line_; }
 
@@ -56,11 +57,10 @@ class ParticleInput {
   /// The line or bytes last taken.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
-  /// The file has so many frames, and not the one that was asked for.
-  [[noreturn]] void fail_without_frame(std::uint64_t frames, std::uint64_t asked) const;
 
  private:
   bool refill();
+  void find_line_end();
   bool fill(std::size_t count);
 
   PackedFile* file_;
@@ -70,6 +70,7 @@ class ParticleInput {
   std::uint64_t taken_ = 0;  // bytes of the file before block_[next_]
   std::string_view line_;
   std::uint64_t line_number_ = 0;
+  char line_end_ = '\n';
   FilePlace place_;
 };
 

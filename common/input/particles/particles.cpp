@@ -29,13 +29,12 @@ Particles read_particles(const std::filesystem::path& path, const ParticleReques
   const ParticleFormat& format = known_format(path);
   const std::uint64_t frame = request.frame_number();
   if (frame > 0 && !format.frames) {
-    FilePlace{path.string()}.fail("no frame " + std::to_string(frame) +
-                                  ": only XYZ files, LAMMPS dumps and PDB files hold several");
+    FilePlace{path.string()}.fail("there is no frame " + std::to_string(frame) + ": a " +
+                                  std::string(format.name) + " file holds one, frame 0");
   }
   PackedFile file(path);
   Particles particles = format.read(file, request);
   particles.facts.format = format.name;
-  particles.facts.frame = frame;
   return particles;
 }
 
