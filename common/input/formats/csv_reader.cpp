@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "common/input/formats/csv_header.h"
 #include "common/input/formats/readers.h"
 #include "common/input/formats/row_layout.h"
 #include "common/input/particles/particle_input.h"
@@ -108,19 +109,19 @@ bool next_row(ParticleInput& input) {
 
 }  // namespace
 
-Particles read_csv(PackedFile& file, const ParticleRequest& /*request*/) {
+Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   if (!next_row(input)) input.fail("no header line: name the columns x, y and z");
   Splitter splitter(separator_of(input.line()));
   Fields row;
   splitter.split(input.line(), input.place(), row);
-  std::vector<std::string> names(row.size());
-  std::transform(row.begin(), row.end(), names.begin(), lower_case);
+  const std::vector<std::string> names = csv_names(row);
   RowLayout layout = layout_of(names, input.place());
   layout.color_scale = ColorScale::either;
   layout.strict_elements = true;
 
   ParticleColumns columns(input.place());
+  want_numbers(other_fields(names, layout), request, layout, columns);
   while (next_row(input)) {
     splitter.split(input.line(), input.place(), row);
     if (row.size() != names.size()) {

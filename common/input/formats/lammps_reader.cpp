@@ -4,6 +4,7 @@
 #include "common/base/printable.h"
 #include "common/input/formats/readers.h"
 #include "common/input/formats/row_layout.h"
+#include "common/input/particles/cell.h"
 #include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
@@ -13,17 +14,9 @@ namespace {
 
 constexpr std::string_view item_mark = "ITEM: ";
 
-/// The simulation box: its origin and edges a, b, c (a along x, b in the xy plane).
-struct Box {
-  Vec3d origin;
-  Vec3d a;
-  Vec3d b;
-  Vec3d c;
-
-  Vec3d at(const Vec3d& scaled) const {
-    return origin + scaled.x * a + scaled.y * b + scaled.z * c;
-  }
-};
+Vec3d at(const ParticleCell& box, const Vec3d& scaled) {
+  return box.origin + scaled.x * box.edges[0] + scaled.y * box.edges[1] + scaled.z * box.edges[2];
+}
 
 struct DumpLayout {
   RowLayout row;
@@ -34,23 +27,31 @@ void next_data_line(ParticleInput& input) {
   if (!input.next_line()) input.fail("the file ends within its header: is it complete?");
 }
 
-/// The box from three lines "low high [tilt]". With tilts (xy, xz, yz), low and high bound the
-/// tilted box along x and y: LAMMPS manual, "Triclinic simulation boxes".
-Box read_box(ParticleInput& input, bool tilted) {
-  std::array<std::array<double, 3>, 3> rows{};
+using BoxRows = std::array<std::array<double, 4>, 3>;
+
+/// The three lines of a box, of `needed` numbers each; `remedy` says which.
+BoxRows read_box_rows(ParticleInput& input, std::size_t needed, const char* remedy) {
+  BoxRows rows{};
   Fields fields;
-  for (std::array<double, 3>& row : rows) {
+  for (std::array<double, 4>& row : rows) {
     next_data_line(input);
     split_at_blanks(input.line(), fields);
-    const std::size_t needed = tilted ? 3 : 2;
     if (fields.size() != needed) {
       input.fail(std::to_string(fields.size()) + " numbers where the box needs " +
-                 std::to_string(needed) + ": write low, high" + (tilted ? " and tilt" : ""));
+                 std::to_string(needed) + ": write " + remedy);
     }
     for (std::size_t i = 0; i < needed; ++i) {
       row[i] = number_field(fields[i], "box bound", input.place());
     }
   }
+  return rows;
+}
+
+/// With tilts (xy, xz, yz), low and high bound the tilted box along x and y: LAMMPS manual,
+/// "Triclinic (non-orthogonal) simulation boxes".
+ParticleCell read_box(ParticleInput& input, bool tilted) {
+  const BoxRows rows =
+      read_box_rows(input, tilted ? 3 : 2, tilted ? "low, high and tilt" : "low, high");
   const double xy = rows[0][2];
   const double xz = rows[1][2];
   const double yz = rows[2][2];
@@ -58,7 +59,14 @@ Box read_box(ParticleInput& input, bool tilted) {
   const auto [front, back] = std::minmax({0.0, yz});
   const Vec3d low{rows[0][0] - left, rows[1][0] - front, rows[2][0]};
   const Vec3d high{rows[0][1] - right, rows[1][1] - back, rows[2][1]};
-  return {low, {high.x - low.x, 0, 0}, {xy, high.y - low.y, 0}, {xz, yz, high.z - low.z}};
+  return {low, {{{high.x - low.x, 0, 0}, {xy, high.y - low.y, 0}, {xz, yz, high.z - low.z}}}};
+}
+
+/// A general triclinic box: each line is an edge and a component of the origin.
+ParticleCell read_general_box(ParticleInput& input) {
+  const BoxRows rows = read_box_rows(input, 4, "an edge and a component of the origin");
+  const auto edge = [&](std::size_t i) { return Vec3d{rows[i][0], rows[i][1], rows[i][2]}; };
+  return {{rows[0][3], rows[1][3], rows[2][3]}, {edge(0), edge(1), edge(2)}};
 }
 
 std::optional<std::size_t> column_of(const Fields& names, std::string_view name) {
@@ -105,8 +113,9 @@ DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
 /// What stands before the particles.
 struct DumpHeader {
   std::optional<std::uint64_t> count;
-  std::optional<Box> box;
-  std::string atoms;  ///< names of the columns
+  std::optional<ParticleCell> box;
+  std::optional<double> time;  ///< that of TIME, or else the time step
+  std::string atoms;           ///< names of the columns
 };
 
 /// Reads the item that the current line starts.
@@ -116,10 +125,14 @@ void read_item(ParticleInput& input, DumpHeader& header) {
     next_data_line(input);
     header.count = count_field(trimmed(input.line()), input.place());
   } else if (item.starts_with("BOX BOUNDS abc origin")) {
-    for (int i = 0; i < 3; ++i) next_data_line(input);  // general edges; only scaled ones need it
+    header.box = read_general_box(input);
   } else if (item.starts_with("BOX BOUNDS")) {
     header.box = read_box(input, item.starts_with("BOX BOUNDS xy xz yz"));
-  } else if (item == "TIMESTEP" || item == "TIME" || item == "UNITS") {
+  } else if (item == "TIMESTEP" || item == "TIME") {
+    next_data_line(input);
+    const std::optional<double> time = number_in(trimmed(input.line()));
+    if (time && (item == "TIME" || !header.time)) header.time = time;
+  } else if (item == "UNITS") {
     next_data_line(input);
   } else {
     input.fail("unknown item '" + printable(item) + "': is this a LAMMPS text dump of atoms?");
@@ -149,7 +162,7 @@ DumpHeader read_header(ParticleInput& input) {
 
 class DumpFrames final : public FrameReader {
  public:
-  DumpFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) {
+  DumpFrames(PackedFile& file, const ParticleRequest& request) : request_(request), input_(file) {
     at_frame_ = input_.next_filled_line();
   }
 
@@ -169,16 +182,20 @@ class DumpFrames final : public FrameReader {
   Particles read() override {
     Fields names;
     split_at_blanks(header_.atoms, names);
-    const DumpLayout layout = layout_of_dump(names, input_.place());
+    DumpLayout layout = layout_of_dump(names, input_.place());
     if (layout.scaled && !header_.box) {
       input_.fail("scaled positions need the box's bounds along x, y and z: dump x y z");
     }
     ParticleColumns columns(input_.place());
     const std::uint64_t least_row_bytes = 2 * names.size();
     columns.expect(std::min(*header_.count, input_.bytes_left().value_or(0) / least_row_bytes + 1));
+    want_numbers(other_fields(lower_case(names), layout.row), request_, layout.row, columns);
     read_rows(names.size(), layout, columns);
     go_to_frame();
-    return columns.finish_frame();
+    Particles particles = columns.finish_frame();
+    particles.facts.time = header_.time;
+    if (header_.box) particles.cell = valid_cell(*header_.box);
+    return particles;
   }
 
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
@@ -197,7 +214,7 @@ class DumpFrames final : public FrameReader {
                     std::to_string(width) + ": write as many");
       }
       const Vec3d position = position_of(row, layout.row, input_.place());
-      columns.position(layout.scaled ? header_.box->at(position) : position);
+      columns.position(layout.scaled ? at(*header_.box, position) : position);
       add_attributes(row, layout.row, input_.place(), columns);
     }
   }
@@ -209,6 +226,7 @@ class DumpFrames final : public FrameReader {
     }
   }
 
+  const ParticleRequest& request_;
   ParticleInput input_;
   bool at_frame_ = false;  // at the first line of the next
   DumpHeader header_;

@@ -1,6 +1,8 @@
 #include "common/input/formats/row_layout.h"
 
 #include <algorithm>
+#include <limits>
+#include <set>
 
 #include "common/base/printable.h"
 #include "common/input/particles/elements.h"
@@ -33,6 +35,17 @@ std::uint8_t strict_element_in(std::string_view text, const FilePlace& place) {
                "' is no element: write a symbol, an atomic number or X, or name the column 'type'");
   }
   return element;
+}
+
+double number_or_nan(std::string_view text) {
+  return number_in(text).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+double value_of(const Fields& row, const NumberField& field) {
+  const double x = number_or_nan(row[field.column]);
+  if (!field.length) return x;
+  return length(
+      Vec3d{x, number_or_nan(row[field.column + 1]), number_or_nan(row[field.column + 2])});
 }
 
 /// The columns of one header line.
@@ -104,6 +117,34 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
     columns.element(layout.strict_elements ? strict_element_in(text, place) : element_in(text));
   }
   if (const auto type = layout.type ? layout.type : layout.element) columns.type(row[*type]);
+  for (std::size_t i = 0; i < layout.numbers.size(); ++i) {
+    columns.number(i, value_of(row, layout.numbers[i]));
+  }
+}
+
+void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
+                  RowLayout& layout, ParticleColumns& columns) {
+  for (const NumberField& field : fields) {
+    if (!request.wants(field.name)) continue;
+    layout.numbers.push_back(field);
+    columns.add_numbers(field.name);
+  }
+}
+
+std::vector<NumberField> other_fields(const std::vector<std::string>& names,
+                                      const RowLayout& layout) {
+  std::set<std::size_t> used(layout.position.begin(), layout.position.end());
+  if (layout.color) used.insert(layout.color->begin(), layout.color->end());
+  for (const auto& column : {layout.radius, layout.element, layout.type}) {
+    if (column) used.insert(*column);
+  }
+  std::set<std::string_view> known;
+  std::vector<NumberField> fields;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (used.contains(i) || names[i].empty() || !known.insert(names[i]).second) continue;
+    fields.push_back({names[i], i, false});
+  }
+  return fields;
 }
 
 void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,

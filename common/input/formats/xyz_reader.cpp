@@ -1,8 +1,9 @@
 #include <algorithm>
+#include <set>
 
 #include "common/base/printable.h"
 #include "common/input/formats/readers.h"
-#include "common/input/formats/row_layout.h"
+#include "common/input/formats/xyz_comment.h"
 #include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
@@ -12,95 +13,6 @@ namespace {
 
 constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
 
-struct XyzLayout {
-  RowLayout row;
-  std::size_t columns = 4;  ///< that a row must have
-  bool exact = false;       ///< and no more
-};
-
-/// One NAME:TYPE:COUNT of Properties.
-struct Property {
-  std::string_view name;
-  char type = 0;
-  std::size_t count = 0;
-};
-
-/// Takes the text up to the next colon from the front of `text`.
-std::string_view take_part(std::string_view& text) {
-  const std::size_t end = std::min(text.find(':'), text.size());
-  const std::string_view part = text.substr(0, end);
-  text.remove_prefix(std::min(end + 1, text.size()));
-  return part;
-}
-
-Property take_property(std::string_view& text, const FilePlace& place) {
-  const std::string_view name = take_part(text);
-  const std::string_view type = take_part(text);
-  const std::optional<std::uint64_t> count = natural_in(take_part(text));
-  constexpr std::string_view types = "SRIL";
-  constexpr std::uint64_t max_count = 1000;
-  const bool known_type = type.size() == 1 && types.find(type[0]) != std::string_view::npos;
-  if (name.empty() || !known_type || count.value_or(0) == 0 || *count > max_count) {
-    place.fail("Properties has no NAME:TYPE:COUNT at '" + printable(name) +
-               "': write them as species:S:1:pos:R:3");
-  }
-  return {name, type[0], static_cast<std::size_t>(*count)};
-}
-
-/// Enters a property whose first column is `at`.
-void enter(const Property& property, std::size_t at, XyzLayout& layout, bool& has_position) {
-  const bool three = property.count == 3;
-  if (property.name == "species" && property.count == 1) {
-    layout.row.element = at;
-  } else if (property.name == "pos" && three) {
-    layout.row.position = {at, at + 1, at + 2};
-    has_position = true;
-  } else if (property.name == "radius" && property.count == 1) {
-    layout.row.radius = at;
-  } else if (property.name == "color" && three) {
-    layout.row.color = {{at, at + 1, at + 2}};
-    layout.row.color_scale = property.type == 'I' ? ColorScale::srgb8 : ColorScale::linear;
-  }
-}
-
-XyzLayout layout_of_properties(std::string_view properties, const FilePlace& place) {
-  XyzLayout layout;
-  layout.exact = true;
-  layout.columns = 0;
-  bool has_position = false;
-  while (!properties.empty()) {
-    const Property property = take_property(properties, place);
-    enter(property, layout.columns, layout, has_position);
-    layout.columns += property.count;
-  }
-  if (!has_position) place.fail("Properties has no pos:R:3: add it");
-  return layout;
-}
-
-/// The value of Properties=... in the comment; empty when it is not there.
-std::string_view properties_in(std::string_view comment) {
-  constexpr std::string_view key = "properties=";
-  const std::string lower = lower_case(comment);
-  std::size_t at = lower.find(key);
-  while (at != std::string::npos && at > 0 && lower[at - 1] != ' ' && lower[at - 1] != '\t') {
-    at = lower.find(key, at + 1);  // the end of a longer name
-  }
-  if (at == std::string::npos) return {};
-  std::string_view value = comment.substr(at + key.size());
-  const bool quoted = value.starts_with('"');
-  if (quoted) value.remove_prefix(1);
-  return value.substr(0, value.find_first_of(quoted ? "\"" : " \t"));
-}
-
-XyzLayout layout_of_comment(std::string_view comment, const FilePlace& place) {
-  const std::string_view properties = properties_in(comment);
-  if (!properties.empty()) return layout_of_properties(properties, place);
-  XyzLayout plain;
-  plain.row.element = 0;
-  plain.row.position = {1, 2, 3};
-  return plain;
-}
-
 void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& place) {
   if (found == layout.columns || (found > layout.columns && !layout.exact)) return;
   place.fail(std::to_string(found) + " columns where " + std::to_string(layout.columns) +
@@ -109,10 +21,37 @@ void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& pl
                            : "write a name and three coordinates"));
 }
 
+/// Whether they are 1, 2, 3 ... in some order, without a gap.
+bool count_from_one(const std::vector<std::string>& names) {
+  std::set<std::uint64_t> numbers;
+  for (const std::string& name : names) {
+    const std::optional<std::uint64_t> number = natural_in(name);
+    if (!number || *number == 0 || *number > names.size()) return false;
+    numbers.insert(*number);
+  }
+  return numbers.size() == names.size();
+}
+
+bool are_numbers(const std::vector<std::string>& names) {
+  return std::ranges::all_of(names, [](const auto& name) { return natural_in(name).has_value(); });
+}
+
+/// LAMMPS writes numbers of types where elements stand. Numbers are such in a frame with its
+/// comment, and where they go from 1 on without a gap: no chemistry has all of H, He, Li.
+void take_numbers_for_types(std::string_view comment, Particles& particles) {
+  const std::vector<std::string>& names = particles.types.names;
+  if (particles.elements.empty() || names.empty()) return;
+  const bool types = is_lammps_comment(comment) ? are_numbers(names) : count_from_one(names);
+  if (!types) return;
+  particles.elements = {};
+  particles.facts.notes.push_back({"numbers_as_types", particles.count(),
+                                   "names that are numbers taken for types, not for elements"});
+}
+
 /// Each frame is a count, a comment and so many rows.
 class XyzFrames final : public FrameReader {
  public:
-  XyzFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) {
+  XyzFrames(PackedFile& file, const ParticleRequest& request) : request_(request), input_(file) {
     at_count_ = input_.next_line();
   }
 
@@ -132,9 +71,11 @@ class XyzFrames final : public FrameReader {
   }
 
   Particles read() override {
-    const XyzLayout layout = layout_of_comment(input_.line(), input_.place());
+    const std::string comment(input_.line());
+    XyzLayout layout = xyz_layout(comment, input_.place());
     ParticleColumns columns(input_.place());
     columns.expect(std::min(count_, input_.bytes_left().value_or(0) / least_row_bytes + 1));
+    want_numbers(layout.others, request_, layout.row, columns);
     Fields row;
     for (std::uint64_t i = 0; i < count_; ++i) {
       if (!input_.next_line()) {
@@ -146,7 +87,11 @@ class XyzFrames final : public FrameReader {
       add_row(row, layout.row, input_.place(), columns);
     }
     go_to_count();
-    return columns.finish_frame();
+    Particles particles = columns.finish_frame();
+    take_numbers_for_types(comment, particles);
+    particles.cell = xyz_cell(comment);
+    particles.facts.time = xyz_time(comment);
+    return particles;
   }
 
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
@@ -159,6 +104,7 @@ class XyzFrames final : public FrameReader {
     input_.fail("text after the last particle: is the count of the frame right?");
   }
 
+  const ParticleRequest& request_;
   ParticleInput input_;
   bool at_count_ = false;  // of the next frame
   std::uint64_t count_ = 0;

@@ -28,15 +28,16 @@ std::optional<ParticleCell> cell_from(const Vec3d& lengths, const Vec3d& angles)
   const double sine = std::sqrt(1 - gamma * gamma);
   const double across = (alpha - beta * gamma) / sine;  // of the unit vector along c
   const double up = std::sqrt(std::max(0.0, 1 - beta * beta - across * across));
-  return cell_of_edges({lengths.x, 0, 0}, lengths.y * Vec3d{gamma, sine, 0},
-                       lengths.z * Vec3d{beta, across, up});
+  return valid_cell({{},
+                     {Vec3d{lengths.x, 0, 0}, lengths.y * Vec3d{gamma, sine, 0},
+                      lengths.z * Vec3d{beta, across, up}}});
 }
 
-std::optional<ParticleCell> cell_of_edges(const Vec3d& a, const Vec3d& b, const Vec3d& c,
-                                          const Vec3d& origin) {
+std::optional<ParticleCell> valid_cell(const ParticleCell& cell) {
+  const auto& [a, b, c] = cell.edges;
   const double volume = std::abs(dot(a, cross(b, c)));
-  if (!(volume > 0) || !std::isfinite(volume)) return {};
-  return ParticleCell{origin, {a, b, c}};
+  if (!(volume > 0) || !std::isfinite(volume + length(cell.origin))) return {};
+  return cell;
 }
 
 }  // namespace parray

@@ -11,8 +11,7 @@ namespace parray {
 /// lengths or angles make no cell.
 std::optional<ParticleCell> cell_from(const Vec3d& lengths, const Vec3d& angles);
 
-/// Nothing where the edges span no volume, or are not finite.
-std::optional<ParticleCell> cell_of_edges(const Vec3d& a, const Vec3d& b, const Vec3d& c,
-                                          const Vec3d& origin = {});
+/// `cell`, or nothing where its edges span no volume, or it is not finite.
+std::optional<ParticleCell> valid_cell(const ParticleCell& cell);
 
 }  // namespace parray

@@ -122,6 +122,12 @@ void ParticleColumns::type(std::string_view name) {
   append(particles_.types.index, known->second, expected_);
 }
 
+std::size_t ParticleColumns::add_numbers(std::string name) {
+  particles_.numbers.push_back({std::move(name), {}});
+  particles_.numbers.back().values.reserve(expected_);
+  return particles_.numbers.size() - 1;
+}
+
 Particles ParticleColumns::finish() {
   if (count() == 0) place_->fail("no particles: is this the right file?");
   return finish_frame();
@@ -129,6 +135,9 @@ Particles ParticleColumns::finish() {
 
 Particles ParticleColumns::finish_frame() {
   if (!any_element_) particles_.elements = {};
+  std::erase_if(particles_.numbers, [](const NumberColumn& column) {
+    return std::ranges::all_of(column.values, [](double value) { return std::isnan(value); });
+  });
   if (above_one_) {
     for (Vec3d& color : particles_.colors) color = linear_of_srgb8(color);
   }

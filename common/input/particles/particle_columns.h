@@ -50,11 +50,17 @@ class ParticleColumns {
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
   void type(std::string_view name);
+  /// Begins a column of numbers, before the first particle; returns its place among them.
+  std::size_t add_numbers(std::string name);
+  /// NaN: not known.
+  void number(std::size_t column, double value) {
+    particles_.numbers[column].values.push_back(value);
+  }
 
   [[nodiscard]] std::size_t count() const { return particles_.count(); }
 
   /// The columns. Fails when there is no particle. A column of elements that knows none is left
-  /// out: the names were no elements.
+  /// out: the names were no elements; one of numbers that knows none, too: they were texts.
   Particles finish();
   /// The same of a frame, which may have no particle.
   Particles finish_frame();

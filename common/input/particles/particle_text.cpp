@@ -28,6 +28,13 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
+std::vector<std::string> lower_case(const std::vector<std::string_view>& texts) {
+  std::vector<std::string> lower(texts.size());
+  std::ranges::transform(texts, lower.begin(),
+                         [](std::string_view text) { return lower_case(text); });
+  return lower;
+}
+
 void split_at_blanks(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
   const char* at = line.data();

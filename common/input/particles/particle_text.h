@@ -17,6 +17,8 @@ std::string_view trimmed(std::string_view text);
 /// ASCII letters in lower case.
 std::string lower_case(std::string_view text);
 
+std::vector<std::string> lower_case(const std::vector<std::string_view>& texts);
+
 /// Replaces `fields` by the words of `line`, which blanks separate. They point into `line`.
 void split_at_blanks(std::string_view line, std::vector<std::string_view>& fields);
 
