@@ -75,7 +75,7 @@ TEST_CASE("a file's format is known by its extension, whatever its case and pack
   CHECK(
       test::message_of<InputError>([] { read_particles("a.txt"); }) ==
       "a.txt: not the name of a particle file: use one of .ply .csv .xyz .extxyz .lammpstrj .dump "
-      ".pdb .ent .cif .mmcif, each also with .gz");
+      ".data .lmp .lammps .pdb .ent .cif .mmcif, each also with .gz");
 }
 
 TEST_CASE("PLY is read as text and as binary data of both byte orders") {

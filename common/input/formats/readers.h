@@ -29,6 +29,10 @@ Particles read_xyz(PackedFile& file, const ParticleRequest& request);
 /// box, orthogonal or triclinic); radius or diameter; type; element.
 Particles read_lammps(PackedFile& file, const ParticleRequest& request);
 
+/// LAMMPS data file: section Atoms of a style with fixed columns, which the hint behind "Atoms"
+/// names, or else the number of columns tells; elements by the masses of the types; the box.
+Particles read_lammps_data(PackedFile& file, const ParticleRequest& request);
+
 /// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
 /// the highest occupancy stays (the first of equals). Types are the elements' symbols.
 Particles read_pdb(PackedFile& file, const ParticleRequest& request);

@@ -122,6 +122,13 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
   }
 }
 
+void use_diameters(const std::vector<std::string>& names, RowLayout& layout) {
+  const auto found = std::ranges::find(names, "diameter");
+  if (layout.radius || found == names.end()) return;
+  layout.radius = static_cast<std::size_t>(found - names.begin());
+  layout.radius_factor = 0.5;
+}
+
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns) {
   for (const NumberField& field : fields) {
