@@ -15,15 +15,21 @@ constexpr std::array<std::string_view, 1> csv_names{".csv"};
 constexpr std::array<std::string_view, 2> xyz_names{".xyz", ".extxyz"};
 constexpr std::array<std::string_view, 2> lammps_names{".lammpstrj", ".dump"};
 constexpr std::array<std::string_view, 3> data_names{".data", ".lmp", ".lammps"};
+constexpr std::array<std::string_view, 1> dcd_names{".dcd"};
+constexpr std::array<std::string_view, 1> xtc_names{".xtc"};
+constexpr std::array<std::string_view, 1> trr_names{".trr"};
 constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 7> formats{
+constexpr std::array<ParticleFormat, 10> formats{
     {{"PLY", ply_names, false, read_ply},
      {"CSV", csv_names, false, read_csv},
      {"XYZ", xyz_names, true, read_xyz},
      {"LAMMPS dump", lammps_names, true, read_lammps},
      {"LAMMPS data file", data_names, false, read_lammps_data},
+     {"DCD", dcd_names, true, read_dcd},
+     {"XTC", xtc_names, true, read_xtc},
+     {"TRR", trr_names, true, read_trr},
      {"PDB", pdb_names, true, read_pdb},
      {"mmCIF", cif_names, false, read_mmcif}}};
 

@@ -33,6 +33,15 @@ Particles read_lammps(PackedFile& file, const ParticleRequest& request);
 /// names, or else the number of columns tells; elements by the masses of the types; the box.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request);
 
+/// DCD (CHARMM, NAMD, X-PLOR, LAMMPS), of both byte orders, with fixed atoms and the cell in its
+/// several forms. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of
+/// the frame's step.
+Particles read_dcd(PackedFile& file, const ParticleRequest& request);
+
+/// XTC and TRR of GROMACS; lengths in nm become angstrom.
+Particles read_xtc(PackedFile& file, const ParticleRequest& request);
+Particles read_trr(PackedFile& file, const ParticleRequest& request);
+
 /// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
 /// the highest occupancy stays (the first of equals). Types are the elements' symbols.
 Particles read_pdb(PackedFile& file, const ParticleRequest& request);
