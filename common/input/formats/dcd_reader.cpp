@@ -87,14 +87,24 @@ class DcdFrames final : public FrameReader {
     if (kind != "CORD") input_.fail("not a DCD file: CORD does not follow its first four bytes");
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
     close_record(header_bytes);
-    const std::int32_t title = input_.get<std::int32_t>();
-    if (title < 0) fail_record();
-    input_.skip(static_cast<std::uint64_t>(title));
-    close_record(title);
+    skip_title();
     open_record(4);
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
     close_record(4);
     if (has_fixed()) read_moving();
+  }
+
+  /// A count and lines of 80 bytes. Some programs write more lines than the record's length says.
+  void skip_title() {
+    constexpr std::int32_t line_bytes = 80;
+    const auto bytes = input_.get<std::int32_t>();
+    const auto lines = bytes >= 4 ? input_.get<std::int32_t>() : 0;
+    if (bytes < 0 || lines < 0) fail_record();
+    const bool whole_lines = bytes >= 4 && (bytes - 4) % line_bytes == 0;
+    const std::int64_t rest =
+        whole_lines ? std::int64_t{lines} * line_bytes : std::max(bytes - 4, 0);
+    input_.skip(static_cast<std::uint64_t>(rest));
+    close_record(bytes);
   }
 
   /// The length of the first record tells the byte order.

@@ -18,10 +18,11 @@ constexpr std::array<std::string_view, 3> data_names{".data", ".lmp", ".lammps"}
 constexpr std::array<std::string_view, 1> dcd_names{".dcd"};
 constexpr std::array<std::string_view, 1> xtc_names{".xtc"};
 constexpr std::array<std::string_view, 1> trr_names{".trr"};
+constexpr std::array<std::string_view, 3> netcdf_names{".nc", ".ncdf", ".ncrst"};
 constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 10> formats{
+constexpr std::array<ParticleFormat, 11> formats{
     {{"PLY", ply_names, false, read_ply},
      {"CSV", csv_names, false, read_csv},
      {"XYZ", xyz_names, true, read_xyz},
@@ -30,6 +31,7 @@ constexpr std::array<ParticleFormat, 10> formats{
      {"DCD", dcd_names, true, read_dcd},
      {"XTC", xtc_names, true, read_xtc},
      {"TRR", trr_names, true, read_trr},
+     {"AMBER NetCDF", netcdf_names, true, read_netcdf},
      {"PDB", pdb_names, true, read_pdb},
      {"mmCIF", cif_names, false, read_mmcif}}};
 

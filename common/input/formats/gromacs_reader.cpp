@@ -12,10 +12,6 @@
 namespace parray {
 namespace {
 
-constexpr std::uint64_t xdr_unit = 4;
-
-std::uint64_t padded(std::uint64_t bytes) { return (bytes + xdr_unit - 1) / xdr_unit * xdr_unit; }
-
 template <typename Real>
 std::optional<ParticleCell> take_box(BinaryInput& input) {
   std::array<double, 9> box{};

@@ -42,6 +42,9 @@ Particles read_dcd(PackedFile& file, const ParticleRequest& request);
 Particles read_xtc(PackedFile& file, const ParticleRequest& request);
 Particles read_trr(PackedFile& file, const ParticleRequest& request);
 
+/// Trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
+Particles read_netcdf(PackedFile& file, const ParticleRequest& request);
+
 /// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
 /// the highest occupancy stays (the first of equals). Types are the elements' symbols.
 Particles read_pdb(PackedFile& file, const ParticleRequest& request);

@@ -21,6 +21,9 @@ T binary_value(const char* from, bool swapped) {
   return std::bit_cast<T>(own);
 }
 
+/// `bytes` and those that fill the last unit of four, as XDR and netCDF write them.
+constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
+
 /// A file of particles as numbers in one byte order, read once from front to back.
 class BinaryInput {
  public:
