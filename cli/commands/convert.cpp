@@ -45,6 +45,8 @@ SceneFile converted(const ConvertCommand& command) {
     PortraitScene portrait = portrait_scene(command.in, command.particles.over({}),
                                             command.size.over(portrait_settings()), usable_cpus());
     if (command.expand) return std::move(portrait.file);
+    std::string& topology = portrait.source.topology;
+    if (!topology.empty()) topology = reference_to(topology, command.out);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
   command.particles.check_unused(command.in);

@@ -66,7 +66,8 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"file", "material", "radius", "frame"};
+  static constexpr std::array<std::string_view, 5> keys{"file", "material", "radius", "frame",
+                                                        "topology"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
   out.line = out.material_line = out.radius_line = fields.line();
@@ -75,6 +76,7 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   if (out.file.empty()) {
     place.at("file").fail(out.file_line, "the name is empty: write that of a particle file");
   }
+  if (fields.find("topology") != nullptr) out.topology = fields.string("topology");
   if (const JsonValue* material = fields.find("material")) {
     out.material = particle_material_from(read_string(*material, place.at("material")));
     out.material_line = material->line;

@@ -41,6 +41,7 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
+  std::string topology{};  ///< file of names and elements, found as `file` is; empty: none
   std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
   std::uint64_t line = 0;              ///< of the item in the scene file
   std::uint64_t file_line = 0;         ///< of its members

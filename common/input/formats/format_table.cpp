@@ -19,10 +19,13 @@ constexpr std::array<std::string_view, 1> dcd_names{".dcd"};
 constexpr std::array<std::string_view, 1> xtc_names{".xtc"};
 constexpr std::array<std::string_view, 1> trr_names{".trr"};
 constexpr std::array<std::string_view, 3> netcdf_names{".nc", ".ncdf", ".ncrst"};
+constexpr std::array<std::string_view, 3> inpcrd_names{".inpcrd", ".rst7", ".restrt"};
+constexpr std::array<std::string_view, 1> psf_names{".psf"};
+constexpr std::array<std::string_view, 3> prmtop_names{".prmtop", ".parm7", ".top"};
 constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 11> formats{
+constexpr std::array<ParticleFormat, 14> formats{
     {{"PLY", ply_names, false, read_ply},
      {"CSV", csv_names, false, read_csv},
      {"XYZ", xyz_names, true, read_xyz},
@@ -32,6 +35,9 @@ constexpr std::array<ParticleFormat, 11> formats{
      {"XTC", xtc_names, true, read_xtc},
      {"TRR", trr_names, true, read_trr},
      {"AMBER NetCDF", netcdf_names, true, read_netcdf},
+     {"AMBER restart", inpcrd_names, false, read_inpcrd},
+     {"PSF", psf_names, false, read_psf, false},
+     {"PRMTOP", prmtop_names, false, read_prmtop, false},
      {"PDB", pdb_names, true, read_pdb},
      {"mmCIF", cif_names, false, read_mmcif}}};
 

@@ -53,8 +53,6 @@ bool is_section(std::string_view text) {
   return letter && std::ranges::find(section_names, text) != section_names.end();
 }
 
-double number_or_nan(std::string_view text) { return number_in(text).value_or(unknown_number); }
-
 /// The lines "VALUES KEYWORD" before the first section.
 class DataHeader {
  public:

@@ -45,6 +45,21 @@ Particles read_trr(PackedFile& file, const ParticleRequest& request);
 /// Trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
 Particles read_netcdf(PackedFile& file, const ParticleRequest& request);
 
+/// Restart files of AMBER as text (inpcrd, rst7): a title, the number of atoms and the time, then
+/// positions of 12 characters a number; velocities, if any; the box: AMBER file formats,
+/// ambermd.org/FileFormats.php.
+Particles read_inpcrd(PackedFile& file, const ParticleRequest& request);
+
+// Names and elements without positions, all of which are 0.
+
+/// PSF of CHARMM, X-PLOR and NAMD: section NATOM; elements by mass. Format: "PSF files",
+/// NAMD tutorial, appendix; CHARMM documentation, "struct".
+Particles read_psf(PackedFile& file, const ParticleRequest& request);
+
+/// PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format: "AMBER
+/// file formats", ambermd.org/FileFormats.php.
+Particles read_prmtop(PackedFile& file, const ParticleRequest& request);
+
 /// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
 /// the highest occupancy stays (the first of equals). Types are the elements' symbols.
 Particles read_pdb(PackedFile& file, const ParticleRequest& request);

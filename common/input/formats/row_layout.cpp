@@ -1,7 +1,6 @@
 #include "common/input/formats/row_layout.h"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "common/base/printable.h"
@@ -35,10 +34,6 @@ std::uint8_t strict_element_in(std::string_view text, const FilePlace& place) {
                "' is no element: write a symbol, an atomic number or X, or name the column 'type'");
   }
   return element;
-}
-
-double number_or_nan(std::string_view text) {
-  return number_in(text).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 double value_of(const Fields& row, const NumberField& field) {

@@ -42,6 +42,10 @@ std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses) 
   return elements;
 }
 
+ParticleNote masses_note(std::uint64_t count) {
+  return {"guessed_elements", count, "elements told by their masses"};
+}
+
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles) {
   if (!particles.elements.empty() || particles.types.empty()) return;
   const std::vector<std::uint8_t> by_type = elements_of_masses(masses);
@@ -53,7 +57,7 @@ void take_elements_of_masses(const std::vector<double>& masses, Particles& parti
   }
   if (guessed == 0) return;
   particles.elements = std::move(elements);
-  particles.facts.notes.push_back({"guessed_elements", guessed, "elements told by their masses"});
+  particles.facts.notes.push_back(masses_note(guessed));
 }
 
 }  // namespace parray

@@ -13,6 +13,9 @@ namespace parray {
 /// units, whose masses are 1.
 std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses);
 
+/// Says so of `count` particles.
+ParticleNote masses_note(std::uint64_t count);
+
 /// Gives particles without elements those of the masses of their types, with a note. `masses` has
 /// one for each of particles.types.names; NaN: unknown.
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles);

@@ -42,13 +42,6 @@ void note_problem(const FrameCount& count, ParticleFacts& facts) {
                              " cannot be read, nor any after it: " + count.problem});
 }
 
-[[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t frames,
-                                     std::uint64_t asked) {
-  place.fail("the file ends after " + std::to_string(frames) +
-             (frames == 1 ? " frame" : " frames") + ": there is no frame " + std::to_string(asked) +
-             ", counted from 0");
-}
-
 /// `frame`, which the reader has just read, is empty.
 [[noreturn]] void fail_empty(FrameReader& reader, std::uint64_t frame) {
   const FilePlace place = reader.place();
@@ -84,6 +77,12 @@ Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
 }
 
 }  // namespace
+
+void fail_without_frame(const FilePlace& place, std::uint64_t frames, std::uint64_t asked) {
+  place.fail("the file ends after " + std::to_string(frames) +
+             (frames == 1 ? " frame" : " frames") + ": there is no frame " + std::to_string(asked) +
+             ", counted from 0");
+}
 
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {
   std::uint64_t frame = request.frame_number();

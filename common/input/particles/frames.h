@@ -37,6 +37,10 @@ using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
 /// for, with the next that has particles.
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
 
+/// The file has so many frames, and not the one that was asked for. `place` is where it ends.
+[[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t frames,
+                                     std::uint64_t asked);
+
 /// The same by a `Reader`, made from (PackedFile&, const ParticleRequest&).
 template <typename Reader>
 Particles read_frame(PackedFile& file, const ParticleRequest& request) {
