@@ -30,7 +30,7 @@ class Sections {
         const std::string name(trimmed(line.substr(5)));
         const bool wanted = std::ranges::find(wanted_flags, name) != wanted_flags.end();
         section = wanted ? &sections_[name] : nullptr;
-      } else if (line.starts_with("%FORMAT")) {
+      } else if (section != nullptr && line.starts_with("%FORMAT")) {
         width_ = width_in(line);
       } else if (section != nullptr && !line.starts_with('%')) {
         split(line, *section);
