@@ -102,7 +102,7 @@ TEST_CASE("all colours are in [0, 1], and an unknown element has its own") {
     distinct.insert({color.x, color.y});
   }
   CHECK(distinct.size() > 90);
-  CHECK(element(0).radius == 2);
+  CHECK(element(0).radius == 1.7);
   CHECK(&element(119) == &element(0));
   CHECK(&element(255) == &element(0));
 }

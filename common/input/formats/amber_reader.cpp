@@ -22,6 +22,8 @@ class NetcdfFrames final : public FrameReader {
       input_.fail("no variable coordinates(..., atom, spatial): is this a trajectory of AMBER?");
     }
     atoms_ = checked_atoms(static_cast<std::int64_t>(positions_->shape[0]), input_.place());
+    for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) want(name);
+    std::ranges::sort(wanted_, {}, &NetcdfVariable::offset);
   }
 
   bool next() override {
@@ -32,31 +34,28 @@ class NetcdfFrames final : public FrameReader {
 
   /// A jump, but not beyond the file.
   std::uint64_t skip() override {
-    go_to(offset_of(*positions_));
-    input_.expect(positions_->bytes());
+    go_to(offset_of(*wanted_.back()));
+    input_.expect(wanted_.back()->bytes());
     return atoms_;
   }
 
   Particles read() override {
-    std::array<const NetcdfVariable*, 4> wanted{positions_, header_.find("time"),
-                                                header_.find("cell_lengths"),
-                                                header_.find("cell_angles")};
-    std::ranges::sort(wanted, {}, [](const NetcdfVariable* variable) {
-      return variable == nullptr ? 0 : variable->offset;
-    });
     std::map<const NetcdfVariable*, std::vector<double>> found;
-    for (const NetcdfVariable* const variable : wanted) {
-      if (variable == nullptr || variable->type == NetcdfType::other) continue;
-      if (variable->by_record != positions_->by_record) continue;
-      if (variable != positions_ && variable->count() > 3) continue;
-      found[variable] = take(*variable);
-    }
+    for (const NetcdfVariable* const variable : wanted_) found[variable] = take(*variable);
     return frame(found);
   }
 
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
 
  private:
+  /// Time and cell are optional, and as often there as positions.
+  void want(const char* name) {
+    const NetcdfVariable* const variable = header_.find(name);
+    if (variable == nullptr || variable->type == NetcdfType::other) return;
+    if (variable->by_record != positions_->by_record) return;
+    if (variable == positions_ || variable->count() <= 3) wanted_.push_back(variable);
+  }
+
   using Values = std::map<const NetcdfVariable*, std::vector<double>>;
 
   /// A restart file has one, and no records.
@@ -118,6 +117,7 @@ class NetcdfFrames final : public FrameReader {
   BinaryInput input_;
   NetcdfHeader header_;
   const NetcdfVariable* positions_ = nullptr;
+  std::vector<const NetcdfVariable*> wanted_;  // in the order of the file
   std::uint64_t atoms_ = 0;
   std::uint64_t next_ = 0;
 };

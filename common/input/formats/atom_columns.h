@@ -1,47 +1,84 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
-#include <unordered_map>
+#include <string_view>
+#include <vector>
 
+#include "common/input/formats/alternative_locations.h"
+#include "common/input/particles/name_index.h"
 #include "common/input/particles/particle_columns.h"
 
 namespace parray {
 
-/// An atom of a molecular structure.
+/// An atom as a file of molecules says it. The texts need not outlive the call that takes them.
 struct Atom {
   Vec3d position;
-  std::uint8_t atomic_number = 0;  ///< 0: unknown
-  std::string residue;             ///< chain, number and insertion code
-  std::string residue_name;
-  std::string name;
-  bool alternative_location = false;  ///< one of several
-  double occupancy = 1;
+  std::string_view name{};
+  std::string_view residue_name{};
+  std::string_view chain{};
+  std::int32_t residue_number = 0;
+  char insertion = ' ';
+  char alternative = ' ';             ///< location; blank: none
+  bool doubtful_alternative = false;  ///< it may be the first letter of the residue's name
+  bool two_letters = false;           ///< the columns say so of the symbol in the name
+  double occupancy = 1;               ///< NaN: not known
+  std::optional<std::uint8_t>
+      element{};            ///< 0: the file says that it is none; nothing: to be guessed
+  std::string_view type{};  ///< none: the element's symbol
 };
 
-/// Collects atoms; their types are the elements' symbols. Of an atom's alternative locations one
-/// stays, in the place of the first: that of the highest occupancy, the first of equals. Where even
-/// the residue is one of two, the first one stays.
+/// Collects the atoms of a frame. What the file leaves open is decided at its end: elements by
+/// residue and name, and which of the alternative locations stay; notes say how many.
 class AtomColumns {
  public:
-  /// As ParticleColumns.
-  explicit AtomColumns(const FilePlace& place) : columns_(place) {}
+  /// Of the numbers called `names`, those that the request wants become columns. `place` is where
+  /// the reader stands; it must outlive this.
+  AtomColumns(const FilePlace& place, const ParticleRequest& request,
+              std::initializer_list<const char*> names = {});
 
+  /// Room for so many, of which the reader knows that the file can hold them.
+  void expect(std::uint64_t count) { columns_.expect(count); }
   void add(const Atom& atom);
-  Particles finish() { return columns_.finish(); }
-  Particles finish_frame() { return columns_.finish_frame(); }
+  /// Of the atom just added: its numbers, in the order of the names; NaN: not known.
+  void numbers(std::span<const double> values);
+  /// Of the atom just added; 0, which programs write of what has none, becomes the element's.
+  void radius(double radius);
+  void note(std::string key, std::uint64_t count, std::string text);
+
+  [[nodiscard]] std::size_t count() const { return columns_.count(); }
+
+  /// The atoms of a frame, which may be none.
+  Particles finish_frame();
+  /// Fails when there is none.
+  Particles finish();
 
  private:
-  struct Kept {
-    std::size_t index;
-    double occupancy;
-  };
-  bool is_new(const Atom& atom);
+  void guess_elements();
+  void mend_elements();
+  void name_types();
+  void fill_radii(Particles& particles) const;
+  Particles complete(Particles particles);
 
+  const FilePlace* place_;
+  AlternativeChoice choice_;
   ParticleColumns columns_;
-  // Of atoms with alternative locations only.
-  std::unordered_map<std::string, std::string> residue_names_;
-  std::unordered_map<std::string, Kept> kept_;
+  std::vector<std::uint8_t> elements_;
+  NameIndex atom_names_;
+  NameIndex residue_names_;
+  NameIndex chains_;
+  NameIndex types_;
+  bool own_types_ = false;
+  bool flush_left_ = false;
+  std::vector<std::int32_t> residue_numbers_;
+  std::vector<std::uint8_t> two_letters_;  // by particle, up to the last that has them
+  AlternativeColumns alternatives_;
+  std::vector<std::optional<std::size_t>> number_columns_;  // by the names' order
+  std::vector<std::size_t> without_radius_;
+  std::vector<ParticleNote> notes_;
 };
 
 }  // namespace parray

@@ -22,10 +22,15 @@ constexpr std::array<std::string_view, 3> netcdf_names{".nc", ".ncdf", ".ncrst"}
 constexpr std::array<std::string_view, 3> inpcrd_names{".inpcrd", ".rst7", ".restrt"};
 constexpr std::array<std::string_view, 1> psf_names{".psf"};
 constexpr std::array<std::string_view, 3> prmtop_names{".prmtop", ".parm7", ".top"};
-constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
+constexpr std::array<std::string_view, 3> pdb_names{".pdb", ".ent", ".pdb1"};
+constexpr std::array<std::string_view, 1> pdbqt_names{".pdbqt"};
+constexpr std::array<std::string_view, 1> pqr_names{".pqr"};
+constexpr std::array<std::string_view, 1> gro_names{".gro"};
+constexpr std::array<std::string_view, 3> sdf_names{".sdf", ".mol", ".sd"};
+constexpr std::array<std::string_view, 1> mol2_names{".mol2"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 14> formats{
+constexpr std::array<ParticleFormat, 19> formats{
     {{"PLY", ply_names, false, read_ply},
      {"CSV", csv_names, false, read_csv},
      {"XYZ", xyz_names, true, read_xyz},
@@ -39,7 +44,12 @@ constexpr std::array<ParticleFormat, 14> formats{
      {"PSF", psf_names, false, read_psf, false},
      {"PRMTOP", prmtop_names, false, read_prmtop, false},
      {"PDB", pdb_names, true, read_pdb},
-     {"mmCIF", cif_names, false, read_mmcif}}};
+     {"PDBQT", pdbqt_names, true, read_pdbqt},
+     {"PQR", pqr_names, true, read_pqr},
+     {"GRO", gro_names, true, read_gro},
+     {"SDF", sdf_names, true, read_sdf},
+     {"MOL2", mol2_names, true, read_mol2},
+     {"CIF", cif_names, true, read_cif}}};
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 #include "common/input/formats/gemmi_seam.h"
 
 #include <gemmi/cif.hpp>
-#include <gemmi/pdb.hpp>
+#include <gemmi/symmetry.hpp>
 
 namespace parray {
 namespace {
@@ -54,24 +54,26 @@ using Input = pegtl::buffer_input<Read, pegtl::eol::lf_crlf, std::string, chunk_
 
 }  // namespace
 
-PdbAtom parse_pdb_atom(const std::string& record) {
-  // One record at a time: gemmi's loop over files keeps the whole structure, and does not say which
-  // line is wrong. Without the charge, which is of no use here and refused where it is odd.
-  constexpr std::size_t charge_column = 78;
-  const gemmi::Structure structure =
-      gemmi::read_pdb_string(record.substr(0, charge_column) + "\n", "");
-  const gemmi::Chain& chain = structure.models.at(0).chains.at(0);
-  const gemmi::Residue& residue = chain.residues.at(0);
-  const gemmi::Atom& atom = residue.atoms.at(0);
-  PdbAtom result;
-  result.chain = chain.name;
-  result.residue_number = residue.seqid.str();
-  result.residue_name = residue.name;
-  result.name = atom.name;
-  result.atomic_number = atom.element.atomic_number();
-  result.alternative_location = atom.altloc != '\0';
-  result.occupancy = static_cast<double>(atom.occ);
-  return result;
+std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name) {
+  const gemmi::SpaceGroup* group = gemmi::find_spacegroup_by_name(name);
+  if (group == nullptr) {
+    for (const gemmi::SpaceGroup& known : gemmi::spacegroup_tables::main) {
+      if (name == known.hall) group = &known;
+    }
+  }
+  std::vector<std::array<double, 12>> operations;
+  if (group == nullptr) return operations;
+  for (const gemmi::Op& op : group->operations()) {
+    std::array<double, 12> numbers{};
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        numbers[4 * row + i] = static_cast<double>(op.rot[row][i]) / gemmi::Op::DEN;
+      }
+      numbers[4 * row + 3] = static_cast<double>(op.tran[row]) / gemmi::Op::DEN;
+    }
+    operations.push_back(numbers);
+  }
+  return operations;
 }
 
 void parse_cif(const Read& read, CifVisitor& visitor) {

@@ -1,28 +1,21 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// The one place that touches gemmi. C++17, because gemmi's headers are: Clang refuses them as
 /// C++20.
 namespace parray {
 
-/// What a record ATOM or HETATM of PDB says beside the position.
-struct PdbAtom {
-  std::string chain;
-  std::string residue_number;  ///< with its insertion code
-  std::string residue_name;
-  std::string name;
-  int atomic_number = 0;  ///< by its columns, or the name's where they are blank; 0: unknown
-  bool alternative_location = false;  ///< one of several
-  double occupancy = 1;
-};
-
-/// `record` without its line end. Throws std::runtime_error for what is no such record.
-PdbAtom parse_pdb_atom(const std::string& record);
+/// The operations of a space group, as SymmetryOperation (symmetry_operation.h) has them: by its
+/// number, or its symbol after Hermann and Mauguin or Hall, short or long, as gemmi knows them;
+/// none for other texts.
+std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name);
 
 /// What a CIF file holds, in its order. `text` is as it stands in the file, in its quotes.
 class CifVisitor {

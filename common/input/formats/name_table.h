@@ -27,11 +27,14 @@ class NameTable {
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
   void add(const NamedAtom& atom);
-  /// With elements by mass, unless the file names them itself; the number columns charge and mass
-  /// where the request wants them. All positions are 0. Fails when there is no atom.
+  /// With elements by mass or, where that tells none, by name, unless the file says them itself;
+  /// the number columns charge and mass where the request wants them. All positions are 0. Fails
+  /// when there is no atom.
   Particles finish(const ParticleRequest& request, std::vector<std::uint8_t> elements = {});
 
  private:
+  std::vector<std::uint8_t> guessed_elements(ParticleFacts& facts) const;
+
   const FilePlace& place_;
   NameIndex names_;
   NameIndex types_;

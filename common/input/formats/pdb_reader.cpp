@@ -1,9 +1,10 @@
-#include <stdexcept>
+#include <array>
+#include <optional>
 #include <utility>
 
-#include "common/input/formats/atom_columns.h"
-#include "common/input/formats/gemmi_seam.h"
+#include "common/input/formats/atom_record.h"
 #include "common/input/formats/readers.h"
+#include "common/input/particles/cell.h"
 #include "common/input/particles/frames.h"
 #include "common/input/particles/particle_input.h"
 #include "common/input/particles/particle_text.h"
@@ -11,45 +12,52 @@
 namespace parray {
 namespace {
 
-/// gemmi takes what is no number for 0, so the coordinates are read here: columns 31 to 54.
-Vec3d position_in(std::string_view record, const FilePlace& place) {
-  constexpr std::size_t start = 30;
-  constexpr std::size_t width = 8;
-  if (record.size() < start + 3 * width) {
-    place.fail("the record ends before its coordinates, columns 31 to 54: is it complete?");
+/// What tells PDB, PDBQT and PQR apart.
+struct Dialect {
+  void (*read)(std::string_view line, const FilePlace& place, AtomRecord& record) = nullptr;
+  bool radii = false;
+};
+
+constexpr Dialect pdb{read_pdb_record, false};
+constexpr Dialect pdbqt{read_pdbqt_record, false};
+constexpr Dialect pqr{read_pqr_record, true};
+
+bool is_record(std::string_view line, std::string_view name) {
+  return line.size() >= name.size() && lower_case(line.substr(0, name.size())) == name;
+}
+
+bool is_model(std::string_view line) {
+  return is_record(line, "model") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
+}
+
+bool ends_frame(std::string_view line) {
+  if (line.empty() || (line[0] != 'E' && line[0] != 'e')) return false;
+  return is_record(line, "endmdl") || lower_case(trimmed(line)) == "end";
+}
+
+/// CRYST1: lengths and angles, by columns. 1 x 1 x 1 stands for no cell (NMR and models).
+std::optional<ParticleCell> cell_in(std::string_view line) {
+  constexpr std::array<std::pair<std::size_t, std::size_t>, 6> fields{
+      {{6, 9}, {15, 9}, {24, 9}, {33, 7}, {40, 7}, {47, 7}}};
+  std::array<double, 6> values{};
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const auto [start, width] = fields[i];
+    if (line.size() <= start) return {};
+    values[i] = number_in(trimmed(line.substr(start, width))).value_or(0);
   }
-  const auto field = [&](std::size_t i, std::string_view name) {
-    return number_field(trimmed(record.substr(start + i * width, width)), name, place);
-  };
-  const double x = field(0, "x");
-  const double y = field(1, "y");
-  return {x, y, field(2, "z")};
+  const auto [a, b, c, alpha, beta, gamma] = values;
+  if (a == 1 && b == 1 && c == 1) return {};
+  return cell_from({a, b, c}, {alpha, beta, gamma});
 }
 
-PdbAtom parsed(std::string_view record, const FilePlace& place) {
-  try {
-    return parse_pdb_atom(std::string(record));
-  } catch (const std::runtime_error&) {
-    place.fail("not a record of an atom: is a column damaged?");
-  }
-}
-
-Atom atom_in(std::string_view record, const FilePlace& place) {
-  const Vec3d position = position_in(record, place);
-  const PdbAtom atom = parsed(record, place);
-  return {position,
-          static_cast<std::uint8_t>(atom.atomic_number),
-          atom.chain + '\0' + atom.residue_number,
-          atom.residue_name,
-          atom.name,
-          atom.alternative_location,
-          atom.occupancy};
-}
-
-/// A frame goes from one ENDMDL to the next; END ends the file.
+/// A frame goes from MODEL, or from its first atom, to ENDMDL, END, the next MODEL or the end of
+/// the file.
+template <const Dialect& dialect>
 class PdbFrames final : public FrameReader {
  public:
-  PdbFrames(PackedFile& file, const ParticleRequest& /*request*/) : input_(file) { go_to_frame(); }
+  PdbFrames(PackedFile& file, const ParticleRequest& request) : input_(file), request_(request) {
+    go_to_frame();
+  }
 
   bool next() override { return at_frame_; }
 
@@ -61,39 +69,54 @@ class PdbFrames final : public FrameReader {
   }
 
   Particles read() override {
-    AtomColumns atoms(input_.place());
-    while (go_to_atom()) atoms.add(atom_in(input_.line(), input_.place()));
+    AtomColumns atoms(input_.place(), request_, {"occupancy", "b_factor", "charge"});
+    AtomRecord record;
+    while (go_to_atom()) {
+      dialect.read(input_.line(), input_.place(), record);
+      atoms.add(record.atom());
+      atoms.numbers({{record.occupancy, record.b_factor, record.charge}});
+      if (dialect.radii) atoms.radius(record.radius);
+    }
+    Particles particles = atoms.finish_frame();
+    particles.cell = cell_;
     go_to_frame();
-    return atoms.finish_frame();
+    return particles;
   }
 
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
 
  private:
-  [[nodiscard]] bool at_atom() const {
-    return input_.line().starts_with("ATOM  ") || input_.line().starts_with("HETATM");
-  }
-
   /// The next atom of the frame; false at its end.
   bool go_to_atom() {
-    if (std::exchange(line_is_next_, false) && at_atom()) return true;
-    while (input_.next_line() && !input_.line().starts_with("ENDMDL")) {
-      if (at_atom()) return true;
-      if (trimmed(input_.line()) == "END") break;
+    if (std::exchange(line_is_next_, false)) {
+      if (is_atom_record(input_.line())) return true;
+    }
+    while (!line_is_next_ && input_.next_line()) {
+      if (is_atom_record(input_.line())) return true;
+      if (ends_frame(input_.line())) return false;
+      line_is_next_ = is_model(input_.line());
+      look_for_cell();
     }
     return false;
   }
 
   /// To the MODEL or the first atom of the next frame.
   void go_to_frame() {
-    at_frame_ = false;
-    while (!at_frame_ && input_.next_line() && trimmed(input_.line()) != "END") {
-      at_frame_ = at_atom() || input_.line().starts_with("MODEL ");
+    at_frame_ = line_is_next_;
+    while (!at_frame_ && input_.next_line()) {
+      at_frame_ = is_atom_record(input_.line()) || is_model(input_.line());
+      look_for_cell();
     }
     line_is_next_ = at_frame_;
   }
 
+  void look_for_cell() {
+    if (is_record(input_.line(), "cryst1")) cell_ = cell_in(input_.line());
+  }
+
   ParticleInput input_;
+  ParticleRequest request_;
+  std::optional<ParticleCell> cell_;
   bool at_frame_ = false;
   bool line_is_next_ = false;  // of the frame: it has not been looked at
 };
@@ -101,7 +124,15 @@ class PdbFrames final : public FrameReader {
 }  // namespace
 
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames>(file, request);
+  return read_frame<PdbFrames<pdb>>(file, request);
+}
+
+Particles read_pdbqt(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<PdbFrames<pdbqt>>(file, request);
+}
+
+Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<PdbFrames<pqr>>(file, request);
 }
 
 }  // namespace parray

@@ -60,11 +60,44 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request);
 /// file formats", ambermd.org/FileFormats.php.
 Particles read_prmtop(PackedFile& file, const ParticleRequest& request);
 
-/// PDB: ATOM and HETATM records of one model. Of an atom's alternative locations the one with
-/// the highest occupancy stays (the first of equals). Types are the elements' symbols.
+/// Formats of molecules, in angstrom. All give the names of atoms, residues and chains that the
+/// file has, and numbers where the request wants them. Types are the elements' symbols if the
+/// format has none of its own. What the file leaves open is told by notes: elements are guessed by
+/// residue and name (guess_element()), and of an atom's alternative locations those of the request
+/// stay.
+
+/// PDB as read_pdb_record() takes its records. Frames are models, or what END separates; CRYST1 is
+/// the cell; numbers: occupancy, b_factor, charge (formal).
 Particles read_pdb(PackedFile& file, const ParticleRequest& request);
 
-/// mmCIF: the first _atom_site category, as read_pdb().
-Particles read_mmcif(PackedFile& file, const ParticleRequest& request);
+/// PDBQT of AutoDock: as PDB, with the types, and charge as partial charge.
+Particles read_pdbqt(PackedFile& file, const ParticleRequest& request);
+
+/// PQR: as PDB, with radii and partial charges, fields separated by blanks. A radius of 0 becomes
+/// the van der Waals radius.
+Particles read_pqr(PackedFile& file, const ParticleRequest& request);
+
+/// GRO of GROMACS (manual.gromacs.org, "gro"), any precision, several frames. Positions, which the
+/// file gives in nanometres, become angstrom, so that van der Waals radii fit; velocities (vx, vy,
+/// vz) become angstrom per picosecond. The box is the cell; "t=" of the title the time.
+Particles read_gro(PackedFile& file, const ParticleRequest& request);
+
+/// MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are its
+/// frames. Names and types are the symbols; numbers: charge (formal).
+Particles read_sdf(PackedFile& file, const ParticleRequest& request);
+
+/// MOL2 ("Tripos Mol2 File Format", 2009). Its molecules are the frames, CRYSIN the cell; numbers:
+/// charge. Types are SYBYL's, or whatever stands there.
+Particles read_mol2(PackedFile& file, const ParticleRequest& request);
+
+/// CIF, of its first block that has atoms:
+/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; the cell; numbers:
+/// occupancy,
+///   b_factor, charge (formal);
+/// - CIF of crystals (_atom_site with fractional coordinates): unit_cell(); numbers: occupancy,
+///   b_factor (from U where the file gives that);
+/// - components (_chem_comp_atom), with ideal coordinates where all atoms have them, else with the
+///   model's; numbers: charge.
+Particles read_cif(PackedFile& file, const ParticleRequest& request);
 
 }  // namespace parray

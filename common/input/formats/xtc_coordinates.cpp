@@ -119,8 +119,7 @@ class Unpacker {
     } else {
       take_differences(position);
     }
-    small_ += change;
-    check_small();
+    small_ += change;  // after the last difference, perhaps beyond the sizes that there are
   }
 
   Whole take_position() {
@@ -133,6 +132,7 @@ class Unpacker {
   }
 
   void take_differences(const Whole& position) {
+    check_small();
     const std::uint64_t size = small_sizes.at(static_cast<std::size_t>(small_));
     const auto half = static_cast<std::int64_t>(size / 2);
     const Whole back{-half, -half, -half};

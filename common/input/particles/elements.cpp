@@ -17,7 +17,9 @@ namespace {
 /// Transition metals, lanthanides, actinides to Es: Alvarez, Dalton Trans. 42 (2013) 8617, table 1.
 /// He gives none for Pm: the mean of its neighbours stands there.
 ///
-/// From Fm: nothing is published; 2.00, as for an unknown element.
+/// From Fm: nothing is published; 2.00.
+///
+/// Unknown: the radius of carbon, the commonest element of molecules, in a colour of no element.
 ///
 /// Colours, 8-bit sRGB: the table of Jmol, "Jmol colors" (jmol.sourceforge.net/jscolors), which
 /// extends the convention of Corey, Pauling and Koltun. It ends at Mt, whose colour the elements
@@ -31,7 +33,7 @@ struct Row {
 constexpr double unpublished = 2;
 
 constexpr std::array<Row, last_element + 1> periodic_table{{
-    {"X", unpublished, 0xD8A8B8},  {"H", 1.10, 0xFFFFFF},         {"He", 1.40, 0xD9FFFF},
+    {"X", 1.70, 0xA89078},         {"H", 1.10, 0xFFFFFF},         {"He", 1.40, 0xD9FFFF},
     {"Li", 1.81, 0xCC80FF},        {"Be", 1.53, 0xC2FF00},        {"B", 1.92, 0xFFB5B5},
     {"C", 1.70, 0x909090},         {"N", 1.55, 0x3050F8},         {"O", 1.52, 0xFF0D0D},
     {"F", 1.47, 0x90E050},         {"Ne", 1.54, 0xB3E3F5},        {"Na", 2.27, 0xAB5CF2},
@@ -86,8 +88,8 @@ std::array<Element, periodic_table.size()> elements_of_rows() {
   return elements;
 }
 
-constexpr std::size_t letters = 26;
-constexpr std::size_t symbol_places = letters * (letters + 1);
+constexpr std::size_t alphabet = 26;
+constexpr std::size_t symbol_places = alphabet * (alphabet + 1);
 
 /// 0 to 25, whatever its case.
 std::optional<std::size_t> letter_in(char c) {
@@ -100,9 +102,9 @@ std::optional<std::size_t> letter_in(char c) {
 std::optional<std::size_t> place_of(std::string_view symbol) {
   if (symbol.empty() || symbol.size() > 2) return {};
   const auto first = letter_in(symbol[0]);
-  const auto second = symbol.size() == 2 ? letter_in(symbol[1]) : letters;
+  const auto second = symbol.size() == 2 ? letter_in(symbol[1]) : alphabet;
   if (!first || !second) return {};
-  return *first * (letters + 1) + *second;
+  return *first * (alphabet + 1) + *second;
 }
 
 std::array<std::uint8_t, symbol_places> numbers_by_symbol() {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/input/particles/alternatives.h"
 #include "common/input/particles/frame_choice.h"
 #include "common/math/vec.h"
 
@@ -77,6 +78,7 @@ struct ParticleRequest {
   std::optional<FrameChoice> frame{};            ///< not given: the first
   std::set<std::string, std::less<>> numbers{};  ///< columns that somebody needs, by their names
   std::filesystem::path topology{};              ///< file of names and elements; empty: none
+  AlternativeChoice alternatives{};              ///< of the locations of atoms
   bool all = false;                              ///< every column, and the number of frames
   int threads = 1;
 

@@ -74,6 +74,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 void take_topology(const std::filesystem::path& topology, const std::filesystem::path& file,
                    const ParticleRequest& request, Particles& particles) {
   ParticleRequest names{.numbers = request.numbers, .threads = request.threads};
+  names.alternatives.rule = AlternativeChoice::Rule::all;
   names.numbers.emplace(id_name);
   Particles from = read_names(topology, names);
   if (from.count() != particles.count()) {
