@@ -243,8 +243,8 @@ TEST_CASE("PQR: fields that blanks separate, with and without a chain, give char
 
 TEST_CASE("PQR: where fields run together, the columns of PDB tell them apart") {
   const ParticleFiles files;
-  const Particles particles =
-      files.read("a.pqr", "ATOM  12345 HD11LEU A1000    -110.123-100.456 -99.000  0.1000 1.2000\n");
+  const Particles particles = files.read(
+      "a.pqr", "ATOM  12345 HD11 LEU A1000    -110.123-100.456 -99.000  0.1000 1.2000\n");
   CHECK(particles.positions == std::vector<Vec3d>{{-110.123, -100.456, -99}});
   CHECK(particles.elements == Elements{1});
   CHECK(files.message("a.pqr", "ATOM      1  N   ALA A   1       1.000   2.000   3.000\n") ==

@@ -80,7 +80,8 @@ void read_residue(std::string_view line, AtomRecord& record) {
   }
   record.alternative = letter;
   record.doubtful_alternative = false;
-  if (letter != ' ' && name.size() == 3 && name == three && !is_known_residue(three)) {
+  const bool lipid = three == "OPC";  // a water model, and the end of POPC and DOPC
+  if (letter != ' ' && name.size() == 3 && name == three && (lipid || !is_known_residue(three))) {
     const std::string_view from_17 = field(line, 17, 20);
     record.doubtful_alternative = !is_known_residue(from_17);
     if (!record.doubtful_alternative) {
@@ -151,10 +152,13 @@ class Words {
   /// it and the two after it are numbers.
   [[nodiscard]] std::optional<std::size_t> find_position() const {
     std::size_t i = 2;
-    while (i < words_.size() && words_[i].find('.') == std::string_view::npos) ++i;
+    while (i < words_.size() && !has_point(i)) ++i;
     return number(i) && number(i + 1) && number(i + 2) ? std::optional(i) : std::nullopt;
   }
 
+  [[nodiscard]] bool has_point(std::size_t i) const {
+    return i < words_.size() && words_[i].find('.') != std::string_view::npos;
+  }
   [[nodiscard]] std::size_t size() const { return words_.size(); }
   [[nodiscard]] std::string_view operator[](std::size_t i) const { return words_[i]; }
   [[nodiscard]] std::optional<double> number(std::size_t i) const {
@@ -223,11 +227,13 @@ bool has_columns(std::string_view line) {
          number_in(field(line, 39, 46));
 }
 
-/// By blanks, what columns do not tell.
+/// By blanks, what columns do not tell; false: too little to be sure what is what, which takes x,
+/// y, z, occupancy and temperature factor.
 bool read_loose(std::string_view line, AtomRecord& record) {
   const Words words(line);
   const auto x = words.find_position();
-  if (!x || !read_words(words, *x, record)) return false;
+  if (!x || !words.has_point(*x + 3) || !words.has_point(*x + 4)) return false;
+  if (!read_words(words, *x, record)) return false;
   record.occupancy = words.number(*x + 3).value_or(AtomRecord::unknown);
   record.b_factor = words.number(*x + 4).value_or(AtomRecord::unknown);
   record.charge = AtomRecord::unknown;
@@ -251,6 +257,9 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 /// blanks separate its fields.
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
+  if (line.find('\0') != std::string_view::npos) {
+    place.fail("not a record of an atom: is a column damaged?");
+  }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
   if (!position) {

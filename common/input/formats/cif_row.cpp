@@ -102,13 +102,22 @@ std::string_view CifRow::text(CifItem item) const {
   return unquoted_[at];
 }
 
+std::string_view CifRow::axis_name(CifItem item) {
+  constexpr std::array<std::string_view, 9> axes{"cartn_x",
+                                                 "cartn_y",
+                                                 "cartn_z",
+                                                 "fract_x",
+                                                 "fract_y",
+                                                 "fract_z",
+                                                 "pdbx_model_cartn_x_ideal",
+                                                 "pdbx_model_cartn_y_ideal",
+                                                 "pdbx_model_cartn_z_ideal"};
+  return axes[static_cast<std::size_t>(item)];
+}
+
 double CifRow::number(CifItem item, const FilePlace& place) const {
-  const auto at = static_cast<std::size_t>(item);
-  constexpr std::array<std::string_view, 9> axes{"cartn_x", "cartn_y", "cartn_z",
-                                                 "fract_x", "fract_y", "fract_z",
-                                                 "ideal x", "ideal y", "ideal z"};
-  return number_field(without_uncertainty(texts_[at]), at < axes.size() ? axes[at] : "the value",
-                      place);
+  const std::string& text = texts_[static_cast<std::size_t>(item)];
+  return number_field(without_uncertainty(text), axis_name(item), place);
 }
 
 double CifRow::number_or_unknown(CifItem item) const {
