@@ -54,6 +54,7 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
     SceneFile portrait = portrait_scene(file, options.particles().over({}),
                                         options.over(portrait_settings()), threads)
                              .file;
+    if (options.view().transparent(false)) leave_out_ground(portrait.scene);
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
@@ -74,6 +75,7 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change, NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named, usable_cpus());
+  scene.transparent = options.view().transparent(scene.transparent);
   if (change.camera) scene.scene.camera = *change.camera;
   warn_of_duplicates(scene.duplicates, file);
   return scene;

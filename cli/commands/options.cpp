@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -116,6 +117,7 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  view_.add_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -135,6 +137,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  view_.add_to(command);
 }
 
 void RenderOptions::add_picture_to(Command& command) {
@@ -269,7 +272,12 @@ static void check_first_passes(const RenderSettings& settings) {
 
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
-  settings.width = width_.value_or(settings.width);
+  if (print_width_ && !width_ && !height_) {
+    const double share = static_cast<double>(*print_width_) / settings.width;
+    settings.height = static_cast<std::uint32_t>(
+        std::clamp<double>(std::round(share * settings.height), 1, limits::max_image_side));
+  }
+  settings.width = width_.value_or(print_width_.value_or(settings.width));
   settings.height = height_.value_or(settings.height);
   settings.samples_per_pixel = samples_per_pixel_.value_or(settings.samples_per_pixel);
   settings.max_depth = max_depth_.value_or(settings.max_depth);

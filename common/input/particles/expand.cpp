@@ -33,12 +33,19 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   if (!problem.empty()) place.at("material").fail(source.material_line, problem);
   problem = problem_with(source.radius, particles, source.file);
   if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
+  note_particles(file, particles);
+  add_legend(file.legends, legend_of(particles, source.material, file.materials));
   with_context(source, place, [&] {
     append_spheres(std::move(particles), source, file.materials, file.scene, threads);
   });
 }
 
 }  // namespace
+
+void note_particles(SceneFile& file, const Particles& particles) {
+  file.facts.push_back(particles.facts);
+  if (!file.cell) file.cell = particles.cell;
+}
 
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads) {
   const std::string name = scene_path.string();

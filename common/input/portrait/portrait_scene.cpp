@@ -6,6 +6,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/input/particles/expand.h"
 #include "common/input/particles/particle_spheres.h"
 #include "common/input/portrait/portrait.h"
 #include "common/input/portrait/principal_axes.h"
@@ -13,7 +14,7 @@
 namespace parray {
 namespace {
 
-constexpr std::size_t helpers = 2;  ///< ground and flag, the first spheres and materials
+constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
   throw InputError(printable(path.string(), 4096) + ": " + problem);
@@ -65,6 +66,9 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
   Scene& scene = out.file.scene;
   scene.materials = {portrait_ground, portrait_flag};
   scene.spheres.resize(helpers);
+  note_particles(out.file, particles);
+  out.file.staging = helpers;
+  add_legend(out.file.legends, legend_of(particles, out.source.material, names));
   append_spheres(std::move(particles), out.source, names, scene, threads);
   const auto shown = std::span(scene.spheres).subspan(helpers);
   if (radius_is_open) {
@@ -83,6 +87,10 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
     fail(path, error.what());
   }
   return out;
+}
+
+void leave_out_ground(Scene& scene) {
+  scene.spheres.erase(scene.spheres.begin());  // others may have its material
 }
 
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {

@@ -28,6 +28,9 @@ struct PortraitScene {
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, int threads = 1);
 
+/// Takes the ground out of a portrait's scene, which would fill the background of its picture.
+void leave_out_ground(Scene& scene);
+
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);
 
