@@ -48,6 +48,8 @@ SceneFile converted(const ConvertCommand& command) {
                                             command.size.over(portrait_settings()),
                                             command.portrait.viewing(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
+    std::string& topology = portrait.source.topology;
+    if (!topology.empty()) topology = reference_to(topology, command.out);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
   command.particles.check_unused(command.in);

@@ -29,9 +29,10 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 
 void check_beside(const SceneFile& scene, const std::string& file) {
   for (const ParticleSource& source : scene.particles) {
-    if (std::filesystem::path(source.file).filename() != source.file) {
+    for (const std::string& named : {source.file, source.topology}) {
+      if (std::filesystem::path(named).filename() == named) continue;
       throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
-                       printable(source.file) +
+                       printable(named) +
                        "' is a path: send the file beside the scene and write its name alone");
     }
   }

@@ -73,6 +73,7 @@ std::string object_text(const ParticleSource& source) {
   } else if (source.radius.rule != ParticleRadius::Rule::automatic) {
     text += R"(, "radius":)" + json_text(text_of(source.radius));
   }
+  if (!source.topology.empty()) text += R"(, "topology":)" + json_text(source.topology);
   if (source.frame) {
     text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
                                                   : std::to_string(source.frame->number));

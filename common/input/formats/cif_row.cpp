@@ -13,7 +13,7 @@ namespace {
 using Name = std::pair<std::string_view, CifItem>;
 
 /// Of the dictionaries mmcif_pdbx, cif_core (both forms) and that of CCP4's monomer library.
-constexpr std::array<Name, 42> names{{
+constexpr std::array<Name, 42> known_items{{
     {"_atom_site_cartn_x", CifItem::x},
     {"_atom_site_cartn_y", CifItem::y},
     {"_atom_site_cartn_z", CifItem::z},
@@ -60,8 +60,8 @@ constexpr std::array<Name, 42> names{{
 
 CifItem item_of(std::string_view tag) {
   const auto* const found =
-      std::ranges::find_if(names, [&](const Name& name) { return name.first == tag; });
-  return found == names.end() ? CifItem::count : found->second;
+      std::ranges::find_if(known_items, [&](const Name& name) { return name.first == tag; });
+  return found == known_items.end() ? CifItem::count : found->second;
 }
 
 }  // namespace

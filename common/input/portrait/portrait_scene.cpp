@@ -83,7 +83,7 @@ Subject subject_of(const Particles& particles, const Viewing& viewing) {
 
 PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
                     const RenderSettings& settings, const Viewing& viewing, int threads) {
-  ShownParticles shown = shown_particles(path, source, threads);
+  ShownParticles shown = shown_particles(path, source, {}, threads);
   PortraitScene out;
   out.source = std::move(source);
   out.source.file = path.string();
