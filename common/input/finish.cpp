@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view points_unit = "pt";
 
 /// `what` says which numbers there are; a word gets the nearest known one.
-double number_in(std::string_view text, NumberRange range, const std::string& what) {
+double number_within(std::string_view text, NumberRange range, const std::string& what) {
   double value = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
@@ -58,14 +58,14 @@ LineWidth line_width_from(std::string_view text) {
   const bool points = text.ends_with(points_unit);
   const std::string_view number = points ? text.substr(0, text.size() - points_unit.size()) : text;
   return {points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
-          number_in(number, ranges::line_width,
+          number_within(number, ranges::line_width,
                     "pixels" + bounds_of(ranges::line_width) + ", or points, as 0.5pt")};
 }
 
 double depth_cue_from(std::string_view text) {
   if (text == "on") return usual_depth_cue;
   if (text == "off") return 0;
-  return number_in(text, ranges::depth_cue, "a share" + bounds_of(ranges::depth_cue));
+  return number_within(text, ranges::depth_cue, "a share" + bounds_of(ranges::depth_cue));
 }
 
 Finish FinishSection::over(const Finish& other) const {
