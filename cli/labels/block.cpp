@@ -259,8 +259,10 @@ std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, doub
                   is_top(block.corner) ? margin + used : height - margin - used - block.height,
                   block.width, block.height};
     used += block.height + gap;
-    const bool inside = box.x >= margin && box.y >= margin && box.x + box.width <= width - margin &&
-                        box.y + box.height <= height - margin;
+    constexpr double rounding = 1e-6;  // what is placed at the margin may be beyond it by that
+    const double least = margin - rounding;
+    const bool inside = box.x >= least && box.y >= least && box.x + box.width <= width - least &&
+                        box.y + box.height <= height - least;
     if (!inside) fail_to_fit(block, width, height, "");
     for (const Placed& other : placed) {
       if (overlap(box.grown(gap / 2), other.box)) {

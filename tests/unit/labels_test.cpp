@@ -216,6 +216,13 @@ TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, on the side that is
 
 // ---- Places ------------------------------------------------------------------------------------
 
+TEST_CASE("labels at the margin fit, however their widths are rounded") {
+  for (int i = 1; i <= 1000; ++i) {
+    const Block block{"--text", Corner::bottom_right, 0.37 * i / 3, 0.29 * i / 7, {}};
+    CHECK_NOTHROW(lay_out({block}, 1200.1, 900.3, 0.1 * i / 9, 8));
+  }
+}
+
 TEST_CASE("labels of all corners have places apart from each other and inside the picture") {
   const Font font(14);
   const BlockStyle style{font, 1, 780, 580};
