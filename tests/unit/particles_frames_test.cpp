@@ -59,7 +59,8 @@ TEST_CASE("a frame that a file does not have is refused with the number of those
   CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: there is no frame 1"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "there is no frame 1"));
-  CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1), "no frame 1: only XYZ files"));
+  CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1),
+             "no frame 1: a CSV file holds one alone"));
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
 }
 

@@ -4,7 +4,9 @@
 #include <array>
 #include <string>
 
+#include "common/input/formats/foreign_files.h"
 #include "common/input/formats/readers.h"
+#include "common/input/formats/recognisers.h"
 #include "common/input/particles/particle_text.h"
 
 namespace parray {
@@ -14,28 +16,74 @@ constexpr std::array<std::string_view, 1> ply_names{".ply"};
 constexpr std::array<std::string_view, 1> csv_names{".csv"};
 constexpr std::array<std::string_view, 2> xyz_names{".xyz", ".extxyz"};
 constexpr std::array<std::string_view, 2> lammps_names{".lammpstrj", ".dump"};
-constexpr std::array<std::string_view, 2> pdb_names{".pdb", ".ent"};
+constexpr std::array<std::string_view, 3> pdb_names{".pdb", ".ent", ".pdb1"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
-constexpr std::array<ParticleFormat, 6> formats{{{"PLY", ply_names, false, read_ply},
-                                                 {"CSV", csv_names, false, read_csv},
-                                                 {"XYZ", xyz_names, true, read_xyz},
-                                                 {"LAMMPS dump", lammps_names, true, read_lammps},
-                                                 {"PDB", pdb_names, true, read_pdb},
-                                                 {"mmCIF", cif_names, false, read_mmcif}}};
+constexpr std::array<ParticleFormat, 6> formats{
+    {{"PLY", ply_names, false, looks_like_ply, read_ply},
+     {"XYZ", xyz_names, true, looks_like_xyz, read_xyz},
+     {"LAMMPS dump", lammps_names, true, looks_like_lammps_dump, read_lammps},
+     {"PDB", pdb_names, true, looks_like_pdb, read_pdb},
+     {"mmCIF", cif_names, false, looks_like_mmcif, read_mmcif},
+     {"CSV", csv_names, false, looks_like_csv, read_csv}}};  // last: any table could be one
+
+struct Guess {
+  const ParticleFormat* format = nullptr;
+  Likeness likeness = Likeness::none;
+};
+
+/// The format that the file looks like most; of equals `named`, else the first.
+Guess best_guess(const FileStart& start, const ParticleFormat* named) {
+  Guess best;
+  for (const ParticleFormat& format : formats) {
+    const Likeness likeness = format.looks(start);
+    const bool preferred = likeness == best.likeness && &format == named;
+    if (likeness > best.likeness || preferred) best = {&format, likeness};
+  }
+  return best.likeness == Likeness::none ? Guess{} : best;
+}
+
+bool is_scene(const FileStart& start) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  std::string_view text = start.bytes();
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '{';
+}
+
+std::string known_formats() {
+  std::string text;
+  for (const ParticleFormat& format : formats) text += ", " + std::string(format.name);
+  return "scene JSON" + text;
+}
 
 }  // namespace
 
 std::span<const ParticleFormat> particle_formats() { return formats; }
 
 const ParticleFormat* format_by_name(const std::filesystem::path& path) {
-  std::string extension = lower_case(path.extension().string());
-  if (extension == ".gz") extension = lower_case(path.stem().extension().string());
+  const std::string extension = lower_case(unpacked_name(path).extension().string());
   const auto has_it = [&](const ParticleFormat& format) {
     return std::ranges::find(format.extensions, extension) != format.extensions.end();
   };
   const auto found = std::ranges::find_if(formats, has_it);
   return found == formats.end() ? nullptr : &*found;
+}
+
+const ParticleFormat* particle_format_of(PackedFile& file) {
+  const FileStart& start = file.start();
+  const ParticleFormat* const named = format_by_name(file.path());
+  const Guess guess = best_guess(start, named);
+  if (guess.likeness >= Likeness::likely) return guess.format;
+  const FilePlace place{file.name()};
+  if (start.bytes().empty()) place.fail("the file is empty: is it complete?");
+  const std::string foreign = foreign_file(start, unpacked_name(file.path()));
+  if (!foreign.empty()) place.fail("looks like " + foreign);
+  if (is_scene(start)) return nullptr;
+  if (named != nullptr) return named;
+  if (guess.format != nullptr) return guess.format;
+  place.fail("neither a scene nor particles, but " + first_words(start) + ": ParRay reads " +
+             known_formats());
 }
 
 }  // namespace parray
