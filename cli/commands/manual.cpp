@@ -102,6 +102,8 @@ change the view, make a scene of it with `parray convert`.
 - `accelerator`, `isa`, `schedule`, `row_order`: how it was computed; never changes a bit
 - `spheres`, `features`: what the scene required
 - `duplicates_removed`: spheres of the scene file that only repeat another's centre and radius
+- `notes`: what was guessed, dropped or left out of files of particles, if anything was: a list of
+  `file`, `key`, `count` and `text`
 - `accelerator_bytes`: memory of the accelerator, positions and radii included
 - `threads`, `workers`: that contributed
 - `flag`: what was found wrong with results and mended; empty: nothing

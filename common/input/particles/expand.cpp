@@ -21,8 +21,9 @@ auto with_context(const ParticleSource& source, const JsonPlace& place, const Wo
 
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
             SceneFile& file, int threads) {
+  const std::filesystem::path path = folder / source.file;
   Particles particles = with_context(source, place, [&] {
-    return read_particles(folder / source.file,
+    return read_particles(path,
                           {.frame = source.frame,
                            .topology = source.topology.empty() ? "" : folder / source.topology,
                            .threads = threads});
@@ -33,7 +34,7 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   if (!problem.empty()) place.at("material").fail(source.material_line, problem);
   problem = problem_with(source.radius, particles, source.file);
   if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
-  note_particles(file, particles);
+  note_particles(file, path, source, particles);
   add_legend(file.legends, legend_of(particles, source.material, file.materials));
   with_context(source, place, [&] {
     append_spheres(std::move(particles), source, file.materials, file.scene, threads);
@@ -42,8 +43,9 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
 
 }  // namespace
 
-void note_particles(SceneFile& file, const Particles& particles) {
-  file.facts.push_back(particles.facts);
+void note_particles(SceneFile& file, const std::filesystem::path& path,
+                    const ParticleSource& source, const Particles& particles) {
+  file.particle_files.push_back({path, source, particles.count(), particles.facts});
   if (!file.cell) file.cell = particles.cell;
 }
 

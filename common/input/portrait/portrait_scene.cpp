@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/input/particles/expand.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/particles/particle_spheres.h"
 #include "common/input/portrait/portrait.h"
 #include "common/input/portrait/principal_axes.h"
@@ -15,10 +15,6 @@ namespace parray {
 namespace {
 
 constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
-
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
-  throw InputError(printable(path.string(), 4096) + ": " + problem);
-}
 
 void check(const std::string& problem) {
   if (!problem.empty()) throw InputError(problem);
@@ -52,11 +48,17 @@ RenderSettings portrait_settings() {
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, int threads) {
+  PackedFile file(path);
+  return portrait_scene(file, std::move(source), settings, threads);
+}
+
+PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
+                             const RenderSettings& settings, int threads) {
   Particles particles = read_particles(
-      path, {.frame = source.frame, .topology = source.topology, .threads = threads});
+      file, {.frame = source.frame, .topology = source.topology, .threads = threads});
   PortraitScene out;
   out.source = std::move(source);
-  out.source.file = path.string();
+  out.source.file = file.name();
   out.file.settings = settings;
   MaterialNames& names = out.file.materials;
   names.define("ground", portrait_ground);
@@ -66,7 +68,7 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
   Scene& scene = out.file.scene;
   scene.materials = {portrait_ground, portrait_flag};
   scene.spheres.resize(helpers);
-  note_particles(out.file, particles);
+  note_particles(out.file, file.path(), out.source, particles);
   out.file.staging = helpers;
   add_legend(out.file.legends, legend_of(particles, out.source.material, names));
   append_spheres(std::move(particles), out.source, names, scene, threads);
@@ -84,7 +86,7 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
     scene.spheres[1] = portrait.flag;
     scene.spheres[1].material = 1;
   } catch (const InputError& error) {
-    fail(path, error.what());
+    FilePlace{file.name()}.fail(error.what());
   }
   return out;
 }

@@ -28,6 +28,10 @@ struct PortraitScene {
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, int threads = 1);
 
+/// The same of a file that is open.
+PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
+                             const RenderSettings& settings, int threads = 1);
+
 /// Takes the ground out of a portrait's scene, which would fill the background of its picture.
 void leave_out_ground(Scene& scene);
 
