@@ -9,6 +9,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"
 #include "cli/commands/portrait_options.h"
+#include "cli/commands/printing.h"
 #include "cli/output/delivery.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
@@ -16,6 +17,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/image/partial_file.h"
+#include "common/input/formats/format_table.h"
 #include "common/input/particles/expand.h"
 #include "common/input/portrait/portrait_scene.h"
 #include "common/input/scene_writer.h"
@@ -42,24 +44,36 @@ std::string reference_to(const fs::path& file, const fs::path& scene) {
   return fs::weakly_canonical(file).lexically_proximate(folder).generic_string();
 }
 
+/// What the scene is to call the file of particles.
+std::string reference_in(const ConvertCommand& command, const PackedFile& file) {
+  if (file.path().empty()) {
+    throw InputError(
+        "standard input has no name that a scene could refer to: add --expand, or save it as a "
+        "file");
+  }
+  return reference_to(file.path(), command.out);
+}
+
 SceneFile converted(const ConvertCommand& command) {
-  if (is_particle_file(command.in)) {
-    PortraitScene portrait = portrait_scene(command.in, command.particles.over({}),
-                                            command.size.over(portrait_settings()),
-                                            command.portrait.viewing(), usable_cpus());
+  PackedFile file = PackedFile::of_argument(command.in);
+  if (particle_format_of(file) != nullptr) {
+    const std::string reference = command.expand ? "" : reference_in(command, file);
+    PortraitScene portrait =
+        portrait_scene(file, command.particles.over({}), command.size.over(portrait_settings()),
+                       command.portrait.viewing(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     std::string& topology = portrait.source.topology;
     if (!topology.empty()) topology = reference_to(topology, command.out);
-    return with_reference(std::move(portrait), reference_to(command.in, command.out));
+    return with_reference(std::move(portrait), reference);
   }
-  command.particles.check_unused(command.in);
-  command.portrait.check_unused(command.in);
+  command.particles.check_unused(file.name());
+  command.portrait.check_unused(file.name());
   if (command.expand || command.size.has_size()) {
-    throw InputError(printable(command.in, 4096) +
+    throw InputError(printable(file.name(), 4096) +
                      " is not a file of particles: --width, --height and --expand are for those");
   }
-  SceneFile scene = read_scene_file(command.in, usable_cpus());
-  expand_particles(scene, command.in, usable_cpus());
+  SceneFile scene = read_scene_file(file, usable_cpus());
+  expand_particles(scene, file.name(), usable_cpus());
   return scene;
 }
 
@@ -77,6 +91,7 @@ int convert(const ConvertCommand& command) {
   }
   check_outputs({.image = {}, .report = command.out}, command.in);
   const SceneFile scene = converted(command);
+  tell_notes(scene.particle_files);
   const DeferredInterrupts deferred;
   write_file(command.out, [&](std::ostream& out) { write_scene(out, scene, check_interrupted); });
   std::cout << "wrote " << command.out << ": " << contents_of(scene) << "\n";

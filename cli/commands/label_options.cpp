@@ -37,8 +37,9 @@ bool may_hold_frames_of(const std::string& format) {
 }
 
 /// What the first file says that knows of frames or time; empty: none does.
-std::string time_stamp_of(const std::vector<ParticleFacts>& files) {
-  for (const ParticleFacts& facts : files) {
+std::string time_stamp_of(const std::vector<ParticleFile>& files) {
+  for (const ParticleFile& file : files) {
+    const ParticleFacts& facts = file.facts;
     const bool frames = may_hold_frames_of(facts.format);
     std::string text = frames ? "frame " + std::to_string(facts.frame) : "";
     if (facts.time) {
@@ -55,8 +56,10 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
                         const RenderSettings& settings) {
   LabelContent content{.settings = labels, .legends = file.legends};
   content.cell = file.cell;
-  content.time_stamp = time_stamp_of(file.facts);
-  if (!file.facts.empty()) content.unit = length_unit_of(file.facts.front().format);
+  content.time_stamp = time_stamp_of(file.particle_files);
+  if (!file.particle_files.empty()) {
+    content.unit = length_unit_of(file.particle_files.front().facts.format);
+  }
   content.camera = file.scene.camera;
   content.width = settings.width;
   content.height = settings.height;

@@ -6,16 +6,26 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/input/formats/format_table.h"
 #include "common/input/particles/expand.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/portrait/portrait_scene.h"
 
 namespace parray {
 namespace {
 
+namespace fs = std::filesystem;
+
+bool may_hold_frames(const fs::path& path) {
+  PackedFile file(path);
+  const ParticleFormat* const format = particle_format_of(file);
+  return format != nullptr && format->frames;
+}
+
 void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
   bool chosen = false;
   for (ParticleSource& source : scene.particles) {
-    if (!source.frame && may_hold_frames(source.file)) {
+    if (!source.frame && may_hold_frames(fs::path(file).parent_path() / source.file)) {
       source.frame = FrameChoice{frame, false};
       chosen = true;
     }
@@ -30,7 +40,7 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 void check_beside(const SceneFile& scene, const std::string& file) {
   for (const ParticleSource& source : scene.particles) {
     for (const std::string& named : {source.file, source.topology}) {
-      if (std::filesystem::path(named).filename() == named) continue;
+      if (fs::path(named).filename() == named) continue;
       throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
                        printable(named) +
                        "' is a path: send the file beside the scene and write its name alone");
@@ -48,9 +58,10 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
   }
 }
 
-SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
+SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                    NamedFiles named, int threads) {
-  if (is_particle_file(file)) {
+  const std::string& name = file.name();
+  if (particle_format_of(file) != nullptr) {
     Viewing viewing = options.portrait().viewing();
     viewing.transparent = options.view().transparent(false);
     SceneFile portrait = portrait_scene(file, options.particles().over({}),
@@ -59,13 +70,13 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
-  options.particles().check_unused(file);
-  options.portrait().check_unused(file);
+  options.particles().check_unused(name);
+  options.portrait().check_unused(name);
   SceneFile scene = read_scene_file(file, threads);
-  if (named == NamedFiles::beside) check_beside(scene, file);
-  if (change.particles) choose_frame(scene, *change.particles, file);
+  if (named == NamedFiles::beside) check_beside(scene, name);
+  if (change.particles) choose_frame(scene, *change.particles, name);
   if (!scene.particles.empty()) {
-    expand_particles(scene, file, threads);
+    expand_particles(scene, name, threads);
     remove_more_duplicates(scene, threads);
   }
   scene.settings = options.over(scene.settings);
@@ -74,13 +85,24 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
 
 }  // namespace
 
-SceneFile load_scene(const std::string& file, const RenderOptions& options,
-                     const FrameChange& change, NamedFiles named) {
+SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
+                     NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named, usable_cpus());
   scene.transparent = options.view().transparent(scene.transparent);
   if (change.camera) scene.scene.camera = *change.camera;
-  warn_of_duplicates(scene.duplicates, file);
+  tell_notes(scene.particle_files);
+  warn_of_duplicates(scene.duplicates, file.name());
   return scene;
+}
+
+SceneFile load_scene(const std::string& file, const RenderOptions& options,
+                     const FrameChange& change, NamedFiles named) {
+  if (named == NamedFiles::beside) {
+    PackedFile opened{fs::path(file)};  // whoever has named it has no standard input here
+    return load_scene(opened, options, change, named);
+  }
+  PackedFile opened = PackedFile::of_argument(file);
+  return load_scene(opened, options, change, named);
 }
 
 }  // namespace parray

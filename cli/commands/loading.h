@@ -23,8 +23,14 @@ enum class NamedFiles : std::uint8_t {
 };
 
 /// The scene in a scene file, its particles among its spheres, or the portrait of a particle file;
-/// with the options laid over its settings. Warns of duplicates on stderr. Throws InputError.
+/// with the options laid over its settings. Which of them a file is, its contents say. Tells on
+/// stderr what readers have guessed, dropped or left out, and of duplicates. Throws InputError.
+/// "-" is the standard input, unless the scene is somebody else's.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
+
+/// The same of a file that is open.
+SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},
+                     NamedFiles named = NamedFiles::anywhere);
 
 }  // namespace parray

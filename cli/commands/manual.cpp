@@ -121,6 +121,8 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
   `low`, `high` and `stops`, of categories `entries` with `name`, `color` (linear RGB) and `count`
 - `spheres`, `features`: what the scene required
 - `duplicates_removed`: spheres of the scene file that only repeat another's centre and radius
+- `notes`: what was guessed, dropped or left out of files of particles, if anything was: a list of
+  `file`, `key`, `count` and `text`
 - `accelerator_bytes`: memory of the accelerator, positions and radii included
 - `threads`, `workers`: that contributed
 - `flag`: what was found wrong with results and mended; empty: nothing

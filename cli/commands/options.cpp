@@ -71,7 +71,7 @@ void add_scene(Command& command, std::string& scene, const char* name) {
   command
       .option(name, scene,
               "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
-              "or mmCIF")
+              "or mmCIF, also packed by gzip, bzip2, xz or zstd; - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();

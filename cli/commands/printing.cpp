@@ -23,6 +23,44 @@ void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_f
             << " (from 0), the same as sphere " << duplicates.first_of << ", which stays\n";
 }
 
+std::string note_text(const ParticleNote& note) {
+  return std::to_string(note.count) + " " + printable(note.text, 500);
+}
+
+json notes_json(const std::vector<ParticleNote>& notes) {
+  json list = json::array();
+  for (const ParticleNote& note : notes) {
+    list.push_back({{"key", note.key}, {"count", note.count}, {"text", note.text}});
+  }
+  return list;
+}
+
+std::string name_of(const ParticleFile& file) {
+  return file.path.empty() ? "standard input" : printable(file.path.string(), 4096);
+}
+
+json notes_json(const std::vector<ParticleFile>& files) {
+  json list = json::array();
+  for (const ParticleFile& file : files) {
+    for (json note : notes_json(file.facts.notes)) {
+      note["file"] = name_of(file);
+      list.push_back(std::move(note));
+    }
+  }
+  return list;
+}
+
+void tell_notes(const std::vector<ParticleFile>& files) {
+  for (const ParticleFile& file : files) {
+    if (file.facts.notes.empty()) continue;
+    std::string text;
+    for (const ParticleNote& note : file.facts.notes) {
+      text += (text.empty() ? "" : "; ") + note_text(note);
+    }
+    std::cerr << "parray: " << name_of(file) << ": " << text << "\n";
+  }
+}
+
 std::string progress_cell(const JobStatus& job) {
   return std::to_string(static_cast<int>(100 * job.progress)) + " %";
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/farm/client.h"
+#include "common/input/scene_file.h"
 #include "common/scene/duplicates.h"
 
 /// What the commands print, on stdout but for warnings.
@@ -19,6 +20,19 @@ void print_job(const nlohmann::json& map, bool as_json);
 
 /// One line on stderr about spheres that were left out of a scene, if any were.
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file);
+
+/// A line on stderr for each file of which something was guessed, dropped or left out.
+void tell_notes(const std::vector<ParticleFile>& files);
+
+/// A note as people read it: "3 elements guessed from names".
+std::string note_text(const ParticleNote& note);
+
+/// [{"key", "count", "text"}, ...]; of several files each also with "file".
+nlohmann::json notes_json(const std::vector<ParticleNote>& notes);
+nlohmann::json notes_json(const std::vector<ParticleFile>& files);
+
+/// For messages: a file's path, or "standard input".
+std::string name_of(const ParticleFile& file);
 
 /// A job's progress and time left: "43 %", "12 s"; empty where there is nothing to say.
 std::string progress_cell(const JobStatus& job);

@@ -4,6 +4,7 @@
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
+#include "cli/commands/printing.h"
 #include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
@@ -40,6 +41,7 @@ int render(const RenderCommand& command) {
   SceneFile file;
   Submission submission =
       load_submission(command.scene, command.render, 50, {}, NamedFiles::anywhere, &file);
+  outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, command.output.labels(), file, submission.settings);
   add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
   check_isa(submission.settings.isa);

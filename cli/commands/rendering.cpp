@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "cli/commands/end_command.h"
-#include "cli/commands/printing.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
@@ -16,6 +15,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
+#include "common/input/particles/packed_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
@@ -93,7 +93,9 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
   Submission submission;
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));
-  submission.name = printable(std::filesystem::path(scene_file).filename().string(), 100);
+  submission.name = scene_file == standard_input_argument
+                        ? "standard input"
+                        : printable(std::filesystem::path(scene_file).filename().string(), 100);
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;

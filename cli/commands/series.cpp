@@ -19,7 +19,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/input/camera_path.h"
-#include "common/input/particles/particles.h"
+#include "common/input/formats/format_table.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -291,16 +291,28 @@ void check_frame_outputs(const OutputPaths& outputs) {
   check_outputs(outputs_of(outputs, 0));
 }
 
-int submit_series(Client& client, const SeriesRequest& request) {
-  if (!request.render.like().empty()) {
-    throw InputError("--like is the recipe of one picture: give the settings of the frames");
+/// Of one file for all frames.
+static void check_scene(const SeriesRequest& request) {
+  if (has_frame_number(request.scene)) return;
+  if (request.scene == standard_input_argument) {
+    throw InputError(
+        "the frames of a series read their scene one after the other, and standard input can be "
+        "read once: save it as a file");
   }
-  if (is_particle_file(request.scene) && !has_frame_number(request.scene) &&
-      request.camera_path.empty()) {
+  if (!request.camera_path.empty()) return;
+  PackedFile file(request.scene);
+  if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
                      ": its frames need one camera for all: parray convert it to a scene, and "
                      "submit that");
   }
+}
+
+int submit_series(Client& client, const SeriesRequest& request) {
+  if (!request.render.like().empty()) {
+    throw InputError("--like is the recipe of one picture: give the settings of the frames");
+  }
+  check_scene(request);
   const DeferredInterrupts deferred;
   SeriesRun run(client, request);
   try {

@@ -5,6 +5,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
+#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "common/base/cpu_count.h"
@@ -67,6 +68,7 @@ int submit(const SubmitCommand& command) {
                         "picture: add --wait -o IMAGE, or --opaque");
   }
   outputs.transparent = submission.transparent;
+  outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, command.output.labels(), file, submission.settings);
   add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
   if (outputs.image.empty()) say_unfinished(file, submission.name);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/mpi_report.h"
@@ -189,6 +190,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   SceneFile file;
   Submission submission =
       load_submission(options.scene, options.render, 50, {}, NamedFiles::anywhere, &file);
+  outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, options.output.labels(), file, submission.settings);
   add_finishing(outputs, options.output.finish(), file, submission.scene, submission.settings);
   check_isa(submission.settings.isa);
@@ -342,8 +344,8 @@ int finish(const OutputPaths& outputs, CheckpointedJob& kept, const MpiJob& job,
            Time started) {
   kept.keep_picture(rendered.picture);
   const Aovs needed = needs_of(outputs.finishing);
-  const bool needs_scene = !outputs.aovs.empty() || !needed.empty() || job.settings.replicates ||
-                           job.transparent;
+  const bool needs_scene =
+      !outputs.aovs.empty() || !needed.empty() || job.settings.replicates || job.transparent;
   add_channels(rendered.picture, extra_channels(outputs.aovs, job.settings,
                                                 needs_scene ? kept.scene_again() : nullptr,
                                                 rendered.threads, job.transparent, needed));

@@ -171,6 +171,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   if (!outputs.error_map.empty()) write_error_map(outputs.error_map, picture);
   const Time end = clock.now();
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
+  if (!outputs.notes.empty()) report["notes"] = outputs.notes;
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
   if (!outputs.none()) say_what_was_written(report, outputs, total);
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();

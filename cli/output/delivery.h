@@ -15,6 +15,7 @@ struct OutputPaths {
   Aovs aovs{};                        ///< wanted as extra channels of the image
   bool denoise = false;               ///< the image is to be a denoised one
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
+  nlohmann::json notes{};             ///< of the files of particles, for the report
   std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
   bool transparent = false;           ///< the image is to have no background
 

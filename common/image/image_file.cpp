@@ -1,7 +1,5 @@
 #include "common/image/image_file.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
@@ -9,6 +7,7 @@
 #include <system_error>
 
 #include "common/base/error.h"
+#include "common/base/module.h"
 #include "common/base/printable.h"
 #include "common/image/exr_header.h"
 #include "common/image/image_codec.h"
@@ -44,29 +43,11 @@ void check_channels(const fs::path& path, const Image& image, const Channels& ch
   }
 }
 
-/// Where it is built and where it is installed: in bin/../lib/parray, beside the programs that are
-/// there.
-fs::path module_file() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw RunError("finding this program: " + error.message());
-  const fs::path beside = program.parent_path() / "image_codec.so";
-  if (fs::exists(beside, error)) return beside;
-  return program.parent_path().parent_path() / "lib" / "parray" / beside.filename();
-}
-
 /// Stays loaded until the program ends.
 const ImageCodec& codec() {
-  static const ImageCodec& loaded = []() -> const ImageCodec& {
-    const fs::path file = module_file();
-    void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    void* const entry = module == nullptr ? nullptr : dlsym(module, image_codec_entry);
-    if (entry == nullptr) {
-      throw RunError("loading what reads and writes pictures: " + std::string(dlerror()) +
-                     ": install ParRay and OpenImageIO again");
-    }
-    return *reinterpret_cast<ImageCodecEntry>(entry)();
-  }();
+  static const ImageCodec& loaded = *reinterpret_cast<ImageCodecEntry>(
+      module_entry("image_codec.so", image_codec_entry, "what reads and writes pictures",
+                   "install ParRay and OpenImageIO again"))();
   return loaded;
 }
 

@@ -18,6 +18,16 @@
 
 namespace parray {
 
+class PackedFile;
+
+/// A file of particles that has become part of a scene.
+struct ParticleFile {
+  std::filesystem::path path;  ///< empty: the standard input
+  ParticleSource source;       ///< what was asked for of it
+  std::uint64_t count = 0;     ///< of particles that the scene shows
+  ParticleFacts facts;
+};
+
 /// What a scene file says: the scene, and the settings that it asks for. Settings that the file
 /// does not name keep the defaults of RenderSettings (which are the seed program's own:
 /// 1200 x 800, 500 samples, depth 10).
@@ -33,9 +43,9 @@ struct SceneFile {
   Finish finish;         ///< what is done to its picture before it is looked at
   LabelSettings labels;  ///< what is to be written on its picture
   // Of its particles, once they are in the scene:
-  std::vector<Legend> legends;       ///< what their colours mean
-  std::vector<ParticleFacts> facts;  ///< of each file
-  std::optional<ParticleCell> cell;  ///< of the first file that has one
+  std::vector<Legend> legends;               ///< what their colours mean
+  std::vector<ParticleFile> particle_files;  ///< in order
+  std::optional<ParticleCell> cell;          ///< of the first file that has one
   /// So many of the first spheres are what a portrait adds, ground and lights.
   std::uint32_t staging = 0;
   Duplicates duplicates;  ///< spheres of the file that the scene does not have
@@ -49,6 +59,9 @@ struct SceneFile {
 /// JSON. The same for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem:
 /// remedy".
 SceneFile read_scene_file(const std::filesystem::path& path, int threads = 1);
+
+/// The same of a file that is open.
+SceneFile read_scene_file(PackedFile& file, int threads = 1);
 
 /// The same from an open stream; `name` stands for the file in messages.
 SceneFile read_scene(std::istream& input, const std::string& name, int threads = 1);

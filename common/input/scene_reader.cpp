@@ -1,39 +1,39 @@
-#include <cerrno>
-#include <fstream>
-#include <system_error>
+#include <algorithm>
+#include <istream>
+#include <streambuf>
+#include <vector>
 
-#include "common/base/error.h"
-#include "common/base/printable.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/scene_builder.h"
 #include "common/input/scene_file.h"
-#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
 
-[[noreturn]] void fail_file(const std::string& name, const std::string& problem) {
-  constexpr std::size_t longest_path = 4096;
-  throw InputError(printable(name, longest_path) + ": " + problem);
-}
+/// A file, expanded if it is packed, as a stream.
+class FileBuffer : public std::streambuf {
+ public:
+  explicit FileBuffer(PackedFile& file) : file_(&file), block_(std::size_t{1} << 16) {}
 
-/// Refuses what is not a file before it is opened: a directory opens, and only reading it fails.
-void check_file(const std::filesystem::path& path, const std::string& name) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) {
-    fail_file(name, "no such file: check the path");
+ protected:
+  int_type underflow() override {
+    const std::size_t got = file_->read(block_.data(), block_.size());
+    setg(block_.data(), block_.data(), block_.data() + got);
+    return got == 0 ? traits_type::eof() : traits_type::to_int_type(block_[0]);
   }
-  if (error) fail_file(name, "cannot be opened (" + error.message() + "): check the path");
-  if (std::filesystem::is_directory(status)) {
-    fail_file(name, "is a directory: name the scene file in it");
+
+  std::streamsize xsgetn(char* to, std::streamsize bytes) override {
+    const std::streamsize ready = std::min<std::streamsize>(bytes, egptr() - gptr());
+    std::copy_n(gptr(), ready, to);
+    gbump(static_cast<int>(ready));
+    return ready + static_cast<std::streamsize>(
+                       file_->read(to + ready, static_cast<std::size_t>(bytes - ready)));
   }
-  if (!std::filesystem::is_regular_file(status)) return;  // a pipe has no size
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!error && size > limits::max_scene_file_bytes) {
-    fail_file(name, "has " + std::to_string(size) + " bytes, more than " +
-                        std::to_string(limits::max_scene_file_bytes) + ": split the scene");
-  }
-}
+
+ private:
+  PackedFile* file_;
+  std::vector<char> block_;
+};
 
 }  // namespace
 
@@ -45,16 +45,17 @@ SceneFile read_scene(std::istream& input, const std::string& name, int threads) 
   return file;
 }
 
+SceneFile read_scene_file(PackedFile& file, int threads) {
+  file.rewind();
+  FileBuffer buffer(file);
+  std::istream input(&buffer);
+  input.exceptions(std::ios::badbit);  // passes on what the file throws
+  return read_scene(input, file.name(), threads);
+}
+
 SceneFile read_scene_file(const std::filesystem::path& path, int threads) {
-  const std::string name = path.string();
-  check_file(path, name);
-  errno = 0;
-  std::ifstream input(path, std::ios::binary);
-  if (!input) {
-    fail_file(name, "cannot be opened (" + std::generic_category().message(errno) +
-                        "): check its permissions");
-  }
-  return read_scene(input, name, threads);
+  PackedFile file(path);
+  return read_scene_file(file, threads);
 }
 
 }  // namespace parray

@@ -61,12 +61,12 @@ function(stage_debian)
   endforeach()
 endfunction()
 
-# Every library but the C library's and MPI's, which belong to the machine, beside the module that reads
-# and writes pictures; and the licences of their packages.
+# Every library but the C library's and MPI's, which belong to the machine, beside the modules; and the
+# licences of their packages.
 function(bundle root)
   set(target ${root}/lib/parray)
   file(GLOB programs ${root}/bin/*)
-  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${target}/image_codec.so
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${target}/image_codec.so ${target}/unpack.so
     RESOLVED_DEPENDENCIES_VAR libraries UNRESOLVED_DEPENDENCIES_VAR missing
     PRE_EXCLUDE_REGEXES "^(ld-linux.*|lib(c|m|dl|pthread|rt|resolv|mvec))\\.so\\." "^lib(mpi|open-rte|open-pal)\\.so\\.")
   if(missing)

@@ -13,7 +13,8 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 6> formats{{{'y', "f.ply"},
+constexpr std::array<Format, 7> formats{{{'n', "f"},  // the bytes say all
+                                         {'y', "f.ply"},
                                          {'v', "f.csv"},
                                          {'x', "f.xyz"},
                                          {'l', "f.dump"},
@@ -61,12 +62,15 @@ char letter_for(const std::string& name) {
   throw std::logic_error("a particle file of no format");
 }
 
-/// Each as it is, and some packed.
+/// Each under its name and without one, as it is and in every packing.
 std::vector<std::string> seeds() {
   std::vector<std::string> files;
   for (const auto& [name, bytes] : test::valid_particle_files()) {
     files.push_back(letter_for(name) + bytes);
-    if (name != "b.ply") files.push_back(letter_for(name) + test::packed(bytes));
+    files.push_back('n' + bytes);
+    for (const char* packing : {"gzip", "bzip2", "xz", "zstd"}) {
+      files.push_back('n' + test::packed(bytes, packing));
+    }
   }
   files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
   files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");

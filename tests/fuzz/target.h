@@ -29,7 +29,7 @@ struct Target {
 };
 
 extern const Target scene_target;      ///< a scene file, either format
-extern const Target particles_target;  ///< a letter for the format, then a particle file
+extern const Target particles_target;  ///< a letter for the name, then a particle file
 extern const Target messages_target;   ///< a letter for the form, then a message's frames
 extern const Target bulk_target;       ///< a letter for the kind, then what a bulk frame holds
 extern const Target state_target;      ///< a letter for the kind, then what is kept of a job

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <zlib.h>
-
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -11,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/input/particles/particles.h"
 #include "tests/support/message_of.h"
+#include "tests/support/packed.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray::test {
@@ -44,17 +43,6 @@ class ParticleFiles {
  private:
   TemporaryDirectory directory_;
 };
-
-/// `text` packed by gzip.
-inline std::string packed(const std::string& text) {
-  const TemporaryDirectory directory;
-  const std::filesystem::path path = directory.path() / "packed.gz";
-  gzFile file = gzopen(path.c_str(), "wb");
-  gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
-  gzclose(file);
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The bytes of a value, in the byte order named.
 template <typename T>

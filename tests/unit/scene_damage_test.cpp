@@ -310,9 +310,9 @@ TEST_CASE("a file that is none is refused by name") {
         root + "/none.json: no such file: check the path");
   CHECK(message_of_file(folder.path() / "a" / "b.json") ==
         root + "/a/b.json: no such file: check the path");
-  CHECK(message_of_file(folder.path()) == root + ": is a directory: name the scene file in it");
+  CHECK(message_of_file(folder.path()) == root + ": is a directory: name a file in it");
   CHECK(message_of_file(folder.write("empty.json", "")) ==
-        root + "/empty.json:1: /: the file is empty: a scene is a JSON object");
+        root + "/empty.json: the file is empty: is it complete?");
   CHECK(message_of_file(folder.write("good.json", valid_scene())) == "no error");
   const fs::path below_a_file = folder.path() / "good.json" / "s.json";
   CHECK(message_of_file(below_a_file).starts_with(below_a_file.string() + ": "));
@@ -330,7 +330,7 @@ TEST_CASE("a file that cannot be read is refused") {
   // A file of the kernel whose first bytes cannot be read.
   if (fs::exists("/proc/self/mem")) {
     CHECK(message_of_file("/proc/self/mem") ==
-          "/proc/self/mem:1: /: reading failed here: check the file and its disk");
+          "/proc/self/mem: reading failed (Input/output error): check its disk");
   }
 }
 
@@ -340,9 +340,8 @@ TEST_CASE("a file beyond the size limit is refused before it is read") {
   std::error_code error;
   fs::resize_file(path, limits::max_scene_file_bytes + 1, error);  // a hole: takes no space
   if (error) return;                                               // not on this file system
-  CHECK(message_of_file(path) == path.string() +
-                                     ": has 17179869185 bytes, more than 17179869184: split the "
-                                     "scene");
+  CHECK(message_of_file(path) ==
+        path.string() + ": has 17179869185 bytes, more than 17179869184: split it");
 }
 
 TEST_CASE("a randomly damaged scene loads or is refused, and nothing else") {

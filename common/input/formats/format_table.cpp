@@ -4,7 +4,9 @@
 #include <array>
 #include <string>
 
+#include "common/input/formats/foreign_files.h"
 #include "common/input/formats/readers.h"
+#include "common/input/formats/recognisers.h"
 #include "common/input/particles/particle_text.h"
 
 namespace parray {
@@ -30,39 +32,89 @@ constexpr std::array<std::string_view, 3> sdf_names{".sdf", ".mol", ".sd"};
 constexpr std::array<std::string_view, 1> mol2_names{".mol2"};
 constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
 
+/// Of proteins or of crystals.
+Likeness looks_like_any_cif(const FileStart& start) {
+  return std::max(looks_like_mmcif(start), looks_like_cif(start));
+}
+
 constexpr std::array<ParticleFormat, 19> formats{
-    {{"PLY", ply_names, false, read_ply},
-     {"CSV", csv_names, false, read_csv},
-     {"XYZ", xyz_names, true, read_xyz},
-     {"LAMMPS dump", lammps_names, true, read_lammps},
-     {"LAMMPS data file", data_names, false, read_lammps_data},
-     {"DCD", dcd_names, true, read_dcd},
-     {"XTC", xtc_names, true, read_xtc},
-     {"TRR", trr_names, true, read_trr},
-     {"AMBER NetCDF", netcdf_names, true, read_netcdf},
-     {"AMBER restart", inpcrd_names, false, read_inpcrd},
-     {"PSF", psf_names, false, read_psf, false},
-     {"PRMTOP", prmtop_names, false, read_prmtop, false},
-     {"PDB", pdb_names, true, read_pdb},
-     {"PDBQT", pdbqt_names, true, read_pdbqt},
-     {"PQR", pqr_names, true, read_pqr},
-     {"GRO", gro_names, true, read_gro},
-     {"SDF", sdf_names, true, read_sdf},
-     {"MOL2", mol2_names, true, read_mol2},
-     {"CIF", cif_names, true, read_cif}}};
+    {{"PLY", ply_names, false, looks_like_ply, read_ply},
+     {"XYZ", xyz_names, true, looks_like_xyz, read_xyz},
+     {"LAMMPS dump", lammps_names, true, looks_like_lammps_dump, read_lammps},
+     {"LAMMPS data file", data_names, false, looks_like_lammps_data, read_lammps_data},
+     {"DCD", dcd_names, true, looks_like_dcd, read_dcd},
+     {"XTC", xtc_names, true, looks_like_xtc, read_xtc},
+     {"TRR", trr_names, true, looks_like_trr, read_trr},
+     {"AMBER NetCDF", netcdf_names, true, looks_like_netcdf, read_netcdf},
+     {"AMBER restart", inpcrd_names, false, looks_like_inpcrd, read_inpcrd},
+     {"PSF", psf_names, false, looks_like_psf, read_psf, false},
+     {"PRMTOP", prmtop_names, false, looks_like_prmtop, read_prmtop, false},
+     {"PDB", pdb_names, true, looks_like_pdb, read_pdb},
+     {"PDBQT", pdbqt_names, true, looks_like_pdbqt, read_pdbqt},
+     {"PQR", pqr_names, true, looks_like_pqr, read_pqr},
+     {"GRO", gro_names, true, looks_like_gro, read_gro},
+     {"SDF", sdf_names, true, looks_like_sdf, read_sdf},
+     {"MOL2", mol2_names, true, looks_like_mol2, read_mol2},
+     {"CIF", cif_names, true, looks_like_any_cif, read_cif},
+     {"CSV", csv_names, false, looks_like_csv, read_csv}}};  // last: any table could be one
+
+struct Guess {
+  const ParticleFormat* format = nullptr;
+  Likeness likeness = Likeness::none;
+};
+
+/// The format that the file looks like most; of equals `named`, else the first.
+Guess best_guess(const FileStart& start, const ParticleFormat* named) {
+  Guess best;
+  for (const ParticleFormat& format : formats) {
+    const Likeness likeness = format.looks(start);
+    const bool preferred = likeness == best.likeness && &format == named;
+    if (likeness > best.likeness || preferred) best = {&format, likeness};
+  }
+  return best.likeness == Likeness::none ? Guess{} : best;
+}
+
+bool is_scene(const FileStart& start) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  std::string_view text = start.bytes();
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '{';
+}
+
+std::string known_formats() {
+  std::string text;
+  for (const ParticleFormat& format : formats) text += ", " + std::string(format.name);
+  return "scene JSON" + text;
+}
 
 }  // namespace
 
 std::span<const ParticleFormat> particle_formats() { return formats; }
 
 const ParticleFormat* format_by_name(const std::filesystem::path& path) {
-  std::string extension = lower_case(path.extension().string());
-  if (extension == ".gz") extension = lower_case(path.stem().extension().string());
+  const std::string extension = lower_case(unpacked_name(path).extension().string());
   const auto has_it = [&](const ParticleFormat& format) {
     return std::ranges::find(format.extensions, extension) != format.extensions.end();
   };
   const auto found = std::ranges::find_if(formats, has_it);
   return found == formats.end() ? nullptr : &*found;
+}
+
+const ParticleFormat* particle_format_of(PackedFile& file) {
+  const FileStart& start = file.start();
+  const ParticleFormat* const named = format_by_name(file.path());
+  const Guess guess = best_guess(start, named);
+  if (guess.likeness >= Likeness::likely) return guess.format;
+  const FilePlace place{file.name()};
+  if (start.bytes().empty()) place.fail("the file is empty: is it complete?");
+  const std::string foreign = foreign_file(start, unpacked_name(file.path()));
+  if (!foreign.empty()) place.fail("looks like " + foreign);
+  if (is_scene(start)) return nullptr;
+  if (named != nullptr) return named;
+  if (guess.format != nullptr) return guess.format;
+  place.fail("neither a scene nor particles, but " + first_words(start) + ": ParRay reads " +
+             known_formats());
 }
 
 }  // namespace parray

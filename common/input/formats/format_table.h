@@ -14,6 +14,7 @@ struct ParticleFormat {
   std::string_view name;                         ///< for people: "LAMMPS dump"
   std::span<const std::string_view> extensions;  ///< lower case, with the dot; the first is usual
   bool frames = false;                           ///< a file may hold several
+  Recogniser looks = nullptr;
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
   bool positions = true;  ///< false: names and elements only, for the topology of a trajectory
 };
@@ -23,5 +24,10 @@ std::span<const ParticleFormat> particle_formats();
 
 /// By the file name's extension, that of a packed file looked through; nullptr: none.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
+
+/// The format that the file's first bytes show; where they show none that is likely, the one of its
+/// name; else one that is possible. nullptr: a scene file, which begins with a brace.
+/// Throws InputError "FILE: problem: remedy", with what the file seems to be, for any other.
+const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray

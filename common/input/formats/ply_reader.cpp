@@ -238,6 +238,18 @@ const PlyElement& vertex_of(const PlyHeader& header, const FilePlace& place) {
   return *vertex;
 }
 
+/// What the file holds beside particles: a mesh's faces, above all.
+void note_other_elements(const PlyHeader& header, ParticleFacts& facts) {
+  for (const PlyElement& element : header.elements) {
+    if (element.name == "vertex" || element.count == 0) continue;
+    const std::string ending = element.count == 1 ? "" : "s";
+    const std::string what = element.name == "face"
+                                 ? "face" + ending + " of a mesh"
+                                 : "instance" + ending + " of element '" + element.name + "'";
+    facts.notes.push_back({"elements_left_out", element.count, what + " not shown"});
+  }
+}
+
 template <typename Reader>
 Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader, int threads) {
   const PlyElement& vertex = vertex_of(header, input.place());
@@ -253,7 +265,9 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
     }
   }
   reader.check_end();
-  return columns.finish();
+  Particles particles = columns.finish();
+  note_other_elements(header, particles.facts);
+  return particles;
 }
 
 }  // namespace

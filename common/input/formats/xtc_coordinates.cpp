@@ -82,9 +82,9 @@ Whole take_digits(Bits& bits, unsigned count, const Sizes& sizes) {
 
 Whole sum(const Whole& a, const Whole& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
-class Unpacker {
+class XtcUnpacker {
  public:
-  Unpacker(const XtcPacking& packing, std::string_view bytes, const FilePlace& place)
+  XtcUnpacker(const XtcPacking& packing, std::string_view bytes, const FilePlace& place)
       : packing_(packing), place_(place), bits_(bytes, place), small_(packing.small) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       least_.at(axis) = packing.least.at(axis);
@@ -181,7 +181,7 @@ class Unpacker {
 
 std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
                               const FilePlace& place) {
-  return Unpacker(packing, bytes, place).all();
+  return XtcUnpacker(packing, bytes, place).all();
 }
 
 }  // namespace parray

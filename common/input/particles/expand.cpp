@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/particles/particle_spheres.h"
 #include "common/input/particles/shown_particles.h"
 #include "common/input/particles/source_error.h"
@@ -14,7 +15,8 @@ namespace {
 /// Appends the particles of `source`; throws as the functions that it calls do.
 void append(ParticleSource source, const std::filesystem::path& folder, SceneFile& file,
             int threads) {
-  ShownParticles shown = shown_particles(folder / source.file, source, folder, threads);
+  PackedFile particles(folder / source.file);
+  ShownParticles shown = shown_particles(particles, source, folder, threads);
   const auto check = [](const char* key, const std::string& problem) {
     if (!problem.empty()) throw SourceError(key, problem);
   };
@@ -22,7 +24,7 @@ void append(ParticleSource source, const std::filesystem::path& folder, SceneFil
   check("material", problem_with(source.material, shown.particles, file.materials, source.file));
   source.radius = decided(source.radius, shown.particles);
   check("radius", problem_with(source.radius, shown.particles, source.file));
-  append_shown(std::move(shown), source, file, threads);
+  append_shown(std::move(shown), particles.path(), source, file, threads);
 }
 
 /// The particle file's message says where in it; the scene's place says who asked for what.

@@ -1,65 +1,142 @@
 #include "common/input/particles/packed_file.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <string>
-#include <string_view>
-#include <system_error>
+#include <utility>
+#include <vector>
 
+#include "common/base/module.h"
 #include "common/base/printable.h"
+#include "common/input/particles/particle_text.h"
 #include "common/scene/limits.h"
 
 namespace parray {
 namespace {
 
-constexpr unsigned buffer_bytes = 1U << 17;
+struct Packing {
+  std::string_view name;
+  std::string_view signature;
+  std::array<std::string_view, 2> extensions;
+};
 
-/// Refuses what is not a file before it is opened: a directory opens, and only reading it fails.
-std::optional<std::uint64_t> size_of(const std::filesystem::path& path, const FilePlace& place) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) {
-    place.fail("no such file: check the path");
+// RFC 1952; the bzip2 format; the .xz file format, 2.1.1; RFC 8878, 3.1.1.
+constexpr std::array<Packing, 4> packings{{{"gzip", "\x1f\x8b", {".gz", ".gzip"}},
+                                           {"bzip2", "BZh", {".bz2", ".bzip2"}},
+                                           {"xz", {"\xfd\x37zXZ\0", 6}, {".xz", ".xz"}},
+                                           {"zstd", "\x28\xb5\x2f\xfd", {".zst", ".zstd"}}}};
+
+/// As read(), from a place of the file, or where it has no places (at < 0) from where it stands.
+std::size_t read_some(int file, char* to, std::size_t bytes, std::int64_t at,
+                      const FilePlace& place) {
+  for (;;) {
+    const ssize_t got = at < 0 ? ::read(file, to, bytes) : pread(file, to, bytes, at);
+    if (got >= 0) return static_cast<std::size_t>(got);
+    if (errno != EINTR) place.fail("reading failed (" + last_system_error() + "): check its disk");
   }
-  if (error) place.fail("cannot be opened (" + error.message() + "): check the path");
-  if (std::filesystem::is_directory(status)) {
-    place.fail("is a directory: name the file of particles in it");
+}
+
+struct stat status_of(int file, const FilePlace& place) {
+  struct stat status {};
+  if (fstat(file, &status) != 0) {
+    place.fail("cannot be opened (" + last_system_error() + "): check the path");
   }
-  if (!std::filesystem::is_regular_file(status)) return {};
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return {};
-  return size;
+  if (S_ISDIR(status.st_mode)) place.fail("is a directory: name a file in it");
+  return status;
+}
+
+std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file) {
+  if (packing == "gzip") return unpack_gzip(file);
+  static const auto unpack = reinterpret_cast<UnpackerEntry>(module_entry(
+      "unpack.so", unpacker_entry, "what expands packed files", "install ParRay again"));
+  return std::unique_ptr<Unpacker>(unpack(file));
 }
 
 }  // namespace
 
-PackedFile::PackedFile(const std::filesystem::path& path) : place_{path.string()} {
-  const std::optional<std::uint64_t> size = size_of(path, place_);
-  regular_ = std::filesystem::is_regular_file(path);
-  errno = 0;
-  file_.reset(gzopen(path.c_str(), "rbe"));
-  if (file_ == nullptr) {
-    place_.fail("cannot be opened (" + std::generic_category().message(errno) +
-                "): check its permissions");
+std::filesystem::path unpacked_name(const std::filesystem::path& path) {
+  const std::string extension = lower_case(path.extension().string());
+  const auto has_it = [&](const Packing& packing) {
+    return std::ranges::find(packing.extensions, extension) != packing.extensions.end();
+  };
+  return std::ranges::any_of(packings, has_it) ? path.parent_path() / path.stem() : path;
+}
+
+PackedFile::PackedFile(const std::filesystem::path& path) : place_{path.string()}, path_(path) {
+  OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) {
+    if (errno == ENOENT || errno == ENOTDIR) place_.fail("no such file: check the path");
+    place_.fail("cannot be opened (" + last_system_error() + "): check " +
+                (errno == EACCES ? "its permissions" : "the path"));
   }
-  gzbuffer(file_.get(), buffer_bytes);
-  if (size == 0U) place_.fail("the file is empty: is it complete?");
-  if (gzdirect(file_.get()) != 0) size_ = size;
+  take(std::move(file));
+}
+
+PackedFile::PackedFile(StandardInput /*unused*/) : place_{"standard input"} {
+  OpenFile file(dup(STDIN_FILENO));
+  if (file.number() < 0) place_.fail("is closed: name a file, or send one through a pipe");
+  take(std::move(file));
+}
+
+PackedFile PackedFile::of_argument(const std::string& argument) {
+  if (argument == standard_input_argument) return PackedFile(StandardInput{});
+  return PackedFile(argument);
+}
+
+void PackedFile::take(OpenFile file) {
+  struct stat status = status_of(file.number(), place_);
+  if (!S_ISREG(status.st_mode)) {
+    const auto read = [&](char* to, std::size_t bytes) {
+      return read_some(file.number(), to, bytes, -1, place_);
+    };
+    file = spooled(read, place_);
+    status = status_of(file.number(), place_);
+  }
+  file_ = std::move(file);
+  std::array<char, 6> first{};
+  const std::size_t got = read_some(file_.number(), first.data(), first.size(), 0, place_);
+  if (got == 0 || status.st_size == 0) place_.fail("the file is empty: is it complete?");
+  const std::string_view bytes(first.data(), got);
+  const auto is_it = [&](const Packing& known) { return bytes.starts_with(known.signature); };
+  const auto* const packing = std::ranges::find_if(packings, is_it);
+  if (packing == packings.end()) {
+    size_ = static_cast<std::uint64_t>(status.st_size);
+  } else {
+    packing_ = packing->name;
+    rewind();
+  }
+}
+
+void PackedFile::rewind() {
+  position_ = total_ = 0;
+  if (!packing_.empty()) unpacker_ = unpacker_for(packing_, file_.number());
+}
+
+std::size_t PackedFile::read_plain(char* to, std::size_t bytes) {
+  std::size_t done = 0;
+  while (done < bytes) {
+    const std::size_t got = read_some(file_.number(), to + done, bytes - done,
+                                      static_cast<std::int64_t>(position_ + done), place_);
+    if (got == 0) break;
+    done += got;
+  }
+  return done;
+}
+
+std::size_t PackedFile::read_packed(char* to, std::size_t bytes) {
+  const std::ptrdiff_t got = unpacker_->read(to, bytes);
+  if (got >= 0) return static_cast<std::size_t>(got);
+  place_.fail("damaged " + std::string(packing_) + " data (" + printable(unpacker_->problem()) +
+              "): copy or pack the file again");
 }
 
 std::size_t PackedFile::read(char* to, std::size_t bytes) {
-  constexpr std::size_t most_at_once = std::size_t{1} << 30;  // gzread counts in int
-  std::size_t done = 0;
-  while (done < bytes) {
-    const auto part = static_cast<unsigned>(std::min(bytes - done, most_at_once));
-    const int got = gzread(file_.get(), to + done, part);
-    if (got <= 0) {
-      check_error();
-      break;
-    }
-    done += static_cast<std::size_t>(got);
-  }
+  const std::size_t done = packing_.empty() ? read_plain(to, bytes) : read_packed(to, bytes);
+  position_ += done;
   total_ += done;
   if (total_ > limits::max_scene_file_bytes) {
     place_.fail("holds more than " + std::to_string(limits::max_scene_file_bytes) +
@@ -70,36 +147,29 @@ std::size_t PackedFile::read(char* to, std::size_t bytes) {
 
 bool PackedFile::skip(std::uint64_t bytes) {
   if (size_) {
-    const auto at = static_cast<std::uint64_t>(gztell(file_.get()));
-    if (bytes > *size_ - std::min(*size_, at)) return false;
-    return gzseek(file_.get(), static_cast<z_off_t>(bytes), SEEK_CUR) >= 0;
+    const std::uint64_t left = *size_ - std::min(*size_, position_);
+    position_ += std::min(bytes, left);
+    return bytes <= left;
   }
-  std::array<char, std::size_t{1} << 14> passed{};
+  std::vector<char> block(std::min<std::uint64_t>(bytes, std::uint64_t{1} << 17));
   while (bytes > 0) {
-    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, passed.size()));
-    if (read(passed.data(), part) < part) return false;
+    const std::uint64_t part = std::min<std::uint64_t>(bytes, block.size());
+    if (read(block.data(), part) < part) return false;
     bytes -= part;
   }
   return true;
 }
 
-void PackedFile::rewind() {
-  if (!regular_ || gzrewind(file_.get()) != 0) {
-    place_.fail("can be read once only: save it to a file");
+const FileStart& PackedFile::start() {
+  if (!start_) {
+    rewind();
+    start_bytes_.resize(FileStart::max_bytes + 1);
+    const std::size_t got = read(start_bytes_.data(), start_bytes_.size());
+    start_bytes_.resize(std::min(got, FileStart::max_bytes));
+    start_.emplace(start_bytes_, got <= FileStart::max_bytes);
+    rewind();
   }
-  total_ = 0;
-}
-
-void PackedFile::check_error() const {
-  int code = Z_OK;
-  const char* text = gzerror(file_.get(), &code);
-  if (code == Z_OK || code == Z_STREAM_END) return;
-  if (code == Z_ERRNO) {
-    place_.fail("reading failed (" + std::generic_category().message(errno) + "): check its disk");
-  }
-  std::string_view reason(text);  // "PATH: reason"
-  if (reason.starts_with(place_.file + ": ")) reason.remove_prefix(place_.file.size() + 2);
-  place_.fail("damaged gzip data (" + printable(reason) + "): copy or pack the file again");
+  return *start_;
 }
 
 }  // namespace parray

@@ -6,54 +6,52 @@
 namespace parray {
 namespace {
 
-const ParticleFormat& known_format(const std::filesystem::path& path) {
-  if (const ParticleFormat* format = format_by_name(path)) return *format;
-  std::string known;
-  for (const ParticleFormat& format : particle_formats()) {
-    for (const std::string_view extension : format.extensions)
-      known += " " + std::string(extension);
+const ParticleFormat& format_of(PackedFile& file) {
+  const ParticleFormat* const format = particle_format_of(file);
+  if (format != nullptr) return *format;
+  FilePlace{file.name()}.fail("a scene, where particles are needed: name a file of those");
+}
+
+Particles read(PackedFile& file, const ParticleFormat& format, const ParticleRequest& request) {
+  const std::uint64_t frame = request.frame_number();
+  if (frame > 0 && !format.frames) {
+    FilePlace{file.name()}.fail("there is no frame " + std::to_string(frame) + ": a " +
+                                std::string(format.name) + " file holds one, frame 0");
   }
-  FilePlace{path.string()}.fail("not the name of a particle file: use one of" + known +
-                                ", each also with .gz");
+  file.rewind();
+  Particles particles = format.read(file, request);
+  particles.facts.format = format.name;
+  particles.facts.packing = file.packing();
+  return particles;
 }
 
 }  // namespace
 
-bool is_particle_file(const std::filesystem::path& path) { return format_by_name(path) != nullptr; }
-
-bool may_hold_frames(const std::filesystem::path& path) {
-  const ParticleFormat* const format = format_by_name(path);
-  return format != nullptr && format->frames;
-}
-
-Particles read_names(const std::filesystem::path& path, const ParticleRequest& request) {
-  const ParticleFormat& format = known_format(path);
-  const std::uint64_t frame = request.frame_number();
-  if (frame > 0 && !format.frames) {
-    FilePlace{path.string()}.fail("there is no frame " + std::to_string(frame) + ": a " +
-                                  std::string(format.name) + " file holds one, frame 0");
-  }
-  PackedFile file(path);
-  Particles particles = format.read(file, request);
-  particles.facts.format = format.name;
-  return particles;
-}
-
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request) {
-  const ParticleFormat& format = known_format(path);
+  PackedFile file(path);
+  return read_particles(file, request);
+}
+
+Particles read_particles(PackedFile& file, const ParticleRequest& request) {
+  const ParticleFormat& format = format_of(file);
   if (!format.positions) {
-    FilePlace{path.string()}.fail("a " + std::string(format.name) +
-                                  " file has no positions: name a trajectory, and this file as its "
-                                  "topology");
+    FilePlace{file.name()}.fail("a " + std::string(format.name) +
+                                " file has no positions: name a trajectory, and this file as its "
+                                "topology");
   }
-  if (request.topology.empty()) return read_names(path, request);
+  if (request.topology.empty()) return read(file, format, request);
   ParticleRequest with_ids = request;
   with_ids.numbers.emplace("id");
-  Particles particles = read_names(path, with_ids);
-  take_topology(request.topology, path, request, particles);
+  Particles particles = read(file, format, with_ids);
+  take_topology(request.topology, file.name(), request, particles);
   std::erase_if(particles.numbers,
                 [&](const NumberColumn& column) { return !request.wants(column.name); });
   return particles;
+}
+
+Particles read_names(const std::filesystem::path& path, const ParticleRequest& request) {
+  PackedFile file(path);
+  return read(file, format_of(file), request);
 }
 
 }  // namespace parray

@@ -15,6 +15,8 @@
 
 namespace parray {
 
+class PackedFile;
+
 /// Names of the particles, each kept once: particle i is called names[index[i]].
 struct NameColumn {
   std::vector<std::string> names;    ///< distinct, in the order in which the file first uses them
@@ -46,6 +48,7 @@ struct ParticleNote {
 /// What else is known of a file that has been read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"
+  std::string packing{};                  ///< "gzip"; empty: not packed
   std::uint64_t frame = 0;                ///< the one that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< in the file; counted only where asked
   std::optional<double> time{};           ///< of the frame, in the file's unit
@@ -88,12 +91,6 @@ struct ParticleRequest {
   [[nodiscard]] std::uint64_t frame_number() const { return frame ? frame->number : 0; }
 };
 
-/// True when the file name's extension is that of a particle file.
-bool is_particle_file(const std::filesystem::path& path);
-
-/// True when a file of that name may hold several frames (models, in PDB).
-bool may_hold_frames(const std::filesystem::path& path);
-
 /// Reads one frame of a particle file; common/input/formats/readers.h says what counts in each
 /// format. A file without particles is an error. Strict: what is not a number, not finite, out of
 /// range or missing is InputError "FILE:LINE: problem: remedy" (a byte offset for binary files).
@@ -101,8 +98,11 @@ bool may_hold_frames(const std::filesystem::path& path);
 /// The same, errors too, for any number of threads.
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request = {});
 
-/// The same for what it says beside the positions, so that files without any, such as PSF, will
-/// do; of them, all are 0.
+/// The same of a file that is open.
+Particles read_particles(PackedFile& file, const ParticleRequest& request = {});
+
+/// What the file says beside the positions, so that files without any, such as PSF, will do; of
+/// them, all positions are 0.
 Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
 }  // namespace parray

@@ -24,25 +24,24 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 
 /// Does `work`; where it asks for a number that is not there, the error names those that are.
 template <typename Work>
-void with_remedy(const char* key, const std::filesystem::path& path, ParticleRequest request,
-                 const Work& work) {
+void with_remedy(const char* key, PackedFile& file, ParticleRequest request, const Work& work) {
   try {
     work();
   } catch (const UnknownNumber& error) {
     request.all = true;
-    throw SourceError(key, error.with_remedy(number_names(read_particles(path, request))));
+    throw SourceError(key, error.with_remedy(number_names(read_particles(file, request))));
   }
 }
 
 }  // namespace
 
-ShownParticles shown_particles(const std::filesystem::path& path, const ParticleSource& source,
+ShownParticles shown_particles(PackedFile& file, const ParticleSource& source,
                                const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
-  ShownParticles shown{read_particles(path, request), {}};
-  with_remedy("select", path, request, [&] { apply(source.filter, shown.particles, threads); });
+  ShownParticles shown{read_particles(file, request), {}};
+  with_remedy("select", file, request, [&] { apply(source.filter, shown.particles, threads); });
   if (source.coloring.empty()) return shown;
-  with_remedy("color_by", path, request,
+  with_remedy("color_by", file, request,
               [&] { shown.paint = painted(source.coloring, shown.particles, threads); });
   return shown;
 }
@@ -57,9 +56,9 @@ ParticleMaterial decided_material(const ParticleSource& source, const Particles&
   return {Rule::painted, source.material.name};
 }
 
-void append_shown(ShownParticles shown, const ParticleSource& source, SceneFile& file,
-                  int threads) {
-  file.facts.push_back(shown.particles.facts);
+void append_shown(ShownParticles shown, const std::filesystem::path& path,
+                  const ParticleSource& source, SceneFile& file, int threads) {
+  file.particle_files.push_back({path, source, shown.particles.count(), shown.particles.facts});
   if (!file.cell) file.cell = shown.particles.cell;
   add_legend(file.legends, shown.paint.empty()
                                ? legend_of(shown.particles, source.material, file.materials)

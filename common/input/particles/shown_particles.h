@@ -15,13 +15,13 @@ struct ShownParticles {
   ParticlePaint paint;
 };
 
-/// Reads the file of `source`, which is at `path`, its topology in `folder` unless that is
+/// Reads the file of `source`, which is open, its topology in `folder` unless that is
 /// absolute, leaves out what its filter does not show, and colours the rest. What a source does not
 /// ask for is not read.
 ///
 /// Throws InputError as read_particles() does, and SourceError for what a member of the source asks
 /// for.
-ShownParticles shown_particles(const std::filesystem::path& path, const ParticleSource& source,
+ShownParticles shown_particles(PackedFile& file, const ParticleSource& source,
                                const std::filesystem::path& folder = {}, int threads = 1);
 
 /// The rule that `source.material` comes to: see particle_spheres.h, but for particles that
@@ -29,9 +29,9 @@ ShownParticles shown_particles(const std::filesystem::path& path, const Particle
 ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles);
 
 /// Appends the particles' spheres to the file's scene, what their colours mean to its legends, and
-/// what else is known of them.
+/// what else is known of them; `path` is the file's, empty for the standard input.
 /// The rules of `source` are decided and without problem. Throws as append_spheres() does.
-void append_shown(ShownParticles shown, const ParticleSource& source, SceneFile& file,
-                  int threads = 1);
+void append_shown(ShownParticles shown, const std::filesystem::path& path,
+                  const ParticleSource& source, SceneFile& file, int threads = 1);
 
 }  // namespace parray

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/base/error.h"
-#include "common/base/printable.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/particles/particle_spheres.h"
 #include "common/input/particles/shown_particles.h"
 #include "common/input/particles/source_error.h"
@@ -17,10 +17,6 @@
 
 namespace parray {
 namespace {
-
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
-  throw InputError(printable(path.string(), 4096) + ": " + problem);
-}
 
 void check(const std::string& problem) {
   if (!problem.empty()) throw InputError(problem);
@@ -81,12 +77,12 @@ Subject subject_of(const Particles& particles, const Viewing& viewing) {
   return subject;
 }
 
-PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
-                    const RenderSettings& settings, const Viewing& viewing, int threads) {
-  ShownParticles shown = shown_particles(path, source, {}, threads);
+PortraitScene taken(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+                    const Viewing& viewing, int threads) {
+  ShownParticles shown = shown_particles(file, source, {}, threads);
   PortraitScene out;
   out.source = std::move(source);
-  out.source.file = path.string();
+  out.source.file = file.name();
   out.file.settings = settings;
   out.file.finish = finish_of(viewing.style);
   Scene& scene = out.file.scene;
@@ -100,7 +96,7 @@ PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
   const bool radius_is_open = decide(out.source, shown.particles, out.file.materials);
   if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
   const Subject subject = subject_of(shown.particles, viewing);
-  append_shown(std::move(shown), out.source, out.file, threads);
+  append_shown(std::move(shown), file.path(), out.source, out.file, threads);
   const auto spheres = std::span(scene.spheres).subspan(staging);
   if (radius_is_open) {
     out.source.radius.value = lattice_radius(spheres);
@@ -116,7 +112,7 @@ PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
       scene.spheres[i].material = i;
     }
   } catch (const InputError& error) {
-    fail(path, error.what());
+    FilePlace{file.name()}.fail(error.what());
   }
   return out;
 }
@@ -133,12 +129,19 @@ RenderSettings portrait_settings() {
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, const Viewing& viewing, int threads) {
+  PackedFile file(path);
+  return portrait_scene(file, std::move(source), settings, viewing, threads);
+}
+
+PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
+                             const RenderSettings& settings, const Viewing& viewing, int threads) {
+  const FilePlace place{file.name()};
   try {
-    return taken(path, std::move(source), settings, viewing, threads);
+    return taken(file, std::move(source), settings, viewing, threads);
   } catch (const SourceError& error) {
     std::string option = error.key();
     std::ranges::replace(option, '_', '-');
-    fail(path, "--" + option + ": " + error.what());
+    place.fail("--" + option + ": " + error.what());
   }
 }
 

@@ -32,6 +32,11 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
                              const RenderSettings& settings, const Viewing& viewing = {},
                              int threads = 1);
 
+/// The same of a file that is open.
+PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
+                             const RenderSettings& settings, const Viewing& viewing = {},
+                             int threads = 1);
+
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);
 

@@ -1,0 +1,239 @@
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "common/input/formats/format_table.h"
+#include "common/input/scene_file.h"
+#include "tests/support/memory.h"
+#include "tests/support/particle_files.h"
+#include "tests/support/sample_particles.h"
+
+namespace parray {
+namespace {
+
+using test::message_of;
+using test::packed;
+using test::ParticleFiles;
+using std::string_literals::operator""s;
+
+const std::vector<std::string> packings{"gzip", "bzip2", "xz", "zstd"};
+
+const std::string scene =
+    R"({"version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
+        "materials": {"a": {"type": "diffuse", "albedo": [1, 1, 1]}},
+        "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}]})";
+
+/// "scene", the format's name, or what refuses the file, without its path.
+std::string kind_of(const std::filesystem::path& path) {
+  std::string kind;
+  const std::string message = message_of<InputError>([&] {
+    PackedFile file(path);
+    const ParticleFormat* const format = particle_format_of(file);
+    kind = format == nullptr ? "scene" : format->name;
+  });
+  return kind.empty() ? message.substr(path.string().size() + 2) : kind;
+}
+
+std::string format_for(const std::string& name) { return std::string(format_by_name(name)->name); }
+
+std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a file is what its contents say, whatever its name") {
+  const ParticleFiles files;
+  for (const auto& [sample, bytes] : test::valid_particle_files()) {
+    const std::string format = format_for(sample);
+    for (const char* name : {"dump.melt", "noname", "A.PDB", "a.pdb1", "a.ent", "a.xyz", "a.csv",
+                             "a.ply", "a.cif", "a.json", "a.dump", "a.gz", "a.zip"}) {
+      CAPTURE(name);
+      CHECK(kind_of(files.write(name, bytes)) == format);
+    }
+  }
+  for (const char* name : {"scene", "a.xyz", "a.json", "a.JSON", "a.pdb", "a.csv"}) {
+    CHECK(kind_of(files.write(name, scene)) == "scene");
+    CHECK(kind_of(files.write(name, "\xEF\xBB\xBF \r\n" + scene)) == "scene");
+  }
+}
+
+TEST_CASE("every packing is looked through, in scenes and in particles, also of several parts") {
+  const ParticleFiles files;
+  const std::string xyz = "2\n\nC 1 0 0\nO 2 0 0\n";
+  for (const std::string& packing : packings) {
+    CAPTURE(packing);
+    for (const auto& [sample, bytes] : test::valid_particle_files()) {
+      CHECK(kind_of(files.write("noname", packed(bytes, packing))) == format_for(sample));
+    }
+    const Particles particles = files.read("a", packed(xyz, packing));
+    CHECK(particles.facts.packing == packing);
+    CHECK(particles.positions == std::vector<Vec3d>{{1, 0, 0}, {2, 0, 0}});
+    const std::string parts = packed("2\n\nC 1 0 0\n", packing) + packed("O 2 0 0\n", packing);
+    CHECK(files.read("a", parts).positions == particles.positions);
+    const SceneFile read = read_scene_file(files.write("s", packed(scene, packing)));
+    CHECK(read.scene.spheres.size() == 1);
+  }
+  CHECK(files.read("a", xyz).facts.packing.empty());
+}
+
+TEST_CASE("the name decides where the contents could be more than one format, or are damaged") {
+  const ParticleFiles files;
+  const std::string amber =  // columns of PDB, in which PQR has a charge and a radius
+      "ATOM      1  N   MET A   1      11.000   9.000  10.000  1.00 20.00\n";
+  CHECK(kind_of(files.write("a", amber)) == "PDB");
+  const std::string pqr = "ATOM      1  N   MET     1      11.000   9.000  10.000 -0.3000 1.8240\n";
+  CHECK(kind_of(files.write("a.pdb", pqr)).starts_with("looks like a PQR file"));
+  CHECK(kind_of(files.write("a.xyz", "3 atoms\n")) == "XYZ");
+  CHECK(kind_of(files.write("a.csv", "a,b\n1,2\n")) == "CSV");
+  CHECK(kind_of(files.write("a.pdb.zst", "nothing of PDB\n")) == "PDB");
+  CHECK(kind_of(files.write("table", "a b c\n1 2 3\n")) == "CSV");
+  CHECK(files.message("table", "a b c\n1 2 3\n") ==
+        "table:1: no column 'x': name the columns x, y and z");
+}
+
+TEST_CASE("what people pass by mistake is told for what it looks like") {
+  const ParticleFiles files;
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"\x89PNG\r\n\x1a\n", "a PNG picture"},
+      {"\xff\xd8\xff\xe0", "a JPEG picture"},
+      {"\x76\x2f\x31\x01", "an EXR picture"},
+      {"%PDF-1.7\n", "a PDF document"},
+      {"\x7f"
+       "ELF\2",
+       "a program"},
+      {"PK\x03\x04", "a zip archive"},
+      {std::string(257, 'x') + "ustar", "a tar archive"},
+      {"\x89HDF\r\n\x1a\n", "an HDF5 file"},
+      {"CDF\1"s, "a NetCDF file"},
+      {"\xdf\x65\xdf\x65\xdf\x65\xdf\x65", "a GSD file"},
+      {"\0\0\7\xc9\0\0\0\x0d\0\0\0\x0cGMX_trn_file"s, "a TRR trajectory"},
+      {"\0\0\7\xcb\0\0\0\5"s + std::string(44, '\1') + "\0\0\0\5"s, "an XTC trajectory"},
+      {"\x54\0\0\0CORD"s, "a DCD trajectory"},
+      {"PSF EXT\n", "a PSF topology"},
+      {"%VERSION  VERSION_STAMP = V0001.000\n", "an AMBER topology"},
+      {"LAMMPS (23 Jun 2022)\n", "a log of LAMMPS"},
+      {"# melt\nunits lj\natom_style atomic\nlattice fcc 1\npair_style lj/cut 2\n",
+       "an input script of LAMMPS"},
+      {"LAMMPS data\n\n2 atoms\n1 atom types\n\n0 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n",
+       "a data file of LAMMPS"},
+      {"solid a\nfacet normal 0 0 1\n", "an STL mesh"},
+      {"# obj\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "an OBJ mesh"},
+      {"OFF\n3 1 0\n", "an OFF mesh"},
+      {"{\"asset\": {\"version\": \"2.0\"}}", "a glTF mesh"},
+      {"glTF\2\0\0\0"s, "a glTF mesh"},
+      {"<!DOCTYPE html>\n<html>", "an HTML page: was the download refused?"},
+      {"version https://git-lfs.github.com/spec/v1\n",
+       "a Git LFS pointer: fetch the file itself with git lfs pull"},
+      {"\xff\xfe{\0"s, "UTF-16 text: save the file as UTF-8"},
+      {"water\n1.0\n1 0 0\n0 1 0\n0 0 1\nO H\n", "a POSCAR file of VASP"},
+      {"\x93NUMPY", "a NumPy array"},
+      {"\x04\x22\x4d\x18", "data packed by lz4"}};
+  for (const auto& [bytes, what] : cases) {
+    for (const char* name : {"noname", "a.json", "a.xyz", "a.pdb"}) {
+      CAPTURE(name);
+      const std::string kind = kind_of(files.write(name, bytes + "\n"));
+      CHECK_MESSAGE(kind.starts_with("looks like " + what), kind);
+      CHECK(kind.find(": ") != std::string::npos);  // and a remedy
+    }
+    CHECK(kind_of(files.write("noname", packed(bytes, "zstd"))).starts_with("looks like " + what));
+  }
+  CHECK(kind_of(files.write("a", packed(packed("1\n\nC 0 0 0\n"))))
+            .starts_with("looks like data packed twice"));
+}
+
+TEST_CASE("what looks like nothing known is told by its first words") {
+  const ParticleFiles files;
+  const std::string known = ": ParRay reads scene JSON, PLY, XYZ, LAMMPS dump,";
+  CHECK(kind_of(files.write("README", "\n  Once upon\x1b a time\n"))
+            .starts_with("neither a scene nor particles, but binary data of a kind"));
+  CHECK(kind_of(files.write("README", "\n  Once upon a time\nthere\n"))
+            .starts_with("neither a scene nor particles, but text that begins with 'Once upon a "
+                         "time'" +
+                         known));
+  CHECK(kind_of(files.write("a.json", "nan\n")).starts_with("neither a scene nor particles, but"));
+  CHECK(kind_of(files.write("a", "\1\2\3"))
+            .starts_with("neither a scene nor particles, but binary data of a kind that is not"));
+  CHECK(kind_of(files.write("a", " \n")).find("nothing but blanks") != std::string::npos);
+  for (const std::string& packing : packings) {
+    CHECK(kind_of(files.write("a", packed("", packing))) == "the file is empty: is it complete?");
+  }
+  CHECK(kind_of(files.write("a", "")) == "the file is empty: is it complete?");
+  CHECK(kind_of(files.path()) == "is a directory: name a file in it");
+}
+
+TEST_CASE("damaged and cut data are refused in every packing, not read as far as they go") {
+  const ParticleFiles files;
+  std::string text = "2000\n\n";
+  for (int i = 0; i < 2000; ++i) text += "C " + std::to_string(i * 0.37) + " 0 0\n";
+  for (const std::string& packing : packings) {
+    CAPTURE(packing);
+    const std::string good = packed(text, packing);
+    REQUIRE(files.message("a", good) == "no error");
+    const std::string says = "a: damaged " + packing + " data (";
+    for (const std::size_t bytes : {good.size() - 4, good.size() / 2, std::size_t{12}}) {
+      CHECK(files.message("a", good.substr(0, bytes)).starts_with(says));
+    }
+    const std::string kept = packed(scene, packing);
+    const auto cut = files.write("s", kept.substr(0, kept.size() - 4));
+    CHECK(message_of<InputError>([&] { read_scene_file(cut); }).find("s: damaged " + packing) !=
+          std::string::npos);
+    std::string changed = good;
+    for (std::size_t i = good.size() / 2; i < good.size() / 2 + 8; ++i) changed[i] ^= '\x55';
+    const bool has_sums = packing != "zstd";  // there they are left to whoever packs
+    if (has_sums) CHECK(files.message("a", changed).starts_with(says));
+  }
+}
+
+TEST_CASE("data that expand a thousandfold are refused without memory for them") {
+  const ParticleFiles files;
+  for (const std::string& packing : packings) {
+    CAPTURE(packing);
+    // 64 parts of 16 MiB each; what is refused is a line without an end, after 64 KiB.
+    const std::string part = packed(std::string(std::size_t{1} << 24, '7'), packing);
+    const auto path = files.write("a.xyz", repeated(part, 64));
+    const std::uint64_t before = test::peak_address_space();
+    CHECK(message_of<InputError>([&] { read_particles(path); }).find("a line of more than 65536") !=
+          std::string::npos);
+    CHECK(test::peak_address_space() - before < 400'000'000);
+  }
+}
+
+TEST_CASE("a pipe is read as often as a file") {
+  const ParticleFiles files;
+  const std::filesystem::path path = files.path() / "pipe";
+  REQUIRE(mkfifo(path.c_str(), 0600) == 0);
+  std::jthread writer([&] { std::ofstream(path) << "1\n\nC 1 2 3\n"; });
+  PackedFile file(path);
+  writer.join();
+  CHECK(particle_format_of(file)->name == "XYZ");
+  CHECK(read_particles(file).positions == std::vector<Vec3d>{{1, 2, 3}});
+  CHECK(read_particles(file).positions == std::vector<Vec3d>{{1, 2, 3}});
+  CHECK(file.size() == 11);
+}
+
+TEST_CASE("bytes of a file are read, passed over and read again") {
+  const ParticleFiles files;
+  for (const std::string& bytes : {"0123456789"s, packed("0123456789")}) {
+    PackedFile file(files.write("a", bytes));
+    std::string four(4, '\0');
+    CHECK(file.skip(3));
+    CHECK(file.read(four.data(), 4) == 4);
+    CHECK(four == "3456");
+    CHECK(file.start().bytes() == "0123456789");
+    CHECK(file.start().whole());
+    CHECK(file.read(four.data(), 4) == 4);
+    CHECK(four == "0123");
+    CHECK_FALSE(file.skip(7));
+    CHECK(file.read(four.data(), 4) == 0);
+    file.rewind();
+    CHECK(file.skip(10));
+  }
+}
+
+}  // namespace parray
