@@ -122,6 +122,8 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
        "an input script of LAMMPS"},
       {"LAMMPS data\n\n2 atoms\n1 atom types\n\n0 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n",
        "a data file of LAMMPS"},
+      {"title\n 2 0.5\n   1.0000000   2.0000000  -3.0000000   4.0000000   5.0000000   6.0000000\n",
+       "an AMBER restart file"},
       {"solid a\nfacet normal 0 0 1\n", "an STL mesh"},
       {"# obj\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "an OBJ mesh"},
       {"OFF\n3 1 0\n", "an OFF mesh"},

@@ -79,12 +79,13 @@ struct Unread {
   std::string_view remedy;
   Recogniser looks;
 };
-constexpr std::array<Unread, 14> unread{{
+constexpr std::array<Unread, 15> unread{{
     {"a PQR file", convert, looks_like_pqr},
     {"a PDBQT file", convert, looks_like_pdbqt},
     {"a GRO file", convert, looks_like_gro},
     {"an SDF or MOL file", convert, looks_like_sdf},
     {"a MOL2 file", convert, looks_like_mol2},
+    {"an AMBER restart file", convert, looks_like_inpcrd},
     {"a data file of LAMMPS", convert, looks_like_lammps_data},
     {"a DCD trajectory", convert, looks_like_dcd},
     {"an XTC trajectory", convert, looks_like_xtc},
