@@ -139,7 +139,8 @@ Likeness looks_like_cif(const FileStart& start) {
 
 Likeness looks_like_sdf(const FileStart& start) {
   const std::string_view counts = trimmed(start.line(3));
-  return certain_if(counts.ends_with("V2000") || counts.ends_with("V3000"));
+  return certain_if(counts.ends_with("V2000") || counts.ends_with("V3000") ||
+                    any_line_is(start, "M  END"));
 }
 
 Likeness looks_like_mol2(const FileStart& start) {
