@@ -72,9 +72,9 @@ allows, ten times a second at most.
 
 # Scenes
 A scene is one JSON file; `scenes/schema/scene.v1.schema.json` is its definition. A file of
-particles (PLY, CSV, XYZ, LAMMPS dump, PDB, mmCIF) is rendered as a portrait: the longest principal
-axis across, on a pale ground, lit from the upper left, 1200 x 900 pixels and 256 samples. To
-change the view, make a scene of it with `parray convert`.
+particles (PLY, CSV, XYZ, LAMMPS dump, PDB, PDBQT, PQR, GRO, SDF, MOL2, CIF) is rendered as a
+portrait: the longest principal axis across, on a pale ground, lit from the upper left, 1200 x 900
+pixels and 256 samples. To change the view, make a scene of it with `parray convert`.
 
 # Report
 `--report` writes one JSON object:
@@ -143,6 +143,10 @@ particles become spheres after those of `spheres`. What they get is said by two 
 - `radius`: `"by-element"`: the element's van der Waals radius, in angstrom
 - `radius`: `"column"`: the file's radius
 - `radius`: nothing: the first of `column`, `by-element` that the file supports
+- `alternatives`: `"best"` (default): of an atom's alternative locations, and of sites of a crystal
+  that exclude each other, the one of the highest occupancy, the first of equals
+- `alternatives`: `"all"`: all of them
+- `alternatives`: a letter: those so called, and the best where there is none of that name
 
 A column that the file lacks is an error that lists those that it has. A portrait, and
 `parray convert`, help themselves where a scene would not: without any column for it, the material

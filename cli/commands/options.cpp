@@ -70,8 +70,8 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 void add_scene(Command& command, std::string& scene, const char* name) {
   command
       .option(name, scene,
-              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
-              "or mmCIF")
+              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB, "
+              "PDBQT, PQR, GRO, SDF, MOL2 or CIF")
       .required()
       .completes(Completes::files)
       .forbid_empty();

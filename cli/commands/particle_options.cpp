@@ -42,6 +42,12 @@ FrameChoice frame_in(const std::string& text) {
                    std::to_string(limits::max_frame) + ", or last");
 }
 
+AlternativeChoice alternatives_in(const std::string& text) {
+  const std::optional<AlternativeChoice> choice = alternatives_from(text);
+  if (choice) return *choice;
+  throw InputError("'" + printable(text) + "' is no choice: write best, all or one letter");
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -51,6 +57,16 @@ void ParticleOptions::add_to(Command& command) {
           "Which of the file's frames, from 0 (default: the first that has particles)")
       .words({std::string(last_frame_word)})
       .type_name("N|last")
+      .group(particles_group);
+  command
+      .option(
+          "--alternatives",
+          [this](const std::string& text) { alternatives_ = alternatives_in(text); },
+          "Which of an atom's alternative locations: best (of the highest occupancy), all, or "
+          "those "
+          "of a letter (default: best)")
+      .words({"best", "all"})
+      .type_name("best|all|LETTER")
       .group(particles_group);
   command
       .option(
@@ -70,6 +86,7 @@ void ParticleOptions::add_to(Command& command) {
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
   if (frame_) given += " --frame";
+  if (alternatives_) given += " --alternatives";
   if (material_.rule != MaterialRule::automatic) given += " --material";
   if (radius_.rule != RadiusRule::automatic) given += " --radius";
   if (given.empty()) return;
@@ -79,6 +96,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
 
 ParticleSource ParticleOptions::over(ParticleSource source) const {
   if (frame_) source.frame = frame_;
+  if (alternatives_) source.alternatives = *alternatives_;
   if (material_.rule != MaterialRule::automatic) source.material = material_;
   if (radius_.rule != RadiusRule::automatic) source.radius = radius_;
   return source;

@@ -19,6 +19,7 @@ class ParticleOptions {
 
  private:
   std::optional<FrameChoice> frame_;
+  std::optional<AlternativeChoice> alternatives_;
   ParticleMaterial material_;
   ParticleRadius radius_;
 };

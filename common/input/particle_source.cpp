@@ -28,6 +28,13 @@ FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
              "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
 }
 
+AlternativeChoice read_alternatives(const JsonValue& value, const JsonPlace& place) {
+  const auto choice = alternatives_from(read_string(value, place));
+  if (choice) return *choice;
+  place.fail(value.line,
+             "unknown alternatives '" + printable(value.text) + "': write best, all or one letter");
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -66,7 +73,8 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"file", "material", "radius", "frame"};
+  static constexpr std::array<std::string_view, 5> keys{"file", "material", "radius", "frame",
+                                                        "alternatives"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
   out.line = out.material_line = out.radius_line = fields.line();
@@ -85,6 +93,9 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   }
   if (const JsonValue* frame = fields.find("frame")) {
     out.frame = read_frame_choice(*frame, place.at("frame"));
+  }
+  if (const JsonValue* choice = fields.find("alternatives")) {
+    out.alternatives = read_alternatives(*choice, place.at("alternatives"));
   }
   return out;
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/input/json_value.h"
+#include "common/input/particles/alternatives.h"
 #include "common/input/particles/frame_choice.h"
 
 namespace parray {
@@ -41,6 +42,7 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
+  AlternativeChoice alternatives{};    ///< of the locations of atoms
   std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
   std::uint64_t line = 0;              ///< of the item in the scene file
   std::uint64_t file_line = 0;         ///< of its members

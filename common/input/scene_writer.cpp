@@ -53,6 +53,9 @@ std::string object_text(const ParticleSource& source) {
     text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
                                                   : std::to_string(source.frame->number));
   }
+  if (source.alternatives != AlternativeChoice{}) {
+    text += R"(, "alternatives":)" + json_text(text_of(source.alternatives));
+  }
   return text + "}";
 }
 

@@ -22,7 +22,9 @@ auto with_context(const ParticleSource& source, const JsonPlace& place, const Wo
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
             SceneFile& file, int threads) {
   Particles particles = with_context(source, place, [&] {
-    return read_particles(folder / source.file, {.frame = source.frame, .threads = threads});
+    return read_particles(
+        folder / source.file,
+        {.frame = source.frame, .alternatives = source.alternatives, .threads = threads});
   });
   source.material = decided(source.material, particles);
   source.radius = decided(source.radius, particles);

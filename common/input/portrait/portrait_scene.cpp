@@ -52,7 +52,8 @@ RenderSettings portrait_settings() {
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
                              const RenderSettings& settings, int threads) {
-  Particles particles = read_particles(path, {.frame = source.frame, .threads = threads});
+  Particles particles = read_particles(
+      path, {.frame = source.frame, .alternatives = source.alternatives, .threads = threads});
   PortraitScene out;
   out.source = std::move(source);
   out.source.file = path.string();
