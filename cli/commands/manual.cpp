@@ -85,8 +85,8 @@ allows, ten times a second at most.
 
 # Scenes
 A scene is one JSON file; `scenes/schema/scene.v1.schema.json` is its definition. A file of
-particles (PLY, CSV, XYZ, LAMMPS dump, PDB, mmCIF) is rendered as a portrait: every particle in the
-picture, on a pale ground, lit from the upper left, 1200 x 900 pixels and 256 samples. `--view` says
+particles (PLY, CSV, XYZ, LAMMPS dumps and data files, PDB, PDBQT, PQR, GRO, SDF, MOL2, CIF, DCD,
+XTC, TRR, AMBER NetCDF; told by what is in it) is rendered as a portrait: every particle in the picture, on a pale ground, lit from the upper left, 1200 x 900 pixels and 256 samples. `--view` says
 from which side: `front` (x to the right, z up), `back`, `left`, `right`, `top` (x to the right, y
 up), `bottom`, `iso`, or the axis that points at the viewer (`+x`); `auto` shows molecules along
 their principal axes, flat groups face on, all others from above and aside. `--style` says what is
@@ -164,6 +164,10 @@ particles become spheres after those of `spheres`. What they get is said by two 
 - `radius`: `"by-element"`: the element's van der Waals radius, in angstrom
 - `radius`: `"column"`: the file's radius
 - `radius`: nothing: the first of `column`, `by-element` that the file supports
+- `alternatives`: `"best"` (default): of an atom's alternative locations, and of sites of a crystal
+  that exclude each other, the one of the highest occupancy, the first of equals
+- `alternatives`: `"all"`: all of them
+- `alternatives`: a letter: those so called, and the best where there is none of that name
 
 A column that the file lacks is an error that lists those that it has. A portrait, and
 `parray convert`, help themselves where a scene would not: without any column for it, the material

@@ -43,6 +43,12 @@ FrameChoice frame_in(const std::string& text) {
                    std::to_string(limits::max_frame) + ", or last");
 }
 
+AlternativeChoice alternatives_in(const std::string& text) {
+  const std::optional<AlternativeChoice> choice = alternatives_from(text);
+  if (choice) return *choice;
+  throw InputError("'" + printable(text) + "' is no choice: write best, all or one letter");
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -60,6 +66,16 @@ void ParticleOptions::add_to(Command& command) {
       .forbid_empty()
       .completes(Completes::files)
       .type_name("FILE")
+      .group(particles_group);
+  command
+      .option(
+          "--alternatives",
+          [this](const std::string& text) { alternatives_ = alternatives_in(text); },
+          "Which of an atom's alternative locations: best (of the highest occupancy), all, or "
+          "those of "
+          "a letter (default: best)")
+      .words({"best", "all"})
+      .type_name("best|all|LETTER")
       .group(particles_group);
   command
       .option(
@@ -129,6 +145,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
   if (frame_) given += " --frame";
   if (!topology_.empty()) given += " --topology";
+  if (alternatives_) given += " --alternatives";
   if (material_.rule != MaterialRule::automatic) given += " --material";
   if (radius_.rule != RadiusRule::automatic) given += " --radius";
   if (!filter_.select.empty()) given += " --select";
@@ -145,6 +162,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
 ParticleSource ParticleOptions::over(ParticleSource source) const {
   if (frame_) source.frame = frame_;
   if (!topology_.empty()) source.topology = topology_;
+  if (alternatives_) source.alternatives = *alternatives_;
   if (material_.rule != MaterialRule::automatic) source.material = material_;
   if (radius_.rule != RadiusRule::automatic) source.radius = radius_;
   if (!filter_.select.empty()) source.filter.select = filter_.select;

@@ -24,6 +24,7 @@ class ParticleOptions {
 
   std::optional<FrameChoice> frame_;
   std::string topology_;
+  std::optional<AlternativeChoice> alternatives_;
   ParticleMaterial material_;
   ParticleRadius radius_;
   ParticleFilter filter_;

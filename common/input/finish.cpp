@@ -59,7 +59,7 @@ LineWidth line_width_from(std::string_view text) {
   const std::string_view number = points ? text.substr(0, text.size() - points_unit.size()) : text;
   return {points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
           number_within(number, ranges::line_width,
-                    "pixels" + bounds_of(ranges::line_width) + ", or points, as 0.5pt")};
+                        "pixels" + bounds_of(ranges::line_width) + ", or points, as 0.5pt")};
 }
 
 double depth_cue_from(std::string_view text) {

@@ -28,6 +28,13 @@ FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
              "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
 }
 
+AlternativeChoice read_alternatives(const JsonValue& value, const JsonPlace& place) {
+  const auto choice = alternatives_from(read_string(value, place));
+  if (choice) return *choice;
+  place.fail(value.line,
+             "unknown alternatives '" + printable(value.text) + "': write best, all or one letter");
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -67,9 +74,9 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 11> keys{"file",     "material", "radius", "frame",
-                                                         "topology", "select",   "slice",  "hide",
-                                                         "color_by", "colormap", "range"};
+  static constexpr std::array<std::string_view, 12> keys{
+      "file",   "material", "radius", "frame",    "topology", "alternatives",
+      "select", "slice",    "hide",   "color_by", "colormap", "range"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
   out.line = fields.line();
@@ -91,6 +98,9 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   }
   out.filter = read_particle_filter(fields);
   out.coloring = read_particle_coloring(fields);
+  if (const JsonValue* choice = fields.find("alternatives")) {
+    out.alternatives = read_alternatives(*choice, place.at("alternatives"));
+  }
   return out;
 }
 

@@ -9,6 +9,7 @@
 
 #include "common/input/coloring/particle_coloring.h"
 #include "common/input/json_value.h"
+#include "common/input/particles/alternatives.h"
 #include "common/input/particles/frame_choice.h"
 #include "common/input/selection/particle_filter.h"
 
@@ -48,6 +49,7 @@ struct ParticleSource {
   ParticleMaterial material;
   ParticleRadius radius;
   std::string topology{};  ///< file of names and elements, found as `file` is; empty: none
+  AlternativeChoice alternatives{};    ///< of the locations of atoms
   std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
   ParticleFilter filter{};             ///< what of it is shown
   ParticleColoring coloring{};         ///< what its colours mean

@@ -78,6 +78,9 @@ std::string object_text(const ParticleSource& source) {
     text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
                                                   : std::to_string(source.frame->number));
   }
+  if (source.alternatives != AlternativeChoice{}) {
+    text += R"(, "alternatives":)" + json_text(text_of(source.alternatives));
+  }
   return text + members_text(source.filter) + members_text(source.coloring) + "}";
 }
 

@@ -13,13 +13,18 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 7> formats{{{'n', "f"},  // the bytes say all
-                                         {'y', "f.ply"},
-                                         {'v', "f.csv"},
-                                         {'x', "f.xyz"},
-                                         {'l', "f.dump"},
-                                         {'p', "f.pdb"},
-                                         {'m', "f.cif"}}};
+constexpr std::array<Format, 12> formats{{{'n', "f"},  // the bytes say all
+                                          {'y', "f.ply"},
+                                          {'v', "f.csv"},
+                                          {'x', "f.xyz"},
+                                          {'l', "f.dump"},
+                                          {'p', "f.pdb"},
+                                          {'m', "f.cif"},
+                                          {'q', "f.pdbqt"},
+                                          {'r', "f.pqr"},
+                                          {'g', "f.gro"},
+                                          {'s', "f.sdf"},
+                                          {'2', "f.mol2"}}};
 
 /// Of any letter, so that none is in vain.
 const char* file_for(char letter) {
@@ -43,7 +48,9 @@ bool run(std::string_view input) {
   const char* const file = file_for(take_letter(input));
   const auto path = files.write(file, std::string(input));
   try {
-    const std::string broken = test::broken_promise(read_particles(path));
+    ParticleRequest request;
+    request.all = true;
+    const std::string broken = test::broken_promise(read_particles(path, request));
     promise(broken.empty(), "particles with " + broken);
   } catch (const InputError& error) {
     promise_one_line(error.what());

@@ -56,7 +56,7 @@ std::vector<std::string_view> equal_numbers(std::string_view line) {
 
 /// The box of the last line: its three lengths, or v1(x) v2(y) v3(z) v1(y) v1(z) v2(x) v2(z) v3(x)
 /// v3(y).
-std::optional<ParticleCell> box_in(std::string_view line, const FilePlace& place) {
+std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& place) {
   constexpr std::size_t all = 9;
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
@@ -109,7 +109,7 @@ class GroFrames final : public FrameReader {
       add_row(input_.line(), width, atoms);
     }
     go_on(count_);
-    const auto cell = box_in(input_.line(), input_.place());
+    const auto cell = gro_box_in(input_.line(), input_.place());
     atoms.note("length_unit", count_, "positions given in nm, read as angstrom");
     Particles particles = atoms.finish_frame();
     particles.cell = cell;

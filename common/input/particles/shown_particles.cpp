@@ -15,7 +15,8 @@ using Rule = ParticleMaterial::Rule;
 
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads) {
-  ParticleRequest request{.frame = source.frame, .threads = threads};
+  ParticleRequest request{
+      .frame = source.frame, .alternatives = source.alternatives, .threads = threads};
   if (!source.topology.empty()) request.topology = folder / source.topology;
   request.numbers = numbers_of(source.filter);
   request.numbers.merge(numbers_of(source.coloring));
