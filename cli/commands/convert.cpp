@@ -8,6 +8,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"
+#include "cli/commands/portrait_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
@@ -31,6 +32,7 @@ struct ConvertCommand {
   std::string out;
   RenderOptions size;
   ParticleOptions particles;
+  PortraitOptions portrait;
   bool expand = false;
 };
 
@@ -43,11 +45,15 @@ std::string reference_to(const fs::path& file, const fs::path& scene) {
 SceneFile converted(const ConvertCommand& command) {
   if (is_particle_file(command.in)) {
     PortraitScene portrait = portrait_scene(command.in, command.particles.over({}),
-                                            command.size.over(portrait_settings()), usable_cpus());
+                                            command.size.over(portrait_settings()),
+                                            command.portrait.viewing(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
+    std::string& topology = portrait.source.topology;
+    if (!topology.empty()) topology = reference_to(topology, command.out);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
   command.particles.check_unused(command.in);
+  command.portrait.check_unused(command.in);
   if (command.expand || command.size.has_size()) {
     throw InputError(printable(command.in, 4096) +
                      " is not a file of particles: --width, --height and --expand are for those");
@@ -88,6 +94,7 @@ void add_convert(CommandLine& line, Action& chosen) {
       .required()
       .completes(Completes::files);
   options->particles.add_to(command);
+  options->portrait.add_to(command);
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,

@@ -29,9 +29,10 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 
 void check_beside(const SceneFile& scene, const std::string& file) {
   for (const ParticleSource& source : scene.particles) {
-    if (std::filesystem::path(source.file).filename() != source.file) {
+    for (const std::string& named : {source.file, source.topology}) {
+      if (std::filesystem::path(named).filename() == named) continue;
       throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
-                       printable(source.file) +
+                       printable(named) +
                        "' is a path: send the file beside the scene and write its name alone");
     }
   }
@@ -50,14 +51,16 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
 SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
                    NamedFiles named, int threads) {
   if (is_particle_file(file)) {
+    Viewing viewing = options.portrait().viewing();
+    viewing.transparent = options.view().transparent(false);
     SceneFile portrait = portrait_scene(file, options.particles().over({}),
-                                        options.over(portrait_settings()), threads)
+                                        options.over(portrait_settings()), viewing, threads)
                              .file;
-    if (options.view().transparent(false)) leave_out_ground(portrait.scene);
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
   options.particles().check_unused(file);
+  options.portrait().check_unused(file);
   SceneFile scene = read_scene_file(file, threads);
   if (named == NamedFiles::beside) check_beside(scene, file);
   if (change.particles) choose_frame(scene, *change.particles, file);

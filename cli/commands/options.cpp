@@ -117,6 +117,7 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  portrait_.add_to(command);
   view_.add_to(command);
 }
 
@@ -137,6 +138,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  portrait_.add_to(command);
   view_.add_to(command);
 }
 

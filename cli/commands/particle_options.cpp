@@ -55,6 +55,14 @@ void ParticleOptions::add_to(Command& command) {
       .group(particles_group);
   command
       .option(
+          "--topology", topology_,
+          "File with the elements and names of a trajectory that has none: PDB, PSF, PRMTOP ...")
+      .forbid_empty()
+      .completes(Completes::files)
+      .type_name("FILE")
+      .group(particles_group);
+  command
+      .option(
           "--material", [this](const std::string& text) { material_ = material_in(text); },
           "Surface of the particles (default: column, else by-element, else by-type, else plain)")
       .words({"by-element", "by-type", "column", "plain"})
@@ -120,6 +128,7 @@ void ParticleOptions::add_coloring_to(Command& command) {
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
   if (frame_) given += " --frame";
+  if (!topology_.empty()) given += " --topology";
   if (material_.rule != MaterialRule::automatic) given += " --material";
   if (radius_.rule != RadiusRule::automatic) given += " --radius";
   if (!filter_.select.empty()) given += " --select";
@@ -135,6 +144,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
 
 ParticleSource ParticleOptions::over(ParticleSource source) const {
   if (frame_) source.frame = frame_;
+  if (!topology_.empty()) source.topology = topology_;
   if (material_.rule != MaterialRule::automatic) source.material = material_;
   if (radius_.rule != RadiusRule::automatic) source.radius = radius_;
   if (!filter_.select.empty()) source.filter.select = filter_.select;

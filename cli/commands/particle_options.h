@@ -23,6 +23,7 @@ class ParticleOptions {
   void add_coloring_to(Command& command);
 
   std::optional<FrameChoice> frame_;
+  std::string topology_;
   ParticleMaterial material_;
   ParticleRadius radius_;
   ParticleFilter filter_;

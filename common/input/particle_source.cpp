@@ -67,9 +67,9 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 10> keys{
-      "file",  "material", "radius",   "frame",    "select",
-      "slice", "hide",     "color_by", "colormap", "range"};
+  static constexpr std::array<std::string_view, 11> keys{"file",     "material", "radius", "frame",
+                                                         "topology", "select",   "slice",  "hide",
+                                                         "color_by", "colormap", "range"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
   out.line = fields.line();
@@ -79,6 +79,7 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   if (out.file.empty()) {
     place.at("file").fail(out.file_line, "the name is empty: write that of a particle file");
   }
+  if (fields.find("topology") != nullptr) out.topology = fields.string("topology");
   if (const JsonValue* material = fields.find("material")) {
     out.material = particle_material_from(read_string(*material, place.at("material")));
   }

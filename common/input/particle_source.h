@@ -47,6 +47,7 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
+  std::string topology{};  ///< file of names and elements, found as `file` is; empty: none
   std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
   ParticleFilter filter{};             ///< what of it is shown
   ParticleColoring coloring{};         ///< what its colours mean

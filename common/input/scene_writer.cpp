@@ -73,6 +73,7 @@ std::string object_text(const ParticleSource& source) {
   } else if (source.radius.rule != ParticleRadius::Rule::automatic) {
     text += R"(, "radius":)" + json_text(text_of(source.radius));
   }
+  if (!source.topology.empty()) text += R"(, "topology":)" + json_text(source.topology);
   if (source.frame) {
     text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
                                                   : std::to_string(source.frame->number));
@@ -99,6 +100,7 @@ std::string head_text(const SceneFile& file) {
           ", \"seed\":" + std::to_string(settings.seed) + "},\n";
   text += "\"sky\": {\"horizon\":" + array_text(file.scene.sky.horizon) +
           ", \"zenith\":" + array_text(file.scene.sky.zenith) + "},\n";
+  if (file.finish != Finish{}) text += "\"finishing\": " + finish_text(file.finish) + ",\n";
   if (file.labels != LabelSettings{}) text += "\"labels\": " + labels_text(file.labels) + ",\n";
   return text;
 }

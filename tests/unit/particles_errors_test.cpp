@@ -322,10 +322,6 @@ TEST_CASE("LAMMPS: dumps that are none are refused") {
 }
 
 TEST_CASE("PDB and mmCIF: files that are none are refused") {
-  const std::string no_atoms =
-      "no atoms: mmCIF has them in _atom_site.Cartn_x, Cartn_y, Cartn_z; convert other kinds of "
-      "CIF "
-      "to XYZ";
   check_all({
       {"no atoms", "a.pdb", "HEADER\nEND\n", "a.pdb:2: no particles: is this the right file?"},
       {"a short record", "a.pdb", pdb("   1.000").substr(0, 53),
@@ -333,14 +329,17 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
       {"a zero byte", "a.pdb", pdb("   1.000").replace(7, 1, 1, '\0'),
        "a.pdb:1: not a record of an atom: is a column damaged?"},
       {"shifted columns", "a.pdb",
-       "ATOM      1  CA  ALA A   1  1.000   2.000   3.000   1.00  0.0\n",
+       "ATOM      1  CA  ALA A   1  1.000   2.000   3.000                C\n",
        "a.pdb:1: x '000   2.' is not a finite number: write it as 0.5 or 1e3"},
       {"no CIF", "a.cif", "HEADER\n",
        "a.cif:1: not CIF (expected block header (data_)): is this the right file?"},
       {"an open quote", "a.cif", "data_a\n_a.b 'c\n",
        "a.cif:2: not CIF (unterminated 'string'): is this the right file?"},
       {"another kind of CIF", "a.cif", "data_a\nloop_\n_atom_site_fract_x\n0.5\n",
-       "a.cif:4: " + no_atoms},
+       "a.cif:4: no _atom_site.fract_y: add it"},
+      {"no atoms in CIF", "a.cif", "data_a\n_a.b c\n",
+       "a.cif:2: no atoms: CIF has them in _atom_site or _chem_comp_atom, with Cartesian or "
+       "fractional coordinates"},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
        "a.cif:5: no _atom_site.cartn_z: add it"},
       {"a short row", "a.cif", cif("1 2 3\n4 5\n"),

@@ -63,8 +63,8 @@ TEST_CASE("a file's format is known by its extension, whatever its case and pack
                                                     {"a.b.dump", "LAMMPS dump"},
                                                     {"a.pdb.GZ", "PDB"},
                                                     {"a.ent", "PDB"},
-                                                    {"dir.x/a.cif", "mmCIF"},
-                                                    {"a.mmcif", "mmCIF"}};
+                                                    {"dir.x/a.cif", "CIF"},
+                                                    {"a.mmcif", "CIF"}};
   for (const auto& [name, format] : known) {
     CHECK(is_particle_file(name));
     CHECK(format_by_name(name)->name == format);
@@ -75,7 +75,7 @@ TEST_CASE("a file's format is known by its extension, whatever its case and pack
   CHECK(
       test::message_of<InputError>([] { read_particles("a.txt"); }) ==
       "a.txt: not the name of a particle file: use one of .ply .csv .xyz .extxyz .lammpstrj .dump "
-      ".pdb .ent .cif .mmcif, each also with .gz");
+      ".pdb .ent .pdb1 .pdbqt .pqr .gro .sdf .mol .sd .mol2 .cif .mmcif, each also with .gz");
 }
 
 TEST_CASE("PLY is read as text and as binary data of both byte orders") {

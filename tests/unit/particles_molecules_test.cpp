@@ -106,13 +106,16 @@ TEST_CASE("PDB: of alternative locations the fullest stays, the first of equals,
                                                                   0.6, ""))) == Xs{1, 2});
 }
 
-TEST_CASE("PDB: of a residue that is one of two, the first stays whole") {
+TEST_CASE("PDB: of a residue that is one of two, the fuller one stays whole, the first of equals") {
   const ParticleFiles files;
-  CHECK(xs_of(files.read("a.pdb", record("ATOM", " CB", 'A', "SER", 7, 1, 0.4, "") +
-                                      record("ATOM", " OG", 'A', "SER", 7, 2, 0.4, "") +
-                                      record("ATOM", " CB", 'B', "THR", 7, 3, 0.6, "") +
-                                      record("ATOM", " CG2", 'B', "THR", 7, 4, 0.6, ""))) ==
-        Xs{1, 2});
+  const auto text = [](double first, double second) {
+    return record("ATOM", " CB", 'A', "SER", 7, 1, first, "") +
+           record("ATOM", " OG", 'A', "SER", 7, 2, first, "") +
+           record("ATOM", " CB", 'B', "THR", 7, 3, second, "") +
+           record("ATOM", " CG2", 'B', "THR", 7, 4, second, "");
+  };
+  CHECK(xs_of(files.read("a.pdb", text(0.4, 0.6))) == Xs{3, 4});
+  CHECK(xs_of(files.read("a.pdb", text(0.5, 0.5))) == Xs{1, 2});
 }
 
 TEST_CASE("mmCIF: the atoms of the first model are read from their loop") {

@@ -80,7 +80,8 @@ void read_residue(std::string_view line, AtomRecord& record) {
   }
   record.alternative = letter;
   record.doubtful_alternative = false;
-  if (letter != ' ' && name.size() == 3 && name == three && !is_known_residue(three)) {
+  const bool lipid = three == "OPC";  // a water model, and the end of POPC and DOPC
+  if (letter != ' ' && name.size() == 3 && name == three && (lipid || !is_known_residue(three))) {
     const std::string_view from_17 = field(line, 17, 20);
     record.doubtful_alternative = !is_known_residue(from_17);
     if (!record.doubtful_alternative) {
@@ -92,12 +93,11 @@ void read_residue(std::string_view line, AtomRecord& record) {
   record.chain = chain;
 }
 
-/// Columns 73 to 76, unless they are those of old entries, which say "1ABC  12" in 73 to 80.
-std::string_view segment_in(std::string_view line) {
-  for (std::size_t at = 77; at <= 80; ++at) {
-    if (ascii::is_digit(column(line, at)) && !ascii::is_letter(column(line, at - 1))) return {};
-  }
-  return field(line, 73, 76);
+/// Entries from before 1998 say "1ABC  12" or, revised, "1ABCF 12" in columns 73 to 80.
+bool has_entry_name(std::string_view line) {
+  const char sign = column(line, 79);
+  return ascii::is_digit(column(line, 73)) && ascii::is_digit(column(line, 80)) && sign != '+' &&
+         sign != '-';
 }
 
 /// Columns 23 to 27; a number of five digits takes the place of the insertion code.
@@ -151,10 +151,13 @@ class Words {
   /// it and the two after it are numbers.
   [[nodiscard]] std::optional<std::size_t> find_position() const {
     std::size_t i = 2;
-    while (i < words_.size() && words_[i].find('.') == std::string_view::npos) ++i;
+    while (i < words_.size() && !has_point(i)) ++i;
     return number(i) && number(i + 1) && number(i + 2) ? std::optional(i) : std::nullopt;
   }
 
+  [[nodiscard]] bool has_point(std::size_t i) const {
+    return i < words_.size() && words_[i].find('.') != std::string_view::npos;
+  }
   [[nodiscard]] std::size_t size() const { return words_.size(); }
   [[nodiscard]] std::string_view operator[](std::size_t i) const { return words_[i]; }
   [[nodiscard]] std::optional<double> number(std::size_t i) const {
@@ -223,11 +226,13 @@ bool has_columns(std::string_view line) {
          number_in(field(line, 39, 46));
 }
 
-/// By blanks, what columns do not tell.
+/// By blanks, what columns do not tell; false: too little to be sure what is what, which takes x,
+/// y, z, occupancy and temperature factor.
 bool read_loose(std::string_view line, AtomRecord& record) {
   const Words words(line);
   const auto x = words.find_position();
-  if (!x || !read_words(words, *x, record)) return false;
+  if (!x || !words.has_point(*x + 3) || !words.has_point(*x + 4)) return false;
+  if (!read_words(words, *x, record)) return false;
   record.occupancy = words.number(*x + 3).value_or(AtomRecord::unknown);
   record.b_factor = words.number(*x + 4).value_or(AtomRecord::unknown);
   record.charge = AtomRecord::unknown;
@@ -251,6 +256,9 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 /// blanks separate its fields.
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
+  if (line.find('\0') != std::string_view::npos) {
+    place.fail("not a record of an atom: is a column damaged?");
+  }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
   if (!position) {
@@ -277,12 +285,13 @@ void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& 
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (!fixed) return;
-  const std::string_view symbol = field(*fixed, 77, 78);
-  const std::uint8_t element = atomic_number_of(symbol);
   record.element.reset();
+  record.charge = AtomRecord::unknown;
+  if (has_entry_name(*fixed)) return;
+  const std::uint8_t element = atomic_number_of(field(*fixed, 77, 78));
   if (element != 0) record.element = element;
   record.charge = formal_charge(field(*fixed, 79, 80));
-  if (record.chain.empty()) record.chain = segment_in(*fixed);
+  if (record.chain.empty()) record.chain = field(*fixed, 73, 76);
 }
 
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record) {

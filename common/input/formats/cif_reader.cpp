@@ -121,18 +121,20 @@ class CifReader : public CifVisitor {
       more_atoms_ = more_atoms_ || done_;
       return true;
     }
-    check_axes();
+    check_axes(table);
     sites_.start(table, row_);
     kind_ = Kind::atoms;
     return true;
   }
 
-  void check_axes() const {
+  void check_axes(CifTable table) const {
+    const char* const category = table == CifTable::sites ? "_atom_site." : "_chem_comp_atom.";
     for (const CifItem first : {CifItem::x, CifItem::fract_x, CifItem::ideal_x}) {
-      if (!row_.has(first) || row_.has_position(first)) continue;
-      const bool y = row_.has(CifRow::after(first, 1));
-      place_.fail(std::string("a table of atoms with x but without ") + (y ? "z" : "y") +
-                  ": add it");
+      for (const int step : {1, 2}) {
+        const CifItem axis = CifRow::after(first, step);
+        if (!row_.has(first) || row_.has(axis)) continue;
+        place_.fail("no " + std::string(category).append(CifRow::axis_name(axis)) + ": add it");
+      }
     }
   }
 

@@ -13,7 +13,7 @@ namespace {
 using Name = std::pair<std::string_view, CifItem>;
 
 /// Of the dictionaries mmcif_pdbx, cif_core (both forms) and that of CCP4's monomer library.
-constexpr std::array<Name, 42> names{{
+constexpr std::array<Name, 42> known_items{{
     {"_atom_site_cartn_x", CifItem::x},
     {"_atom_site_cartn_y", CifItem::y},
     {"_atom_site_cartn_z", CifItem::z},
@@ -60,8 +60,8 @@ constexpr std::array<Name, 42> names{{
 
 CifItem item_of(std::string_view tag) {
   const auto* const found =
-      std::ranges::find_if(names, [&](const Name& name) { return name.first == tag; });
-  return found == names.end() ? CifItem::count : found->second;
+      std::ranges::find_if(known_items, [&](const Name& name) { return name.first == tag; });
+  return found == known_items.end() ? CifItem::count : found->second;
 }
 
 }  // namespace
@@ -102,13 +102,22 @@ std::string_view CifRow::text(CifItem item) const {
   return unquoted_[at];
 }
 
+std::string_view CifRow::axis_name(CifItem item) {
+  constexpr std::array<std::string_view, 9> axes{"cartn_x",
+                                                 "cartn_y",
+                                                 "cartn_z",
+                                                 "fract_x",
+                                                 "fract_y",
+                                                 "fract_z",
+                                                 "pdbx_model_cartn_x_ideal",
+                                                 "pdbx_model_cartn_y_ideal",
+                                                 "pdbx_model_cartn_z_ideal"};
+  return axes[static_cast<std::size_t>(item)];
+}
+
 double CifRow::number(CifItem item, const FilePlace& place) const {
-  const auto at = static_cast<std::size_t>(item);
-  constexpr std::array<std::string_view, 9> axes{"cartn_x", "cartn_y", "cartn_z",
-                                                 "fract_x", "fract_y", "fract_z",
-                                                 "ideal x", "ideal y", "ideal z"};
-  return number_field(without_uncertainty(texts_[at]), at < axes.size() ? axes[at] : "the value",
-                      place);
+  const std::string& text = texts_[static_cast<std::size_t>(item)];
+  return number_field(without_uncertainty(text), axis_name(item), place);
 }
 
 double CifRow::number_or_unknown(CifItem item) const {

@@ -89,7 +89,9 @@ class CifRow {
     const std::string_view preferred = text(item);
     return preferred.empty() ? text(other) : preferred;
   }
-  /// A standard uncertainty in brackets may follow: 1.234(5). Fails at `place`.
+  /// What a table of sites calls a coordinate: "cartn_x".
+  static std::string_view axis_name(CifItem axis);
+  /// A coordinate. A standard uncertainty in brackets may follow: 1.234(5). Fails at `place`.
   [[nodiscard]] double number(CifItem item, const FilePlace& place) const;
   /// NaN for what is missing or no number.
   [[nodiscard]] double number_or_unknown(CifItem item) const;

@@ -117,6 +117,7 @@ Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   splitter.split(input.line(), input.place(), row);
   const std::vector<std::string> names = csv_names(row);
   RowLayout layout = layout_of(names, input.place());
+  use_diameters(names, layout);
   layout.color_scale = ColorScale::either;
   layout.strict_elements = true;
 

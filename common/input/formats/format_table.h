@@ -15,6 +15,7 @@ struct ParticleFormat {
   std::span<const std::string_view> extensions;  ///< lower case, with the dot; the first is usual
   bool frames = false;                           ///< a file may hold several
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
+  bool positions = true;  ///< false: names and elements only, for the topology of a trajectory
 };
 
 /// All of them.

@@ -103,10 +103,7 @@ DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
   layout.row.type = column_of(names, "type");
   layout.row.element = column_of(names, "element");
   layout.row.radius = column_of(names, "radius");
-  if (!layout.row.radius) {
-    layout.row.radius = column_of(names, "diameter");
-    layout.row.radius_factor = 0.5;
-  }
+  use_diameters(lower_case(names), layout.row);
   return layout;
 }
 

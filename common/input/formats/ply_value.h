@@ -1,22 +1,16 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 
 #include "common/input/formats/ply_header.h"
+#include "common/input/particles/binary_input.h"
 
 /// Values of binary PLY data.
 namespace parray {
 
 template <typename T>
 double ply_value(const char* bytes, bool swapped) {
-  std::array<char, sizeof(T)> own{};
-  std::memcpy(own.data(), bytes, sizeof(T));
-  if (swapped) std::reverse(own.begin(), own.end());
-  return static_cast<double>(std::bit_cast<T>(own));
+  return static_cast<double>(binary_value<T>(bytes, swapped));
 }
 
 /// What `use` returns for a value of the type that `type` stands for.

@@ -29,6 +29,37 @@ Particles read_xyz(PackedFile& file, const ParticleRequest& request);
 /// box, orthogonal or triclinic); radius or diameter; type; element.
 Particles read_lammps(PackedFile& file, const ParticleRequest& request);
 
+/// LAMMPS data file: section Atoms of a style with fixed columns, which the hint behind "Atoms"
+/// names, or else the number of columns tells; elements by the masses of the types; the box.
+Particles read_lammps_data(PackedFile& file, const ParticleRequest& request);
+
+/// DCD (CHARMM, NAMD, X-PLOR, LAMMPS), of both byte orders, with fixed atoms and the cell in its
+/// several forms. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of
+/// the frame's step.
+Particles read_dcd(PackedFile& file, const ParticleRequest& request);
+
+/// XTC and TRR of GROMACS; lengths in nm become angstrom.
+Particles read_xtc(PackedFile& file, const ParticleRequest& request);
+Particles read_trr(PackedFile& file, const ParticleRequest& request);
+
+/// Trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
+Particles read_netcdf(PackedFile& file, const ParticleRequest& request);
+
+/// Restart files of AMBER as text (inpcrd, rst7): a title, the number of atoms and the time, then
+/// positions of 12 characters a number; velocities, if any; the box: AMBER file formats,
+/// ambermd.org/FileFormats.php.
+Particles read_inpcrd(PackedFile& file, const ParticleRequest& request);
+
+// Names and elements without positions, all of which are 0.
+
+/// PSF of CHARMM, X-PLOR and NAMD: section NATOM; elements by mass. Format: "PSF files",
+/// NAMD tutorial, appendix; CHARMM documentation, "struct".
+Particles read_psf(PackedFile& file, const ParticleRequest& request);
+
+/// PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format: "AMBER
+/// file formats", ambermd.org/FileFormats.php.
+Particles read_prmtop(PackedFile& file, const ParticleRequest& request);
+
 /// Formats of molecules, in angstrom. All give the names of atoms, residues and chains that the
 /// file has, and numbers where the request wants them. Types are the elements' symbols if the
 /// format has none of its own. What the file leaves open is told by notes: elements are guessed by

@@ -1,7 +1,6 @@
 #include "common/input/formats/row_layout.h"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "common/base/printable.h"
@@ -35,10 +34,6 @@ std::uint8_t strict_element_in(std::string_view text, const FilePlace& place) {
                "' is no element: write a symbol, an atomic number or X, or name the column 'type'");
   }
   return element;
-}
-
-double number_or_nan(std::string_view text) {
-  return number_in(text).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 double value_of(const Fields& row, const NumberField& field) {
@@ -120,6 +115,13 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
   for (std::size_t i = 0; i < layout.numbers.size(); ++i) {
     columns.number(i, value_of(row, layout.numbers[i]));
   }
+}
+
+void use_diameters(const std::vector<std::string>& names, RowLayout& layout) {
+  const auto found = std::ranges::find(names, "diameter");
+  if (layout.radius || found == names.end()) return;
+  layout.radius = static_cast<std::size_t>(found - names.begin());
+  layout.radius_factor = 0.5;
 }
 
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,

@@ -36,6 +36,9 @@ using Fields = std::vector<std::string_view>;
 /// The position in a row that has all columns of `layout`.
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place);
 
+/// Takes the column `diameter` where there is none of radii.
+void use_diameters(const std::vector<std::string>& names, RowLayout& layout);
+
 /// Has `layout` and `columns` take the numbers of `fields` that the request wants.
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns);

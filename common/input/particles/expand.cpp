@@ -12,9 +12,9 @@ namespace parray {
 namespace {
 
 /// Appends the particles of `source`; throws as the functions that it calls do.
-void append(ParticleSource source, const std::filesystem::path& path, SceneFile& file,
+void append(ParticleSource source, const std::filesystem::path& folder, SceneFile& file,
             int threads) {
-  ShownParticles shown = shown_particles(path, source, threads);
+  ShownParticles shown = shown_particles(folder / source.file, source, folder, threads);
   const auto check = [](const char* key, const std::string& problem) {
     if (!problem.empty()) throw SourceError(key, problem);
   };
@@ -29,7 +29,7 @@ void append(ParticleSource source, const std::filesystem::path& path, SceneFile&
 void expand(const ParticleSource& source, const JsonPlace& place,
             const std::filesystem::path& folder, SceneFile& file, int threads) {
   try {
-    append(source, folder / source.file, file, threads);
+    append(source, folder, file, threads);
   } catch (const SourceError& error) {
     place.at(error.key()).fail(source.line_of(error.key()), error.what());
   } catch (const InputError& error) {

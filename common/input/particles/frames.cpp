@@ -1,6 +1,5 @@
 #include "common/input/particles/frames.h"
 
-#include <limits>
 #include <optional>
 #include <string>
 
@@ -19,8 +18,28 @@ std::uint64_t skip_frames(FrameReader& reader, std::uint64_t most) {
   return frames;
 }
 
-std::uint64_t skip_all(FrameReader& reader) {
-  return skip_frames(reader, std::numeric_limits<std::uint64_t>::max());
+struct FrameCount {
+  std::uint64_t frames = 0;
+  std::string problem;  ///< why there are no more; empty: the file ends
+};
+
+/// Frames from where the reader stands. One that cannot be read ends the count: a simulation that
+/// still runs leaves half a frame.
+FrameCount count_frames(FrameReader& reader) {
+  FrameCount count;
+  try {
+    while (skip_frames(reader, 1) == 1) ++count.frames;
+  } catch (const InputError& error) {
+    count.problem = error.what();
+  }
+  return count;
+}
+
+void note_problem(const FrameCount& count, ParticleFacts& facts) {
+  if (count.problem.empty()) return;
+  facts.notes.push_back({"unreadable_frames", 1,
+                         "frame after the first " + std::to_string(count.frames) +
+                             " cannot be read, nor any after it: " + count.problem});
 }
 
 /// `frame`, which the reader has just read, is empty.
@@ -57,20 +76,6 @@ Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
   return particles;
 }
 
-/// Frames from where the reader stands. One that cannot be read ends the count: a simulation that
-/// still runs leaves half a frame.
-std::uint64_t count_rest(FrameReader& reader, ParticleFacts& facts) {
-  std::uint64_t frames = 0;
-  try {
-    while (skip_frames(reader, 1) == 1) ++frames;
-  } catch (const InputError& error) {
-    facts.notes.push_back({"unreadable_frames", 1,
-                           "frame after " + std::to_string(facts.frame + 1 + frames) +
-                               " cannot be read, and none after it: " + std::string(error.what())});
-  }
-  return frames;
-}
-
 }  // namespace
 
 void fail_without_frame(const FilePlace& place, std::uint64_t frames, std::uint64_t asked) {
@@ -80,18 +85,24 @@ void fail_without_frame(const FilePlace& place, std::uint64_t frames, std::uint6
 }
 
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {
-  std::optional<std::uint64_t> frames;
   std::uint64_t frame = request.frame_number();
+  std::optional<FrameCount> count;
   if (request.frame && request.frame->last) {
-    frames = skip_all(*open());
-    frame = frames == 0U ? 0 : *frames - 1;
+    count = count_frames(*open());
+    frame = count->frames == 0 ? 0 : count->frames - 1;
     file.rewind();
   }
   const std::unique_ptr<FrameReader> reader = open();
   Particles particles = request.frame ? read_numbered(*reader, frame) : read_filled(*reader, frame);
   particles.facts.frame = frame;
-  if (request.all && !frames) frames = frame + 1 + count_rest(*reader, particles.facts);
-  particles.facts.frames = frames;
+  if (request.all && !count) {
+    count = count_frames(*reader);
+    count->frames += frame + 1;
+  }
+  if (count) {
+    particles.facts.frames = count->frames;
+    note_problem(*count, particles.facts);
+  }
   return particles;
 }
 

@@ -30,8 +30,8 @@ class FrameReader {
 using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
 
 /// The frame of `file` that the request chooses. Where it names none, empty ones are passed over;
-/// `last` counts the frames in a pass of its own. Sets facts.frame, and facts.frames where they
-/// have been counted: for `last` and for `request.all`.
+/// `last` counts the frames in a pass of its own, and is the last that is complete. Sets
+/// facts.frame, and facts.frames where they have been counted: for `last` and for `request.all`.
 ///
 /// Throws InputError for a frame that the file does not have, and for an empty one that is asked
 /// for, with the next that has particles.

@@ -54,6 +54,8 @@ class ParticleInput {
 
   /// Bytes not taken yet; unknown for gzip data and pipes.
   [[nodiscard]] std::optional<std::uint64_t> bytes_left() const;
+  /// Bytes taken so far.
+  [[nodiscard]] std::uint64_t position() const { return taken_; }
   /// The line or bytes last taken.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }

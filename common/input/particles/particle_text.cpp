@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
@@ -56,6 +57,10 @@ std::optional<double> number_in(std::string_view text) {
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || !std::isfinite(value)) return {};
   return value;
+}
+
+double number_or_nan(std::string_view text) {
+  return number_in(text).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 std::optional<std::uint64_t> natural_in(std::string_view text) {

@@ -25,6 +25,9 @@ void split_at_blanks(std::string_view line, std::vector<std::string_view>& field
 /// All of `text` as a finite number, also with a leading '+'.
 std::optional<double> number_in(std::string_view text);
 
+/// The same; NaN for anything else.
+double number_or_nan(std::string_view text);
+
 /// All of `text` as a whole number written in digits alone.
 std::optional<std::uint64_t> natural_in(std::string_view text);
 

@@ -1,6 +1,7 @@
 #include "common/input/particles/particles.h"
 
 #include "common/input/formats/format_table.h"
+#include "common/input/particles/topology.h"
 
 namespace parray {
 namespace {
@@ -25,7 +26,7 @@ bool may_hold_frames(const std::filesystem::path& path) {
   return format != nullptr && format->frames;
 }
 
-Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request) {
+Particles read_names(const std::filesystem::path& path, const ParticleRequest& request) {
   const ParticleFormat& format = known_format(path);
   const std::uint64_t frame = request.frame_number();
   if (frame > 0 && !format.frames) {
@@ -35,6 +36,23 @@ Particles read_particles(const std::filesystem::path& path, const ParticleReques
   PackedFile file(path);
   Particles particles = format.read(file, request);
   particles.facts.format = format.name;
+  return particles;
+}
+
+Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request) {
+  const ParticleFormat& format = known_format(path);
+  if (!format.positions) {
+    FilePlace{path.string()}.fail("a " + std::string(format.name) +
+                                  " file has no positions: name a trajectory, and this file as its "
+                                  "topology");
+  }
+  if (request.topology.empty()) return read_names(path, request);
+  ParticleRequest with_ids = request;
+  with_ids.numbers.emplace("id");
+  Particles particles = read_names(path, with_ids);
+  take_topology(request.topology, path, request, particles);
+  std::erase_if(particles.numbers,
+                [&](const NumberColumn& column) { return !request.wants(column.name); });
   return particles;
 }
 

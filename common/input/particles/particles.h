@@ -77,6 +77,7 @@ struct Particles {
 struct ParticleRequest {
   std::optional<FrameChoice> frame{};            ///< not given: the first
   std::set<std::string, std::less<>> numbers{};  ///< columns that somebody needs, by their names
+  std::filesystem::path topology{};              ///< file of names and elements; empty: none
   AlternativeChoice alternatives{};              ///< of the locations of atoms
   bool all = false;                              ///< every column, and the number of frames
   int threads = 1;
@@ -99,5 +100,9 @@ bool may_hold_frames(const std::filesystem::path& path);
 /// Streams: beside the columns, memory does not grow with the file.
 /// The same, errors too, for any number of threads.
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request = {});
+
+/// The same for what it says beside the positions, so that files without any, such as PSF, will
+/// do; of them, all are 0.
+Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
 }  // namespace parray

@@ -106,8 +106,8 @@ std::string_view without_charge(std::string_view name) {
 
 /// The sites of water models beside O and H, and Drude particles.
 const Names& water_sites() {
-  static const Names names{"MW",  "MW1", "MW2", "MW4", "M",   "OM",  "IW",  "EPW", "EP",
-                           "EP1", "EP2", "LP",  "LP1", "LP2", "LPA", "LPB", "L1",  "L2",
+  static const Names names{"MW",  "MW1", "MW2", "MW4", "M",   "M1",  "M2",  "OM",  "IW",  "EPW",
+                           "EP",  "EP1", "EP2", "LP",  "LP1", "LP2", "LPA", "LPB", "L1",  "L2",
                            "LW1", "LW2", "LA",  "LB",  "VS",  "X",   "XX",  "DUM", "DOH2"};
   return names;
 }

@@ -13,8 +13,10 @@ namespace {
 
 using Rule = ParticleMaterial::Rule;
 
-ParticleRequest request_of(const ParticleSource& source, int threads) {
+ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
+                           int threads) {
   ParticleRequest request{.frame = source.frame, .threads = threads};
+  if (!source.topology.empty()) request.topology = folder / source.topology;
   request.numbers = numbers_of(source.filter);
   request.numbers.merge(numbers_of(source.coloring));
   return request;
@@ -35,8 +37,8 @@ void with_remedy(const char* key, const std::filesystem::path& path, ParticleReq
 }  // namespace
 
 ShownParticles shown_particles(const std::filesystem::path& path, const ParticleSource& source,
-                               int threads) {
-  const ParticleRequest request = request_of(source, threads);
+                               const std::filesystem::path& folder, int threads) {
+  const ParticleRequest request = request_of(source, folder, threads);
   ShownParticles shown{read_particles(path, request), {}};
   with_remedy("select", path, request, [&] { apply(source.filter, shown.particles, threads); });
   if (source.coloring.empty()) return shown;

@@ -15,13 +15,14 @@ struct ShownParticles {
   ParticlePaint paint;
 };
 
-/// Reads the file of `source`, which is at `path`, leaves out what its filter does not show, and
-/// colours the rest. What a source does not ask for is not read.
+/// Reads the file of `source`, which is at `path`, its topology in `folder` unless that is
+/// absolute, leaves out what its filter does not show, and colours the rest. What a source does not
+/// ask for is not read.
 ///
 /// Throws InputError as read_particles() does, and SourceError for what a member of the source asks
 /// for.
 ShownParticles shown_particles(const std::filesystem::path& path, const ParticleSource& source,
-                               int threads = 1);
+                               const std::filesystem::path& folder = {}, int threads = 1);
 
 /// The rule that `source.material` comes to: see particle_spheres.h, but for particles that
 /// `color_by` paints. Throws SourceError where both say what the colour is.

@@ -1,9 +1,11 @@
 #include "common/input/portrait/portrait_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -15,8 +17,6 @@
 
 namespace parray {
 namespace {
-
-constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
   throw InputError(printable(path.string(), 4096) + ": " + problem);
@@ -42,35 +42,79 @@ bool decide(ParticleSource& source, const Particles& particles, MaterialNames& m
   return false;
 }
 
+/// The cell's corners.
+std::vector<Vec3d> corners_of(const ParticleCell& cell) {
+  std::vector<Vec3d> corners{cell.origin};
+  for (const Vec3d& edge : cell.edges) {
+    const std::size_t before = corners.size();
+    for (std::size_t i = 0; i < before; ++i) corners.push_back(corners[i] + edge);
+  }
+  return corners;
+}
+
+/// Along each edge particles reach as far as three quarters of it: a box of a simulation. What is
+/// in a crystal's cell but for its repetitions does not.
+bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
+  constexpr double share = 0.75;
+  const auto& [a, b, c] = cell.edges;
+  const double volume = dot(a, cross(b, c));
+  if (volume == 0) return true;
+  for (const Vec3d& normal : {cross(b, c), cross(c, a), cross(a, b)}) {
+    double low = dot(positions.front(), normal);
+    double high = low;
+    for (const Vec3d& position : positions) {
+      low = std::min(low, dot(position, normal));
+      high = std::max(high, dot(position, normal));
+    }
+    if (high - low < share * std::abs(volume)) return false;
+  }
+  return true;
+}
+
+Subject subject_of(const Particles& particles, const Viewing& viewing) {
+  Subject subject;
+  const auto& cell = particles.cell;
+  subject.molecule =
+      !particles.elements.empty() &&
+      (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
+  if (cell && viewing.whole_cell) subject.corners = corners_of(*cell);
+  return subject;
+}
+
 PortraitScene taken(const std::filesystem::path& path, ParticleSource source,
-                    const RenderSettings& settings, int threads) {
-  ShownParticles shown = shown_particles(path, source, threads);
+                    const RenderSettings& settings, const Viewing& viewing, int threads) {
+  ShownParticles shown = shown_particles(path, source, {}, threads);
   PortraitScene out;
   out.source = std::move(source);
   out.source.file = path.string();
   out.file.settings = settings;
-  out.file.materials.define("ground", portrait_ground);
-  out.file.materials.define("flag", portrait_flag);
+  out.file.finish = finish_of(viewing.style);
+  Scene& scene = out.file.scene;
+  for (const Prop& prop : props_of(viewing)) {
+    out.file.materials.define(std::string(prop.name), prop.material);
+    scene.materials.push_back(prop.material);
+  }
+  const auto staging = static_cast<std::uint32_t>(scene.materials.size());
+  out.file.staging = staging;
+  scene.spheres.resize(staging);
   const bool radius_is_open = decide(out.source, shown.particles, out.file.materials);
   if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
-  Scene& scene = out.file.scene;
-  scene.materials = {portrait_ground, portrait_flag};
-  scene.spheres.resize(helpers);
-  out.file.staging = helpers;
+  const Subject subject = subject_of(shown.particles, viewing);
   append_shown(std::move(shown), out.source, out.file, threads);
-  const auto spheres = std::span(scene.spheres).subspan(helpers);
+  const auto spheres = std::span(scene.spheres).subspan(staging);
   if (radius_is_open) {
     out.source.radius.value = lattice_radius(spheres);
     for (Sphere& sphere : spheres) sphere.radius = out.source.radius.value;
   }
   try {
-    const Portrait portrait =
-        portrait_of(spheres, static_cast<double>(settings.width) / settings.height, threads);
+    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const Portrait portrait = portrait_of(spheres, aspect, viewing, subject, threads);
     scene.camera = portrait.camera;
     scene.sky = portrait.sky;
-    scene.spheres[0] = portrait.ground;
-    scene.spheres[1] = portrait.flag;
-    scene.spheres[1].material = 1;
+    for (std::uint32_t i = 0; i < staging; ++i) {
+      scene.spheres[i] = portrait.props[i].sphere;
+      scene.spheres[i].material = i;
+    }
   } catch (const InputError& error) {
     fail(path, error.what());
   }
@@ -88,9 +132,9 @@ RenderSettings portrait_settings() {
 }
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
-                             const RenderSettings& settings, int threads) {
+                             const RenderSettings& settings, const Viewing& viewing, int threads) {
   try {
-    return taken(path, std::move(source), settings, threads);
+    return taken(path, std::move(source), settings, viewing, threads);
   } catch (const SourceError& error) {
     std::string option = error.key();
     std::ranges::replace(option, '_', '-');
@@ -98,14 +142,10 @@ PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource s
   }
 }
 
-void leave_out_ground(Scene& scene) {
-  scene.spheres.erase(scene.spheres.begin());  // others may have its material
-}
-
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {
   SceneFile out = std::move(portrait.file);
-  out.scene.spheres.resize(helpers);
-  out.scene.materials.resize(helpers);
+  out.scene.spheres.resize(out.staging);
+  out.scene.materials.resize(out.staging);
   out.particles = {std::move(portrait.source)};
   out.particles.front().file = file;
   return out;

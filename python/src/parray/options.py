@@ -68,6 +68,7 @@ class RenderOptions(PictureOptions, total=False):
     threads: int
     denoise: bool
     transparent: bool
+    opaque: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
 
@@ -122,7 +123,7 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name in ("denoise", "transparent"):
+        if name in ("denoise", "transparent", "opaque"):
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]

@@ -1,0 +1,108 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/support/particle_files.h"
+#include "tests/support/sample_trajectories.h"
+
+namespace parray {
+namespace {
+
+using test::message_of;
+using test::ParticleFiles;
+
+const std::string water_psf =
+    "PSF EXT\n\n       1 !NTITLE\n REMARKS water\n\n       3 !NATOM\n"
+    "  1 WAT  7    TIP3  OH2  OT  -0.834000  15.9994  0\n"
+    "  2 WAT  7    TIP3  H1   HT   0.417000   1.0080  0\n"
+    "  3 WAT  7    TIP3  H2   HT   0.417000   1.0080  0\n\n       2 !NBOND\n 1 2 1 3\n";
+
+const std::string water_prmtop =
+    "%VERSION  VERSION_STAMP = V0001.000\n%FLAG TITLE\n%FORMAT(a)\nwater\n%FLAG POINTERS\n"
+    "%FORMAT(10I8)\n       3       2       0       0       0       0       0       0       0       "
+    "0\n"
+    "       0       1\n%FLAG ATOM_NAME\n%FORMAT(20a4)\nO   H1  H2  \n%FLAG CHARGE\n"
+    "%FORMAT(5E16.8)\n -1.51973982E+01  7.59869910E+00  7.59869910E+00\n%FLAG MASS\n"
+    "%FORMAT(5E16.8)\n  1.60000000E+01  1.00800000E+00  1.00800000E+00\n%FLAG RESIDUE_LABEL\n"
+    "%FORMAT(20a4)\nWAT \n%FLAG RESIDUE_POINTER\n%FORMAT(10I8)\n       1\n%FLAG AMBER_ATOM_TYPE\n"
+    "%FORMAT(20a4)\nOW  HW  HW  \n";
+
+const std::string water_data =
+    "water\n\n3 atoms\n2 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\nMasses\n\n"
+    "1 1.008\n2 15.9994\n\nAtoms # full\n\n30 1 1 0.4 5 0 0\n10 1 2 -0.8 6 0 0\n20 1 1 0.4 7 0 0\n";
+
+std::string three_atoms() { return test::dcd_file({{{1, 0, 0}, {2, 0, 0}, {3, 0, 0}}}); }
+
+/// The trajectory with that topology.
+Particles with(const ParticleFiles& files, const std::string& name, const std::string& topology) {
+  ParticleRequest request{.numbers = {"charge"}};
+  request.topology = files.write(name, topology);
+  return read_particles(files.write("a.dcd", three_atoms()), request);
+}
+
+}  // namespace
+
+TEST_CASE("a trajectory takes elements, names and charges from PSF and PRMTOP") {
+  const ParticleFiles files;
+  for (const auto& [name, text] : {std::pair("a.psf", water_psf), {"a.prmtop", water_prmtop}}) {
+    CAPTURE(name);
+    const Particles water = with(files, name, text);
+    CHECK(water.positions[2].x == 3);
+    CHECK(water.elements == std::vector<std::uint8_t>{8, 1, 1});
+    CHECK(water.atom_names.of(1) == "H1");
+    CHECK(water.residue_names.names.size() == 1);
+    CHECK(water.residue_numbers.size() == 3);
+    REQUIRE(water.numbers.size() == 1);
+    CHECK(std::abs(water.numbers[0].values[0] + 0.834) < 1e-6);
+  }
+}
+
+TEST_CASE("a topology whose atoms are numbered is taken in the order of the numbers") {
+  const ParticleFiles files;
+  const Particles water = with(files, "a.data", water_data);
+  CHECK(water.elements == std::vector<std::uint8_t>{8, 1, 1});
+  CHECK(water.types.of(0) == "2");
+  CHECK(water.numbers.at(0).values == std::vector<double>{-0.8, 0.4, 0.4});
+  CHECK(water.numbers.size() == 1);
+}
+
+TEST_CASE("particles that are numbered themselves take the atom of the same number") {
+  const ParticleFiles files;
+  ParticleRequest request;
+  request.topology = files.write("a.data", water_data);
+  const auto dump = files.write(
+      "a.dump",
+      "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n"
+      "ITEM: ATOMS id x y z\n20 1 0 0\n30 2 0 0\n10 3 0 0\n");
+  const Particles water = read_particles(dump, request);
+  CHECK(water.elements == std::vector<std::uint8_t>{1, 1, 8});
+  CHECK(water.positions[2].x == 3);
+  CHECK(water.numbers.empty());
+}
+
+TEST_CASE("a topology of another number of atoms is refused with both numbers") {
+  const ParticleFiles files;
+  const std::string message =
+      message_of<InputError>([&] { with(files, "a.xyz", "2\n\nC 0 0 0\nO 1 0 0\n"); });
+  CHECK(message.find("a.xyz: 2 atoms, but ") != std::string::npos);
+  CHECK(message.ends_with("a.dcd has 3: name the topology of the same atoms"));
+}
+
+TEST_CASE("a file that has names alone is refused as particles, with the remedy") {
+  const ParticleFiles files;
+  CHECK(files.message("a.psf", water_psf) ==
+        "a.psf: a PSF file has no positions: name a trajectory, and this file as its topology");
+}
+
+TEST_CASE("PSF: rows without a segment; atoms of unknown mass are told by name") {
+  const ParticleFiles files;
+  const Particles drude = with(files, "a.psf",
+                               "PSF\n\n 3 !NATOM\n 1 1 ALA CA CD31C 0.1 11.6110 0\n"
+                               " 2 1 ALA DCA DRUD -1 0.4 0\n 3 1 ALA HA HDA1A 0.1 1.008 0\n");
+  CHECK(drude.elements == std::vector<std::uint8_t>{6, 0, 1});
+  CHECK(drude.residue_names.of(0) == "ALA");
+  CHECK(drude.chains.empty());
+}
+
+}  // namespace parray
