@@ -293,7 +293,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\n\n\"hide\": [\"watr\"]",
        "8: /particles/0/hide: 'watr' is no class of particles: did you mean 'water'?"},
       {"\"hide\": [\"water\"]",
-       "6: /particles/0/hide: column 1: the file has no residue names: it "
+       "6: /particles/0/hide: the file has no residue names: it "
        "has elements, types, x, y, z, fx, fy, fz, index"},
       {"\"hide\": \"water\"",
        "6: /particles/0/hide: not a list: write words in brackets, as "

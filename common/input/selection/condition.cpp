@@ -150,8 +150,9 @@ void Condition::bind_same_residue() {
 }
 
 void Condition::fail_without(const std::string& what) const {
-  throw InputError("column " + std::to_string(expression_->column) + ": the file has no " + what +
-                   ": it has " + columns_of(*particles_));
+  const std::size_t column = expression_->column;  // 0: of no text
+  throw InputError((column == 0 ? "" : "column " + std::to_string(column) + ": ") +
+                   "the file has no " + what + ": it has " + columns_of(*particles_));
 }
 
 ParticleMask Condition::mask() const {

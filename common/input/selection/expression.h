@@ -47,7 +47,7 @@ struct Expression {
     square_root,
   };
   Kind kind = Kind::all;
-  std::size_t column = 1;  ///< in the text, from 1, counted in characters
+  std::size_t column = 1;  ///< in the text, from 1, counted in characters; 0: in no text
   std::size_t depth = 1;   ///< of the tree of parts below, this included
   double number = 0;
   std::string word{};

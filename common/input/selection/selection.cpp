@@ -117,7 +117,7 @@ Selection Selection::any_of(const std::vector<std::string>& classes) {
       throw InputError("'" + printable(word) +
                        "' is no class of particles: " + remedy_for_name(word, selection_classes()));
     }
-    root.parts.push_back(class_condition(word));
+    root.parts.push_back(class_condition(word, 0));
   }
   if (root.parts.empty()) root.kind = Kind::none;
   return Selection(std::move(root));
