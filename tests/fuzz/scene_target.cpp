@@ -85,7 +85,8 @@ std::vector<std::string> seeds() {
   texts.push_back(R"({"version": 1,
   "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "projection": "orthographic",
     "view_height": 3, "aperture": 0.5},
-  "image": {"width": 9, "height": 5, "transparent": true},
+  "image": {"width": 9, "height": 5, "transparent": true}, "style": "flat",
+  "finishing": {"outline": "0.5pt", "depth_cue": true},
   "materials": {"a": {"type": "dielectric", "ior": 1.5}},
   "spheres": [{"center": [0, 0, 9], "radius": 1, "material": "a"}]})");
   return texts;

@@ -65,6 +65,9 @@ class PictureOptions(TypedDict, total=False):
 class RenderOptions(PictureOptions, total=False):
     """What is for this machine only."""
 
+    view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
+    style: Literal["studio", "publication", "flat", "night"]
+    projection: Literal["perspective", "orthographic"]
     threads: int
     denoise: bool
     transparent: bool
