@@ -1,0 +1,3 @@
+"""Files that the corpus has LAMMPS make."""
+def make(where):
+    pass
