@@ -4,8 +4,11 @@ A package's choice is (pattern, most): paths inside the archive, below its top f
 than `most`, that many spread over the sorted list. manifest.tsv holds the outcome; `collect --choose` makes it anew."""
 
 import dataclasses
+import os
+import pathlib
 import re
 
+MANIFEST = pathlib.Path(__file__).resolve().parent / "manifest.tsv"
 LARGEST = 30_000_000  # bytes of a file, unpacked from the archive
 
 
@@ -83,3 +86,14 @@ def chosen(package, paths):
         step = max(1.0, len(matching) / most)
         taken.update(matching[int(i * step)] for i in range(min(most, len(matching))))
     return sorted(taken)
+
+
+def folder():
+    """Where the corpus lies."""
+    cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
+    return pathlib.Path(os.environ.get("PARRAY_CORPUS") or pathlib.Path(cache) / "parray-corpus")
+
+
+def manifest():
+    """(sha256, package's folder, path) of each file."""
+    return [tuple(line.split("\t")) for line in MANIFEST.read_text().splitlines() if not line.startswith("#")]
