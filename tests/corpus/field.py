@@ -3,8 +3,6 @@ format; each takes a file that is not packed and gives Facts, or raises whatever
 
 import collections
 import dataclasses
-import io
-import itertools
 import math
 import re
 import warnings
@@ -14,7 +12,7 @@ import gemmi
 import MDAnalysis
 import numpy
 import plyfile
-from MDAnalysis.coordinates import DCD, LAMMPS, TRJ, XTC
+from MDAnalysis.coordinates import DCD, TRJ, XTC
 from MDAnalysis.guesser.default_guesser import DefaultGuesser
 from rdkit import Chem, RDLogger
 
@@ -72,7 +70,12 @@ def of_model(program, structure, **more):
 
 
 def gemmi_pdb(path):
-    return of_model("gemmi", gemmi.read_pdb(str(path)))
+    """Where the columns of elements are blank, gemmi goes by those of the name, as the standard says and many do not."""
+    facts = of_model("gemmi", gemmi.read_pdb(str(path)))
+    with open(path, "rb") as file:
+        if any(line[:6] in (b"ATOM  ", b"HETATM") and not line[76:78].strip().isalpha() for line in file):
+            facts.elements = None
+    return facts
 
 
 def gemmi_mmcif(path):
@@ -98,13 +101,17 @@ def gemmi_chem_comp(path):
 
 
 def gemmi_small(path):
-    """The whole cell, and the sites that the file lists."""
-    small = gemmi.read_small_structure(str(path))
-    if not small.sites:
+    """The whole cell, and the sites that the file lists, of the first block that has some."""
+    structures = (gemmi.make_small_structure_from_block(block) for block in gemmi.cif.read(str(path)))
+    small = next((structure for structure in structures if structure.sites), None)
+    if small is None:
         raise ValueError("no sites")
     facts = []
-    for program, sites in (("gemmi (cell)", small.get_all_unit_cell_sites()), ("gemmi (sites)", small.sites)):
-        positions = [small.cell.orthogonalize(site.fract).tolist() for site in sites]
+    whole = small.get_all_unit_cell_sites()
+    for program, sites, placed in (("gemmi (cell)", whole, lambda fract: fract),
+                                   ("gemmi (cell, wrapped)", whole, lambda fract: fract.wrap_to_unit()),
+                                   ("gemmi (sites)", small.sites, lambda fract: fract)):
+        positions = [small.cell.orthogonalize(placed(site.fract)).tolist() for site in sites]
         names = ["" if site.element.name == "X" else site.element.name for site in sites]
         facts.append(Facts(program, len(sites), box_of(positions), counted(names), None, cell_of(small.cell.parameters)))
     return facts
@@ -148,9 +155,12 @@ def ase_data(path):
 
 
 def style_of(path):
-    """LAMMPS's data files may name their columns beside the section's title; "full" is ASE's own default."""
-    named = re.search(r"^\s*Atoms\s*#\s*(\w+)", path.read_text(errors="replace"), re.MULTILINE)
-    return named[1] if named else "full"
+    """LAMMPS's data files may name their columns beside the section's title; five columns fit one style alone, and "full" is
+    ASE's own default."""
+    found = re.search(r"^\s*Atoms[ \t]*(?:#\s*(\w+)[^\n]*)?\n\s*\n([^\n]*)", path.read_text(errors="replace"), re.MULTILINE)
+    if found and found[1]:
+        return found[1]
+    return "atomic" if found and len(found[2].partition("#")[0].split()) == 5 else "full"
 
 
 def mdanalysis(path, kind, elements=True):

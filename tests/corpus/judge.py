@@ -1,51 +1,94 @@
 """Whether what ParRay says of a file is what the programs of the field say."""
 
-SAME, TOLD, DIFFERS = "same", "told", "differs"
-LENGTH = 2e-3  # absolute and, times 1e-2, relative: PDB and GRO have three decimals
-ANGLE = 0.05
+import dataclasses
+
+# Keys of notes that say that atoms of the file are not among the particles.
+LEFT_OUT = ("alternatives", "virtual", "hidden_virtual", "duplicates", "unplaced", "left_out", "sites_merged")
+GUESSED = ("guessed_elements", "unknown_elements", "elements")
+EMPTY_FRAMES = ("empty_frames",)
 
 
-def frames_of(said):
-    return said.get("frames")
+@dataclasses.dataclass
+class Said:
+    """What `parray validate --json` says of one file of particles."""
+    particles: int
+    box: list
+    elements: dict = None  # count by symbol; "": unknown
+    frames: int = None
+    cell: list = None      # a, b, c, alpha, beta, gamma
+    notes: dict = None     # count by key
+
+    def noted(self, keys):
+        return sum(count for key, count in (self.notes or {}).items() if key.startswith(keys))
 
 
-def left_out_of(said):
-    """Atoms that the notes say were left out, by note."""
-    return 0
+def said(facts):
+    """Of the JSON."""
+    file = facts["particle_files"][0]
+    elements = file.get("elements")
+    if elements is not None:
+        elements = {"" if symbol == "unknown" else symbol: count for symbol, count in elements.items()}
+    cell = file.get("cell")
+    notes = {}
+    for note in file.get("notes", []):
+        notes[note["key"]] = notes.get(note["key"], 0) + note["count"]
+    return Said(file["particles"], [file["box"]["low"], file["box"]["high"]], elements, file.get("frames"),
+                cell and cell["lengths"] + cell["angles"], notes)
 
 
 def close(a, b):
-    return abs(a - b) <= LENGTH + 1e-5 * max(abs(a), abs(b))
+    """Files have three decimals, some programs single precision."""
+    return abs(a - b) <= 2e-3 + 2e-6 * max(abs(a), abs(b))
 
 
-def same_box(box, facts, of_facts):
-    if of_facts is None or box is None:
-        return True
-    low, high = box
-    if facts.span_only:
-        return all(close(h - l, fh - fl) for l, h, fl, fh in zip(low, high, *of_facts))
-    return all(close(x, fx) for side, fside in zip(box, of_facts) for x, fx in zip(side, fside))
+def same_box(box, other, span_only):
+    """`span_only`: the program moves the origin."""
+    if span_only:
+        return all(close(h - l, oh - ol) for l, h, ol, oh in zip(*box, *other))
+    return all(close(x, y) for side, other_side in zip(box, other) for x, y in zip(side, other_side))
 
 
-def same_elements(said, facts):
-    return facts.elements is None or "elements" not in said or said["elements"] == facts.elements
+def within(box, other):
+    return all(x >= y - 2e-3 for x, y in zip(box[0], other[0])) and all(x <= y + 2e-3 for x, y in zip(box[1], other[1]))
 
 
-def same_frames(said, facts):
-    return facts.frames is None or frames_of(said) is None or frames_of(said) == facts.frames
+def same_cell(cell, other):
+    return all(abs(x - y) <= 1e-3 * max(1, abs(y)) for x, y in zip(cell[:3], other[:3])) and all(
+        abs(x - y) <= 0.06 for x, y in zip(cell[3:], other[3:]))
 
 
-def differences(said, last, facts):
-    """What ParRay says otherwise than one program, in words, by field."""
-    found = {}
-    if said["particles"] != facts.particles:
-        found["particles"] = f"{said['particles']}, {facts.program}: {facts.particles}"
-    if not same_box(said["box"], facts, facts.box):
-        found["box"] = f"{rounded(said['box'])}, {facts.program}: {rounded(facts.box)}"
-    if not same_elements(said, facts):
-        found["elements"] = f"{said['elements']}, {facts.program}: {facts.elements}"
-    if not same_frames(said, facts):
-        found["frames"] = f"{frames_of(said)}, {facts.program}: {facts.frames}"
+def otherwise_named(elements, other):
+    """Least number of atoms that have another element."""
+    symbols = {*elements, *other}
+    more = sum(max(0, elements.get(s, 0) - other.get(s, 0)) for s in symbols)
+    return max(more, sum(max(0, other.get(s, 0) - elements.get(s, 0)) for s in symbols))
+
+
+def compared(said, last, facts):
+    """By field: None (the same, or not said by either), or (whether a note accounts for it, the difference in words)."""
+    left_out = facts.particles - said.particles
+    all_told = left_out > 0 and said.noted(LEFT_OUT) == left_out
+    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell"))
+
+    def differ(name, told, ours, theirs):
+        found[name] = (told, f"{ours}; {facts.program}: {theirs}")
+
+    if left_out:
+        differ("particles", all_told, said.particles, facts.particles)
+    if not same_box(said.box, facts.box, facts.span_only):
+        differ("box", all_told and within(said.box, facts.box), rounded(said.box), rounded(facts.box))
+    if last and facts.last_box and not same_box(last.box, facts.last_box, facts.span_only):
+        differ("last box", all_told, rounded(last.box), rounded(facts.last_box))
+    if facts.elements is not None and said.elements is not None and said.elements != facts.elements:
+        others = otherwise_named(said.elements, facts.elements)
+        told = others <= said.noted(GUESSED) + (left_out if all_told else 0)
+        differ("elements", told, said.elements, facts.elements)
+    elif facts.elements is not None and said.elements is None and set(facts.elements) != {""}:
+        differ("elements", False, "none", facts.elements)
+    if None not in (facts.frames, said.frames) and facts.frames != said.frames:
+        differ("frames", said.frames - said.noted(EMPTY_FRAMES) == facts.frames, said.frames, facts.frames)
+    if facts.cell and (not said.cell or not same_cell(said.cell, facts.cell)):
+        differ("cell", False, said.cell and [round(x, 3) for x in said.cell], [round(x, 3) for x in facts.cell])
     return found
 
 
@@ -54,12 +97,13 @@ def rounded(box):
 
 
 def verdict(said, last, facts):
-    """The record's `verdict` and, for a difference, `why`."""
+    """The verdict, and by field why it is not `same`. A field is right where one program says the same."""
     if said is None:
         return {"verdict": "refused alone" if facts else "refused by both", "why": {}}
     if not facts:
         return {"verdict": "read alone", "why": {}}
-    found = [differences(said, last, f) for f in facts]
-    # A field is right where one program says the same.
-    why = {name: "; ".join(f[name] for f in found) for name in found[0] if all(name in f for f in found)}
-    return {"verdict": DIFFERS if why else SAME, "why": why}
+    found = [compared(said, last, f) for f in facts]
+    why = {name: [f[name] for f in found] for name in found[0] if all(f[name] for f in found)}
+    untold = any(not any(told for told, _ in differences) for differences in why.values())
+    return {"verdict": "differs" if untold else "told" if why else "same",
+            "why": {name: " | ".join(words for _, words in differences) for name, differences in why.items()}}

@@ -40,8 +40,8 @@ def kind_of(path, text):
     elif name.name.startswith("data."):
         ending = "data"
     kind = BY_ENDING.get(ending, ending)
-    if kind == "data" and text.startswith("ITEM:"):
-        return "dump"
+    if kind in ("data", "dump") and text.startswith("ITEM:"):
+        return "local" if "\nITEM: ENTRIES" in text[:4096] else "dump"
     return kind_of_cif(text) if kind == "cif" else kind
 
 

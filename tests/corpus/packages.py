@@ -40,7 +40,7 @@ PACKAGES = (
         (MDA + r"dlpoly/(CONFIG|HISTORY)$", 2))),
     Package("pypi", "biopython", "1.88", "biopython-1.88.tar.gz", "9aaa31c0bda4d059f7b2ee00bfdb5cbb73ade3057aa4b737a7cc0187091d071a", (
         (r"Tests/PDB/.*\.(pdb|cif|ent)$", 60), (r"Tests/PQR/.*\.pqr$", 5), (r"Tests/(?!PDB).*\.ent$", 4),
-        (r"Tests/PDB/.*\.(bcif\.gz|mmtf)$", 2))),
+        (r"Tests/PDB/.*\.(bcif\.gz|mmtf)$", 5))),
     Package("pypi", "gemmi", "0.7.5", "gemmi-0.7.5.tar.gz", "3328f26c8a8a0ef6a7fc8bb28e167818e324e4239dd4197d6b6066ae2b6315fe", ((r"tests/[^/]*\.(pdb|ent|cif)" + PACKED, 50),)),
     Package("pypi", "ase", "3.29.0", "ase-3.29.0.tar.gz", "ef4e2caa38169e3fbbc4164764a060d1877a6692519a4bed82521328eeb0d9aa", (
         (r"ase/test/testdata/.*\.(cif|xyz|data)$", 20), (r"ase/test/testdata/.*/POSCAR_example_1", 1))),
