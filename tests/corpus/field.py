@@ -151,7 +151,9 @@ def ase_dump(path):
 
 
 def ase_data(path):
-    return of_atoms("ASE", [ase.io.read(str(path), format="lammps-data", atom_style=style_of(path))], elements=False)
+    """Where the file places the atoms, not the images that they are in."""
+    atoms = ase.io.read(str(path), format="lammps-data", atom_style=style_of(path), read_image_flags=False)
+    return of_atoms("ASE", [atoms], elements=False)
 
 
 def style_of(path):
@@ -181,6 +183,12 @@ def symbols_of(universe):
     names = atoms.names if hasattr(atoms, "names") else atoms.types
     given = list(getattr(atoms, "elements", [""] * len(atoms)))
     return counted(given[i] or guesser.guess_atom_element(names[i]) for i in range(len(atoms)))
+
+
+def mdanalysis_xyz(path):
+    facts = mdanalysis(path, "XYZ")
+    facts.last_box = None  # it takes every frame to have as many atoms as the first
+    return facts
 
 
 def mdanalysis_gro(path):
@@ -255,7 +263,7 @@ READERS = {
     "mol2": (rdkit_mol2, lambda p: mdanalysis(p, "MOL2")),
     "sdf": (rdkit_sdf,),
     "mol": (rdkit_mol,),
-    "xyz": (ase_xyz, lambda p: mdanalysis(p, "XYZ")),
+    "xyz": (ase_xyz, mdanalysis_xyz),
     "dump": (ase_dump, mdanalysis_dump),
     "data": (ase_data, mdanalysis_data),
     "ply": (plyfile_ply,),

@@ -4,8 +4,8 @@ import dataclasses
 
 # Keys of notes that say that atoms of the file are not among the particles.
 LEFT_OUT = ("alternatives", "virtual", "hidden_virtual", "duplicates", "unplaced", "left_out", "sites_merged")
-GUESSED = ("guessed_elements", "unknown_elements", "elements")
-EMPTY_FRAMES = ("empty_frames",)
+GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
+EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 
 
 @dataclasses.dataclass

@@ -46,6 +46,7 @@ dump 16 all custom 30 melt.bin id type x y z
 compute bonds all pair/local dist
 dump 17 all local 30 dump.local index c_bonds
 run 30
+undump 9
 write_data melt.data
 write_restart melt.restart
 """
