@@ -12,7 +12,7 @@ import gemmi
 import MDAnalysis
 import numpy
 import plyfile
-from MDAnalysis.coordinates import DCD, TRJ, XTC
+from MDAnalysis.coordinates import DCD, TRJ, TRR, XTC
 from MDAnalysis.guesser.default_guesser import DefaultGuesser
 from rdkit import Chem, RDLogger
 
@@ -269,6 +269,7 @@ READERS = {
     "ply": (plyfile_ply,),
     "dcd": (lambda p: of_trajectory(DCD.DCDReader, p),),
     "xtc": (lambda p: of_trajectory(XTC.XTCReader, p),),
+    "trr": (lambda p: of_trajectory(TRR.TRRReader, p),),
     "netcdf": (lambda p: of_trajectory(TRJ.NCDFReader, p),),
 }
 
