@@ -31,6 +31,7 @@ class Facts:
     frames: int = None
     cell: list = None  # a, b, c, alpha, beta, gamma
     last_box: list = None  # of the last frame
+    last_particles: int = None
     span_only: bool = False  # the program moves the origin: only the box's size counts
 
 
@@ -66,7 +67,7 @@ def of_model(program, structure, **more):
         raise ValueError("no atoms")
     positions, names = zip(*models[0])
     return Facts(program, len(positions), box_of(positions), counted("" if n == "X" else n for n in names), len(models),
-                 cell_of(structure.cell.parameters), box_of([p for p, _ in models[-1]]), **more)
+                 cell_of(structure.cell.parameters), box_of([p for p, _ in models[-1]]), len(models[-1]), **more)
 
 
 def gemmi_pdb(path):
@@ -75,6 +76,27 @@ def gemmi_pdb(path):
     with open(path, "rb") as file:
         if any(line[:6] in (b"ATOM  ", b"HETATM") and not line[76:78].strip().isalpha() for line in file):
             facts.elements = None
+    return facts
+
+
+def gemmi_pdbqt(path):
+    """Its columns are those of PDB but for the elements."""
+    facts = of_model("gemmi", gemmi.read_pdb(str(path)))
+    facts.elements = None
+    return facts
+
+
+def mdanalysis_pdbqt(path):
+    """It takes all models for one."""
+    if re.search(r"^MODEL .*^MODEL ", path.read_text(errors="replace"), re.MULTILINE | re.DOTALL):
+        raise ValueError("several models")
+    return mdanalysis(path, "PDBQT")
+
+
+def ase_pdb(path):
+    """Frames may end in END alone."""
+    facts = ase_file(path, "proteindatabank")
+    facts.elements = None
     return facts
 
 
@@ -253,13 +275,13 @@ def head(path, size=4096):
 
 # The programs to ask, by kind of file.
 READERS = {
-    "pdb": (gemmi_pdb, lambda p: mdanalysis(p, "PDB")),
+    "pdb": (gemmi_pdb, lambda p: mdanalysis(p, "PDB"), ase_pdb),
     "mmcif": (gemmi_mmcif,),
     "chem_comp": (gemmi_chem_comp,),
     "cif": (gemmi_small, ase_cif),
     "gro": (mdanalysis_gro,),
     "pqr": (lambda p: mdanalysis(p, "PQR"),),
-    "pdbqt": (lambda p: mdanalysis(p, "PDBQT"),),
+    "pdbqt": (gemmi_pdbqt, mdanalysis_pdbqt),
     "mol2": (rdkit_mol2, lambda p: mdanalysis(p, "MOL2")),
     "sdf": (rdkit_sdf,),
     "mol": (rdkit_mol,),

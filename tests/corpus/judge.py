@@ -4,6 +4,7 @@ import dataclasses
 
 # Keys of notes that say that atoms of the file are not among the particles.
 LEFT_OUT = ("alternatives", "virtual", "hidden_virtual", "duplicates", "unplaced", "left_out", "sites_merged")
+KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 
@@ -67,7 +68,8 @@ def otherwise_named(elements, other):
 def compared(said, last, facts):
     """By field: None (the same, or not said by either), or (whether a note accounts for it, the difference in words)."""
     left_out = facts.particles - said.particles
-    all_told = left_out > 0 and said.noted(LEFT_OUT) == left_out
+    # A program may leave out what ParRay keeps with a word: lone pairs and other virtual sites.
+    all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
     found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell"))
 
     def differ(name, told, ours, theirs):
@@ -76,12 +78,14 @@ def compared(said, last, facts):
     if left_out:
         differ("particles", all_told, said.particles, facts.particles)
     if not same_box(said.box, facts.box, facts.span_only):
-        differ("box", all_told and within(said.box, facts.box), rounded(said.box), rounded(facts.box))
+        inside = within(said.box, facts.box) if left_out > 0 else within(facts.box, said.box)
+        differ("box", all_told and inside, rounded(said.box), rounded(facts.box))
     if last and facts.last_box and not same_box(last.box, facts.last_box, facts.span_only):
-        differ("last box", all_told, rounded(last.box), rounded(facts.last_box))
+        missing = (facts.last_particles or 0) - last.particles
+        differ("last box", 0 < missing == last.noted(LEFT_OUT) and within(last.box, facts.last_box), rounded(last.box), rounded(facts.last_box))
     if facts.elements is not None and said.elements is not None and said.elements != facts.elements:
         others = otherwise_named(said.elements, facts.elements)
-        told = others <= said.noted(GUESSED) + (left_out if all_told else 0)
+        told = others <= said.noted(GUESSED) + (abs(left_out) if all_told else 0)
         differ("elements", told, said.elements, facts.elements)
     elif facts.elements is not None and said.elements is None and set(facts.elements) != {""}:
         differ("elements", False, "none", facts.elements)
