@@ -19,7 +19,7 @@
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 4;
+inline constexpr std::uint32_t protocol_version = 5;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 4;

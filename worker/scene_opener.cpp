@@ -25,15 +25,22 @@ std::string bytes_of(const ScenePieces& packed) {
   return bytes;
 }
 
+/// Bytes that are the scene's, but none that this program knows, come no better from elsewhere.
+void read(const std::string& bytes, OpenedScene& opened) {
+  try {
+    opened.scene = std::make_shared<const Scene>(scene_from_bytes(bytes));
+  } catch (const DecodeError& error) {
+    opened.failure = error.what();
+  }
+}
+
 }  // namespace
 
 OpenedScene open_scene(const ScenePieces& packed) {
   OpenedScene opened{packed.id, nullptr};
   try {
     const std::string bytes = bytes_of(packed);
-    if (scene_identity(bytes) == packed.id) {
-      opened.scene = std::make_shared<const Scene>(scene_from_bytes(bytes));
-    }
+    if (scene_identity(bytes) == packed.id) read(bytes, opened);
   } catch (const DecodeError&) {
     // Somebody has put something else in its place.
   } catch (const std::bad_alloc&) {

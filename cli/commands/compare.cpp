@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
+#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -73,6 +75,17 @@ void check_same_size(const CompareCommand& command, const Image& reference, cons
   }
 }
 
+/// Premultiplied colours are no radiance: only with their like can they be compared.
+void check_same_background(const CompareCommand& command, const ImageFile& reference,
+                           const std::string& file, const ImageFile& image) {
+  const bool transparent = !alpha_of(image.channels).empty();
+  if (transparent == !alpha_of(reference.channels).empty()) return;
+  throw InputError(printable(transparent ? file : command.reference, 4096) +
+                   " is transparent and " +
+                   printable(transparent ? command.reference : file, 4096) +
+                   " has its background: render both with --transparent, or neither");
+}
+
 void check_verification_path(const CompareCommand& command) {
   if (command.verification.empty()) return;
   check_image_path(command.verification);
@@ -91,7 +104,8 @@ Comparison comparison_of(const std::string& name, const ImageFile& reference,
   Comparison result;
   result.file = name;
   result.image_sha256 = sha256_in(file);
-  result.identical = same_bits(reference.image, file.image);
+  result.identical = same_bits(reference.image, file.image) &&
+                     std::ranges::equal(alpha_of(reference.channels), alpha_of(file.channels));
   result.errors = error_metrics(reference.image, file.image);
   result.flip = mean_of(flip(reference.image, file.image));
   if (reference.high_dynamic_range && file.high_dynamic_range) {
@@ -251,6 +265,7 @@ int compare(const CompareCommand& command) {
   for (const std::string& name : command.images) {
     const ImageFile file = read_image(name);
     check_same_size(command, reference.image, name, file.image);
+    check_same_background(command, reference, name, file);
     comparisons.push_back(comparison_of(name, reference, file));
     verification.add(file.image);
   }

@@ -7,6 +7,7 @@
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
+#include "cli/commands/particle_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
@@ -15,7 +16,7 @@
 #include "common/base/suggest.h"
 #include "common/image/partial_file.h"
 #include "common/input/particles/expand.h"
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 #include "common/input/scene_writer.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_ranges.h"
@@ -28,20 +29,10 @@ namespace fs = std::filesystem;
 struct ConvertCommand {
   std::string in;
   std::string out;
-  ParticleMaterial material;
-  ParticleRadius radius;
   RenderOptions size;
+  ParticleOptions particles;
   bool expand = false;
-
-  [[nodiscard]] bool about_particles() const {
-    return expand || size.has_size() || material.rule != ParticleMaterial::Rule::automatic ||
-           radius.rule != ParticleRadius::Rule::automatic;
-  }
 };
-
-constexpr const char* particles_group = "When IN is a file of particles";
-constexpr std::array<std::string_view, 4> material_words{"by-element", "by-type", "column",
-                                                         portrait_plain_name};
 
 /// How a scene file at `scene` names `file`: relative, so that both may move together.
 std::string reference_to(const fs::path& file, const fs::path& scene) {
@@ -51,16 +42,15 @@ std::string reference_to(const fs::path& file, const fs::path& scene) {
 
 SceneFile converted(const ConvertCommand& command) {
   if (is_particle_file(command.in)) {
-    PortraitScene portrait = portrait_scene(command.in, command.material, command.radius,
+    PortraitScene portrait = portrait_scene(command.in, command.particles.over({}),
                                             command.size.over(portrait_settings()), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     return with_reference(std::move(portrait), reference_to(command.in, command.out));
   }
-  if (command.about_particles()) {
-    throw InputError(
-        printable(command.in, 4096) +
-        " is not a file of particles: --material, --radius, --width, --height and --expand are for "
-        "those");
+  command.particles.check_unused(command.in);
+  if (command.expand || command.size.has_size()) {
+    throw InputError(printable(command.in, 4096) +
+                     " is not a file of particles: --width, --height and --expand are for those");
   }
   SceneFile scene = read_scene_file(command.in, usable_cpus());
   expand_particles(scene, command.in, usable_cpus());
@@ -87,38 +77,6 @@ int convert(const ConvertCommand& command) {
   return 0;
 }
 
-void add_material(Command& command, ParticleMaterial& material) {
-  command
-      .option(
-          "--material",
-          [&material](const std::string& text) {
-            material = particle_material_from(text);
-            if (material.rule == ParticleMaterial::Rule::named && text != portrait_plain_name) {
-              throw InputError("unknown material '" + printable(text) +
-                               "': " + remedy_for_name(text, material_words));
-            }
-          },
-          "Surface of the particles (default: column, else by-element, else by-type, else plain)")
-      .words({"by-element", "by-type", "column", "plain"})
-      .group(particles_group);
-}
-
-void add_radius(Command& command, ParticleRadius& radius) {
-  command
-      .option(
-          "--radius",
-          [&radius](const std::string& text) {
-            const std::optional<ParticleRadius> word = particle_radius_from(text);
-            radius = word ? *word
-                          : ParticleRadius{ParticleRadius::Rule::fixed,
-                                           real_number(text, ranges::length)};
-          },
-          "Their radius (default: column, else by-element, else half the mean spacing)")
-      .words({"by-element", "column"})
-      .type_name("R|by-element|column")
-      .group(particles_group);
-}
-
 }  // namespace
 
 void add_convert(CommandLine& line, Action& chosen) {
@@ -129,8 +87,7 @@ void add_convert(CommandLine& line, Action& chosen) {
   command.option("OUT.json", options->out, "Scene file to write")
       .required()
       .completes(Completes::files);
-  add_material(command, options->material);
-  add_radius(command, options->radius);
+  options->particles.add_to(command);
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,

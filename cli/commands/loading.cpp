@@ -7,7 +7,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/input/particles/expand.h"
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 
 namespace parray {
 namespace {
@@ -16,7 +16,7 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
   bool chosen = false;
   for (ParticleSource& source : scene.particles) {
     if (!source.frame && may_hold_frames(source.file)) {
-      source.frame = frame;
+      source.frame = FrameChoice{frame, false};
       chosen = true;
     }
   }
@@ -50,11 +50,14 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
 SceneFile read_any(const std::string& file, const RenderOptions& options, const FrameChange& change,
                    NamedFiles named, int threads) {
   if (is_particle_file(file)) {
-    SceneFile portrait =
-        portrait_scene(file, {}, {}, options.over(portrait_settings()), threads).file;
+    SceneFile portrait = portrait_scene(file, options.particles().over({}),
+                                        options.over(portrait_settings()), threads)
+                             .file;
+    if (options.view().transparent(false)) leave_out_ground(portrait.scene);
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
+  options.particles().check_unused(file);
   SceneFile scene = read_scene_file(file, threads);
   if (named == NamedFiles::beside) check_beside(scene, file);
   if (change.particles) choose_frame(scene, *change.particles, file);
@@ -71,6 +74,7 @@ SceneFile read_any(const std::string& file, const RenderOptions& options, const 
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change, NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named, usable_cpus());
+  scene.transparent = options.view().transparent(scene.transparent);
   if (change.camera) scene.scene.camera = *change.camera;
   warn_of_duplicates(scene.duplicates, file);
   return scene;

@@ -58,6 +58,13 @@ normal, albedo, sphere and cost are traced for them, with the camera rays and pa
 - `half-width` (`half_width.R`, `.G`, `.B`): half of the length of its 95 % interval, linear
   radiance
 
+# Transparent pictures
+`--transparent`, or `transparent` of the scene's `image`, leaves the background out. Alpha is the
+share of a pixel's camera rays that meet something, over all its samples; an EXR file has
+premultiplied colours and channel `A`, a PNG file unassociated 8-bit RGBA. A portrait has no ground
+then. The sky behind gives back the opaque picture, whose hash, `image_sha256`, and error stay in the
+report. It takes the scene: `render`, `submit --wait -o` and `parray-mpi`; a series and HTTP refuse it.
+
 # Previews
 `--preview` keeps a picture file up to date, and ends as a copy of the picture. The first is there
 as soon as every pixel has a sample, or before; later ones as often as a fiftieth of the time
@@ -89,6 +96,8 @@ change the view, make a scene of it with `parray convert`.
   ended, times the largest radiance of the sky). `null` with fewer than 2 samples a pixel
 - `denoised`: with `--denoise` only: `rmse`, `low`, `high` and `image_sha256` of the denoised
   picture; the time that it took is `seconds.denoise`
+- `transparent`: of a transparent picture only: `image_sha256`, of its premultiplied RGB, then
+  alpha, float32 little-endian; `covered`, the mean of alpha
 - `stopped_by`: `samples`, `error`, `half-width`, `time` or `passes`: what ended the render
 - `accelerator`, `isa`, `schedule`, `row_order`: how it was computed; never changes a bit
 - `spheres`, `features`: what the scene required
@@ -99,8 +108,8 @@ change the view, make a scene of it with `parray convert`.
 - `samples`, `rays`, `samples_per_second`, `rays_per_second`: a ray is one segment of a path;
   rates are of tracing: `seconds.render` less `seconds.build`
 - `seconds`: `load`, `submit` (the scene's identity and settings), `render` (`build` is a part
-  of it), `aovs` and `denoise` if there are any, `write`, `other` (waiting for a turn, making
-  the image and its error), `total`
+  of it), `aovs`, `denoise` and `transparent` if there are any, `write`, `other` (waiting for a
+  turn, making the image and its error), `total`
 - `mpi`: of `parray-mpi` only: `mode`, `transport` (`window`, `messages`, or `memory` for one
   rank), `leases`, mean time of taking a lease and of handing in a result in microseconds,
   `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrupt_results`, and
@@ -257,7 +266,8 @@ constexpr const char* requeue_manual = R"(It goes on with the rows that it has.
 
 constexpr const char* fetch_manual =
     R"(The picture's hash is compared with the one that the coordinator states. There is no scene to trace
-extra channels from: of `--aov` only samples and half-width can be had.
+extra channels from: of `--aov` only samples and half-width can be had, and the picture keeps its
+background.
 )";
 
 constexpr const char* audit_manual =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -115,6 +116,8 @@ void RenderOptions::add_to(Command& command) {
       .group(settings_group);
   add_limits_to(command);
   add_work_to(command);
+  particles_.add_to(command);
+  view_.add_to(command);
 }
 
 /// An option whose value is a whole number from 1 to `most`.
@@ -133,6 +136,8 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
+  particles_.add_to(command);
+  view_.add_to(command);
 }
 
 void RenderOptions::add_picture_to(Command& command) {
@@ -214,7 +219,8 @@ void RenderOptions::add_like_to(Command& command) {
 std::string RenderOptions::as_given() const {
   std::string text;
   for (const GivenOption& given : command_->given_options()) {
-    const bool decides = given.group == settings_group || given.group == limits_group;
+    const bool decides = given.group == settings_group || given.group == limits_group ||
+                         given.group == particles_group;
     text += decides ? given.name + "=" + given.value + "\n" : "";
   }
   return text;
@@ -266,7 +272,12 @@ static void check_first_passes(const RenderSettings& settings) {
 
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
-  settings.width = width_.value_or(settings.width);
+  if (print_width_ && !width_ && !height_) {
+    const double share = static_cast<double>(*print_width_) / settings.width;
+    settings.height = static_cast<std::uint32_t>(
+        std::clamp<double>(std::round(share * settings.height), 1, limits::max_image_side));
+  }
+  settings.width = width_.value_or(print_width_.value_or(settings.width));
   settings.height = height_.value_or(settings.height);
   settings.samples_per_pixel = samples_per_pixel_.value_or(settings.samples_per_pixel);
   settings.max_depth = max_depth_.value_or(settings.max_depth);

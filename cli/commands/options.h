@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/label_options.h"
+#include "cli/commands/particle_options.h"
+#include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
 #include "common/process/command_line.h"
@@ -45,6 +48,8 @@ inline constexpr const char* limits_group = "Accuracy (whichever is reached firs
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
 inline constexpr const char* farm_group = "Farm";
+/// Of those that say what is shown of a file of particles.
+inline constexpr const char* particles_group = "When it is a file of particles";
 
 /// How a scene is rendered. What is not given stays as the scene has it.
 class RenderOptions {
@@ -53,6 +58,9 @@ class RenderOptions {
   /// --width and --height alone, under that heading.
   void add_size_to(Command& command, const std::string& group);
   [[nodiscard]] bool has_size() const { return width_ || height_; }
+  /// The picture's width where --width is not given, its height in proportion where --height is
+  /// not.
+  void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
   /// All but how many samples to take: for a command that finds out.
   void add_without_samples_to(Command& command);
   /// --like, after add_to(): for commands that render.
@@ -62,8 +70,14 @@ class RenderOptions {
   /// Throws UsageError where --like stands beside an option that decides the picture. Only as long
   /// as the command line is there.
   void check_like() const;
-  /// over() takes all that decides the picture from these settings instead of the scene's.
-  void follow(const RenderSettings& settings) { followed_ = settings; }
+  /// over() takes all that decides the picture from these settings instead of the scene's, and
+  /// view() whether it is transparent.
+  void follow(const RenderSettings& settings, bool transparent) {
+    followed_ = settings;
+    view_.follow(transparent);
+  }
+  [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
+  [[nodiscard]] const ViewOptions& view() const { return view_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -79,11 +93,13 @@ class RenderOptions {
   void add_work_to(Command& command);
   void lay_limits_over(RenderSettings& settings) const;
 
+  ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< that has --like
   std::optional<RenderSettings> followed_;
   std::optional<std::uint32_t> width_;
   std::optional<std::uint32_t> height_;
+  std::optional<std::uint32_t> print_width_;
   std::optional<std::uint32_t> samples_per_pixel_;
   std::optional<std::uint32_t> max_depth_;
   std::optional<std::uint64_t> seed_;
@@ -98,6 +114,7 @@ class RenderOptions {
   std::optional<Isa> isa_;
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
+  ParticleOptions particles_;
 };
 
 /// Where the picture and the report go, and whether progress is shown.
@@ -109,6 +126,11 @@ class OutputOptions {
   void add_aov_to(Command& command);
   /// --denoise, for those that have the scene, too.
   void add_denoise_to(Command& command);
+  /// What is drawn on the picture, for those that have the scene.
+  void add_labels_to(Command& command, RenderOptions& render) {
+    labels_.add_to(command, image_option_, render);
+  }
+  [[nodiscard]] const LabelOptions& labels() const { return labels_; }
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
@@ -124,6 +146,7 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
+  LabelOptions labels_;
   Option image_option_;
   Option report_option_;
 };

@@ -35,17 +35,22 @@ Client::Options client_options(const EmbeddedFarm& farm) {
 int render(const RenderCommand& command) {
   const SteadyClock clock;
   const Time started = clock.now();
-  const OutputPaths outputs = command.output.paths(command.following);
+  OutputPaths outputs = command.output.paths(command.following);
   check_outputs(outputs, command.scene);
   Display::check(command.following.display);
-  Submission submission = load_submission(command.scene, command.render, 50);
+  SceneFile file;
+  Submission submission =
+      load_submission(command.scene, command.render, 50, {}, NamedFiles::anywhere, &file);
+  add_labels(outputs, command.output.labels(), file, submission.settings);
   check_isa(submission.settings.isa);
+  outputs.transparent = submission.transparent;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
   const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
-  ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
-                                       static_cast<int>(threads));
+  ExtraChannels extra =
+      extra_channels(outputs.aovs, submission.settings, submission.scene, static_cast<int>(threads),
+                     outputs.transparent, needs_of(outputs.finishing));
   EmbeddedFarm farm(
       threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();
@@ -87,6 +92,7 @@ void add_render(CommandLine& line, Action& chosen) {
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
   options->output.add_denoise_to(command);
+  options->output.add_labels_to(command, options->render);
   add_following(command, options->following);
   command.example("parray render scenes/glass.json -o glass.png",
                   "as the scene says, a bar of progress meanwhile");

@@ -30,7 +30,7 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   options.check_like();
   const std::string picture = printable(options.like(), 4096);
   const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
-  options.follow(recipe.settings);
+  options.follow(recipe.settings, !recipe.transparent_sha256.empty());
   SceneFile file = load_scene(scene_file, options, {}, named);
   check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
   return file;
@@ -66,7 +66,8 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge) {
 }
 
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority, const FrameChange& change, NamedFiles named) {
+                           std::uint32_t priority, const FrameChange& change, NamedFiles named,
+                           SceneFile* rest) {
   const SteadyClock clock;
   const Time begin = clock.now();
   SceneFile file = load_like(scene_file, options, change, named);
@@ -79,8 +80,19 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;
   submission.duplicates_removed = file.duplicates.count;
+  submission.transparent = file.transparent;
   submission.load_seconds = to_seconds(clock.now() - begin);
+  if (rest != nullptr) {
+    file.scene = Scene();
+    file.scene.camera = submission.scene->camera;
+    *rest = std::move(file);
+  }
   return submission;
+}
+
+void refuse_transparency(const Submission& submission, const std::string& remedy) {
+  if (!submission.transparent) return;
+  throw InputError(submission.name + ": transparent: " + remedy);
 }
 
 void check_isa(Isa isa) {
@@ -95,7 +107,8 @@ double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, 
   // Before `main`, and when the process ends, whose memory has to be given back.
   constexpr double outside = 0.02;
   constexpr double outside_a_pixel = 8e-9;
-  const PictureSize size{settings.width, settings.height, settings.adaptive ? 1U : 0U};
+  const std::size_t channels = (settings.adaptive ? 1U : 0U) + (outputs.transparent ? 1U : 0U);
+  const PictureSize size{settings.width, settings.height, channels};
   const double writing = write_seconds(outputs.image, size, false);
   const bool haste = writing > settings.time_limit / 10;
   const double reserved =
@@ -176,7 +189,8 @@ void wait_until_done(Client& client, JobId job, const Following& following) {
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
   Picture picture = client.fetch(job, outputs.wanted_detail());
   const bool lacks_samples = picture.statistics.samples.empty() &&
-                             can_hold_channels(outputs.image) && samples_differ(picture.report);
+                             (can_hold_channels(outputs.image) || outputs.transparent) &&
+                             samples_differ(picture.report);
   return lacks_samples ? client.fetch(job, PictureDetail::statistics) : picture;
 }
 

@@ -19,13 +19,18 @@ namespace parray {
 void ask_for_denoising(RenderSettings& settings, bool can_judge);
 
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
-/// it. Throws InputError.
+/// it. `rest`, if not null, becomes what was loaded, of its scene
+/// the camera alone. Throws InputError.
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority, const FrameChange& change = {},
-                           NamedFiles named = NamedFiles::anywhere);
+                           NamedFiles named = NamedFiles::anywhere, SceneFile* rest = nullptr);
 
 /// How soon to look again after a job that has been waited for so long.
 Time next_look(Time waited);
+
+/// Throws InputError, with that remedy, where a picture without its background is asked for: of
+/// commands that do not write it.
+void refuse_transparency(const Submission& submission, const std::string& remedy);
 
 /// Throws InputError unless this machine has the instruction set.
 void check_isa(Isa isa);

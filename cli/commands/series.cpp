@@ -177,6 +177,9 @@ class SeriesRun {
     try {
       Submission submission = load_submission(with_frame_number(request_.scene, frame),
                                               request_.render, request_.priority, change_of(frame));
+      refuse_transparency(submission,
+                          "frames of a series keep their background: render single ones, or add "
+                          "--opaque");
       submission.max_failures = request_.max_failures;
       submission.series = token_;
       submission.frame = frame;

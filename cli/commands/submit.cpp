@@ -32,6 +32,13 @@ int submit_frames(const SubmitCommand& command) {
   if (command.output.paths().denoise) {
     throw InputError("--denoise is for one picture: leave it out of a series");
   }
+  if (command.render.view().transparent(false)) {
+    throw InputError("--transparent is for one picture: leave it out of a series");
+  }
+  if (!command.output.labels().first_given().empty()) {
+    throw InputError(command.output.labels().first_given() +
+                     ": labels are for one picture: leave them out of a series");
+  }
   if (command.following.shows_picture()) {
     throw InputError("--preview and --display show one picture: leave them out of a series");
   }
@@ -44,15 +51,25 @@ int submit_frames(const SubmitCommand& command) {
 int submit(const SubmitCommand& command) {
   if (command.frames) return submit_frames(command);
   const Time started = SteadyClock().now();
-  const OutputPaths outputs = command.output.paths(command.following);
+  OutputPaths outputs = command.output.paths(command.following);
   check_outputs(outputs, command.scene);
   Display::check(command.following.display);
-  Submission submission = load_submission(command.scene, command.render, command.priority);
+  SceneFile file;
+  Submission submission = load_submission(command.scene, command.render, command.priority, {},
+                                          NamedFiles::anywhere, &file);
+  if (outputs.image.empty()) {
+    refuse_transparency(submission,
+                        "the background is taken out by whoever has the scene and writes the "
+                        "picture: add --wait -o IMAGE, or --opaque");
+  }
+  outputs.transparent = submission.transparent;
+  add_labels(outputs, command.output.labels(), file, submission.settings);
   submission.max_failures = command.max_failures;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);
   const ExtraChannels extra =
-      extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus());
+      extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus(),
+                     outputs.transparent, needs_of(outputs.finishing));
   FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();
   const JobId job = client->submit(std::move(submission));
@@ -86,6 +103,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   options->output.add_to(command, false);
   options->output.add_aov_to(command);
   options->output.add_denoise_to(command);
+  options->output.add_labels_to(command, options->render);
   add_following(command, options->following);
   constexpr const char* frames_group = "Series of frames";
   const Option frames =

@@ -26,6 +26,7 @@
 #include "common/image/image_file.h"
 #include "common/image/lattice.h"
 #include "common/image/srgb.h"
+#include "common/image/transparency.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
@@ -56,7 +57,8 @@ struct Subject {
   std::string name;  ///< for people
   ImageFile file;
   Recipe recipe;
-  std::string damage{};  ///< of what the picture was denoised to; empty: none
+  std::string damage{};        ///< of what the picture was made to; empty: none
+  std::vector<float> alpha{};  ///< of a transparent picture
 
   [[nodiscard]] std::uint64_t pixels() const {
     return std::uint64_t{file.image.width} * file.image.height;
@@ -65,9 +67,11 @@ struct Subject {
     const std::size_t at = 3 * (std::size_t{pixel.y} * file.image.width + pixel.x);
     return {file.image.rgb[at], file.image.rgb[at + 1], file.image.rgb[at + 2]};
   }
+  [[nodiscard]] bool transparent() const { return !alpha.empty(); }
   /// The name of the hash that its pixels have to have.
   [[nodiscard]] std::string hash() const {
-    return file.high_dynamic_range ? "image_sha256" : "pixels_sha256";
+    if (!file.high_dynamic_range) return "pixels_sha256";
+    return transparent() ? "transparent:image_sha256" : "image_sha256";
   }
 };
 
@@ -89,7 +93,8 @@ void take_raw(Subject& subject) {
                      ": denoised, and a PNG has no room for the picture that its samples make: "
                      "verify the EXR picture");
   }
-  if (image_sha256(subject.file.image) != subject.recipe.denoised_sha256) {
+  if (!subject.transparent() &&
+      image_sha256(subject.file.image) != subject.recipe.denoised_sha256) {
     subject.damage = "denoised:image_sha256 is not that of its pixels";
   }
   auto raw = raw_image(subject.file);
@@ -99,16 +104,40 @@ void take_raw(Subject& subject) {
                      "verify the picture as it was written");
   }
   subject.file.image = *std::move(raw);
+  subject.alpha.clear();  // it has its background
 }
 
-Subject read_subject(const std::string& picture) {
-  Subject subject{printable(picture, 4096), read_image(picture), {}};
+void take_alpha(Subject& subject) {
+  const std::span<const float> alpha = alpha_of(subject.file.channels);
+  subject.alpha.assign(alpha.begin(), alpha.end());
+  if (!subject.file.high_dynamic_range) {
+    if (alpha.empty()) subject.alpha.assign(subject.pixels(), 1);  // that is how a PNG is read
+    return;
+  }
+  if (alpha.empty()) {
+    throw InputError(subject.name +
+                     ": transparent, and its channel A is gone: verify the picture as it was "
+                     "written");
+  }
+  if (transparent_sha256(subject.file.image, alpha) != subject.recipe.transparent_sha256) {
+    subject.damage = subject.hash() + " is not that of its pixels";
+  }
+}
+
+Subject read_subject(const VerifyCommand& command) {
+  Subject subject{printable(command.picture, 4096), read_image(command.picture), {}};
   subject.recipe = recipe_in(subject.file.metadata, subject.name);
   if (!subject.file.high_dynamic_range && subject.recipe.pixels_sha256.empty()) {
     throw InputError(subject.name +
                      ": its recipe has no pixels_sha256: it was converted from an EXR "
                      "picture, which can be verified");
   }
+  if (!subject.recipe.finished.empty() && !command.scene.empty()) {
+    throw InputError(subject.name + ": " + printable(subject.recipe.finished) +
+                     " was drawn on it after it was traced: verify the EXR picture, or leave the "
+                     "scene out");
+  }
+  if (!subject.recipe.transparent_sha256.empty()) take_alpha(subject);
   if (!subject.recipe.denoised_sha256.empty()) take_raw(subject);
   return subject;
 }
@@ -147,9 +176,11 @@ std::string damage_of(const Subject& subject) {
   if (!subject.damage.empty()) return subject.damage;
   const Image& image = subject.file.image;
   if (subject.file.high_dynamic_range) {
+    if (subject.transparent()) return "";  // take_alpha() has looked
     if (image_sha256(image) == subject.recipe.image_sha256) return "";
   } else {
-    const auto bytes = srgb_bytes(image.rgb);
+    const auto bytes =
+        subject.transparent() ? transparent_bytes(image.rgb, subject.alpha) : srgb_bytes(image.rgb);
     if (sha256_hex(std::as_bytes(std::span(bytes))) == subject.recipe.pixels_sha256) return "";
   }
   return subject.hash() + " is not that of its pixels";
@@ -208,19 +239,28 @@ std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
 /// Traces the pixels, or what fills them.
 void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
                      const std::vector<std::uint32_t>& counts, std::uint32_t width,
-                     std::vector<RetracedPixel>& pixels, int threads) {
+                     std::vector<RetracedPixel>& pixels, int threads, bool transparent) {
   std::vector<RetracedPixel> sources = sources_of(pixels, counts, width);
-  retrace(tracer, scale, sources, threads);
+  retrace(tracer, scale, sources, threads, transparent);
   for (RetracedPixel& pixel : pixels) {
     const BlockCorner corner = block_corner(counts, width, pixel.x, pixel.y);
-    pixel.mean = std::ranges::lower_bound(
-                     sources, std::pair(corner.y, corner.x), {},
-                     [](const RetracedPixel& source) { return std::pair(source.y, source.x); })
-                     ->mean;
+    const auto source =
+        std::ranges::lower_bound(sources, std::pair(corner.y, corner.x), {},
+                                 [](const RetracedPixel& one) { return std::pair(one.y, one.x); });
+    pixel.mean = source->mean;
+    pixel.alpha = source->alpha;
   }
 }
 
+bool same_transparent(const Subject& subject, const RetracedPixel& pixel) {
+  const std::array<float, 3> stored = subject.stored(pixel);
+  const float alpha = subject.alpha[std::size_t{pixel.y} * subject.file.image.width + pixel.x];
+  if (subject.file.high_dynamic_range) return stored == pixel.mean && alpha == pixel.alpha;
+  return transparent_bytes(stored, {&alpha, 1}) == transparent_bytes(pixel.mean, {&pixel.alpha, 1});
+}
+
 bool same(const Subject& subject, const RetracedPixel& pixel) {
+  if (subject.transparent()) return same_transparent(subject, pixel);
   const std::array<float, 3> stored = subject.stored(pixel);
   for (std::size_t c = 0; c < 3; ++c) {
     const bool equal =
@@ -234,7 +274,7 @@ bool same(const Subject& subject, const RetracedPixel& pixel) {
 
 void trace_again(const VerifyCommand& command, const Subject& subject, Verdict& verdict) {
   RenderOptions options;
-  options.follow(subject.recipe.settings);
+  options.follow(subject.recipe.settings, !subject.recipe.transparent_sha256.empty());
   const SceneFile file = load_scene(command.scene, options);
   check_recipe(subject.recipe, subject.name, scene_identity(file.scene),
                printable(command.scene, 4096));
@@ -248,9 +288,9 @@ void trace_again(const VerifyCommand& command, const Subject& subject, Verdict& 
   const auto has_none = [](const RetracedPixel& pixel) { return pixel.samples == 0; };
   if (std::ranges::any_of(pixels, has_none)) {
     retrace_sources(*tracer, scale, sample_counts(subject), subject.file.image.width, pixels,
-                    threads);
+                    threads, subject.transparent());
   } else {
-    retrace(*tracer, scale, pixels, threads);
+    retrace(*tracer, scale, pixels, threads, subject.transparent());
   }
   verdict.traced = pixels.size();
   std::copy_if(pixels.begin(), pixels.end(), std::back_inserter(verdict.wrong),
@@ -328,7 +368,7 @@ std::string wrong_text(const Subject& subject, const Verdict& verdict) {
 }
 
 int verify(const VerifyCommand& command) {
-  const Subject subject = read_subject(command.picture);
+  const Subject subject = read_subject(command);
   Verdict verdict;
   verdict.damage = misfit_of(subject);
   if (verdict.damage.empty()) {

@@ -28,7 +28,10 @@ struct Submission {
   double reserved_seconds = 0;
   std::shared_ptr<const Scene> scene;
   std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
-  std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
+  /// The scene or who renders it asks for a picture without its background: matters to whoever
+  /// writes that; the farm knows nothing of it.
+  bool transparent = false;
+  std::uint32_t max_failures = 0;  ///< 0: as the coordinator has it
   /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
   /// many frames there are to be. The same frame is submitted once, however often it is tried.
   std::string series{};
@@ -45,6 +48,7 @@ struct Picture {
   PictureStatistics statistics;  ///< if they were asked for, or came all the same
   nlohmann::json report;
   Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
+  Channels traced{};    ///< for what is done to it before it is looked at; not written
 };
 
 /// The job map of PROTOCOL.md, read.

@@ -81,6 +81,8 @@ std::string read_file(const std::filesystem::path& file) {
 int submit(const Arguments& a) {
   confine(a);
   Submission submission = load_submission(a.scene, a.render, a.priority, {}, NamedFiles::beside);
+  refuse_transparency(submission,
+                      "pictures by HTTP keep their background: leave it out of the scene");
   submission.max_failures = a.max_failures;
   submission.settings.progressive = a.progressive;
   if (!a.name.empty()) submission.name = a.name;

@@ -62,6 +62,7 @@ void MpiOptions::add_to(Command& command) {
   output.add_to(command, true);
   output.add_aov_to(command);
   output.add_denoise_to(command);
+  output.add_labels_to(command, render);
   command
       .option("--state", state,
               "Keep finished rows in DIR, and go on with what is there; a coordinator started "

@@ -181,26 +181,31 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
   return 0;
 }
 
-MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept, Time started) {
-  check_outputs(options.output.paths(options.following), options.scene);
+/// What `outputs` is to be finished with becomes known with the scene.
+MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept,
+                OutputPaths& outputs, Time started) {
+  check_outputs(outputs, options.scene);
   Display::check(options.following.display);
-  Submission submission = load_submission(options.scene, options.render, 50);
+  SceneFile file;
+  Submission submission =
+      load_submission(options.scene, options.render, 50, {}, NamedFiles::anywhere, &file);
+  add_labels(outputs, options.output.labels(), file, submission.settings);
   check_isa(submission.settings.isa);
   submission.settings.progressive = options.following.shows_picture();
-  if (options.output.paths().denoise) ask_for_denoising(submission.settings, false);
+  if (outputs.denoise) ask_for_denoising(submission.settings, false);
   if (options.mode == MpiMode::static_split) {
     submission.settings.schedule = SchedulePolicy::static_split;
     submission.settings.row_order = RowOrder::sequential;
   }
   if (submission.settings.time_limit > 0) {
     submission.reserved_seconds =
-        reserve_time(options.output.paths(options.following), submission.settings,
-                     to_seconds(SteadyClock().now() - started));
+        reserve_time(outputs, submission.settings, to_seconds(SteadyClock().now() - started));
   }
+  const bool transparent = submission.transparent;
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
       std::move(submission), options.tile,
-      named ? options.state : options.output.paths().image.string() + ".state", named);
+      named ? options.state : outputs.image.string() + ".state", named);
   if (kept->taken_up()) {
     std::cerr << std::string(program) + ": going on from " + kept->amount_text() + " in " +
                      kept->directory().string() + "\n";
@@ -210,6 +215,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   job.mode = options.mode;
   job.tile = kept->record().tile;
   job.fingerprint = trace_fingerprint();
+  job.transparent = transparent;
   return job;
 }
 
@@ -331,16 +337,16 @@ auto or_abort_all(Action action) {
   return result;
 }
 
-int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, Rendered& rendered,
+int finish(const OutputPaths& outputs, CheckpointedJob& kept, const MpiJob& job, Rendered& rendered,
            Time started) {
   kept.keep_picture(rendered.picture);
-  const Aovs& aovs = options.output.paths().aovs;
-  const bool needs_scene = !aovs.empty() || job.settings.replicates;
-  add_channels(rendered.picture,
-               extra_channels(aovs, job.settings, needs_scene ? kept.scene_again() : nullptr,
-                              rendered.threads));
-  const int status = deliver(std::move(rendered.picture), options.output.paths(options.following),
-                             CommandTimes{started, 0, true});
+  const Aovs needed = needs_of(outputs.finishing);
+  const bool needs_scene = !outputs.aovs.empty() || !needed.empty() || job.settings.replicates ||
+                           job.transparent;
+  add_channels(rendered.picture, extra_channels(outputs.aovs, job.settings,
+                                                needs_scene ? kept.scene_again() : nullptr,
+                                                rendered.threads, job.transparent, needed));
+  const int status = deliver(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
   kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +
@@ -353,9 +359,10 @@ int finish(const MpiOptions& options, CheckpointedJob& kept, const MpiJob& job, 
 /// Rank 0.
 int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   std::unique_ptr<CheckpointedJob> kept;
+  OutputPaths outputs = options.output.paths(options.following);
   MpiJob job;
   try {
-    job = load_job(options, kept, started);
+    job = load_job(options, kept, outputs, started);
   } catch (...) {
     broadcast_job(world, nullptr);
     throw;
@@ -363,7 +370,7 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   const DeferredInterrupts deferred;
   Rendered rendered = or_abort_all([&] { return render_job(options, world, *kept, job); });
   const int status =
-      run_action(program, [&] { return finish(options, *kept, job, rendered, started); });
+      run_action(program, [&] { return finish(outputs, *kept, job, rendered, started); });
   if (!rendered.all_answer || !world.barrier(last_patience)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);

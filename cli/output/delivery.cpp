@@ -1,8 +1,12 @@
 #include "cli/output/delivery.h"
 
+#include <algorithm>
 #include <iostream>
+#include <span>
 #include <string>
+#include <utility>
 
+#include "cli/labels/font.h"
 #include "cli/output/error_map.h"
 #include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
@@ -11,6 +15,7 @@
 #include "common/base/error.h"
 #include "common/image/image_file.h"
 #include "common/image/partial_file.h"
+#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {
@@ -65,7 +70,10 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
     throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
                      " has no room for extra channels: write an EXR file (.exr)");
   }
-  if (!outputs.error_map.empty()) check_image_path(outputs.error_map);
+  if (!outputs.error_map.empty()) {
+    check_image_path(outputs.error_map);
+    const Font there(error_map_letters(1));  // it has a legend
+  }
   if (!outputs.preview.empty()) check_image_path(outputs.preview);
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() +
@@ -113,23 +121,45 @@ static bool in_haste(const OutputPaths& outputs, const Picture& picture,
   return to_seconds(now - times->started) + write_seconds(outputs.image, size, false) > limit;
 }
 
-void write_picture(const fs::path& file, const Picture& picture, bool fast) {
-  static const Channels none;
-  const bool exr = can_hold_channels(file);
-  write_image(file, picture.image, recipe_metadata(picture, exr), exr ? picture.channels : none,
-              check_interrupted, fast);
+/// Alpha as the one channel that a PNG file has room for; none of an opaque picture.
+static Channels alpha_alone(std::span<const float> alpha) {
+  if (alpha.empty()) return {};
+  return {{alpha_channel, std::vector<float>(alpha.begin(), alpha.end())}};
+}
+
+void write_picture(const fs::path& file, const Picture& picture, const OutputPaths& outputs,
+                   bool fast) {
+  const auto write = [&](const Image& image, ImageMetadata metadata, const Channels& channels) {
+    if (outputs.dpi > 0) metadata.emplace_back(dpi_key, outputs.dpi);
+    write_image(file, image, metadata, channels, check_interrupted, fast);
+  };
+  if (can_hold_channels(file)) {
+    write(picture.image, recipe_metadata(picture), picture.channels);
+    return;
+  }
+  if (outputs.finishing.empty()) {
+    const Channels alpha = alpha_alone(alpha_of(picture.channels));
+    write(picture.image, recipe_metadata(picture, picture.image, alpha), alpha);
+    return;
+  }
+  const ShownPicture shown = finished(picture, outputs.finishing);
+  const Channels alpha = alpha_alone(shown.alpha);
+  ImageMetadata metadata = recipe_metadata(picture, shown.image, alpha);
+  metadata.emplace_back(finished_key, names_of(outputs.finishing));
+  write(shown.image, std::move(metadata), alpha);
 }
 
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
   const Time begin = clock.now();
+  if (!outputs.legends.empty()) report["legends"] = json::parse(outputs.legends);
   if (!outputs.image.empty()) {
     if (can_hold_channels(outputs.image)) add_sample_counts(picture);
-    write_picture(outputs.image, picture, in_haste(outputs, picture, times, begin));
+    write_picture(outputs.image, picture, outputs, in_haste(outputs, picture, times, begin));
   }
   if (!outputs.preview.empty() && !same_file(outputs.preview, outputs.image)) {
-    write_picture(outputs.preview, picture);
+    write_picture(outputs.preview, picture, outputs);
   }
   if (!outputs.error_map.empty()) write_error_map(outputs.error_map, picture);
   const Time end = clock.now();

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "cli/farm/client.h"
+#include "cli/output/finishing.h"
 
 namespace parray {
 
@@ -15,6 +16,11 @@ struct OutputPaths {
   bool denoise = false;               ///< the image is to be a denoised one
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
   std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
+  bool transparent = false;           ///< the image is to have no background
+
+  Finishing finishing{};  ///< of the files that are PNG
+  std::string legends{};  ///< what colours mean, as legends_text() has it; for files and report
+  double dpi = 0;         ///< pixels an inch when printed, for the files' metadata; 0: not said
 
   /// How much of the picture has to come for them.
   [[nodiscard]] PictureDetail wanted_detail() const;
@@ -36,9 +42,10 @@ struct CommandTimes {
   bool limited = false;       ///< a time limit counts since `started`, writing included
 };
 
-/// Writes a finished picture with its recipe and, if it is an EXR file, its channels, and waits for
-/// the disk. Throws as deliver() does.
-void write_picture(const std::filesystem::path& file, const Picture& picture, bool fast = false);
+/// Writes a picture with its recipe and, if it is an EXR file, its channels; else with the
+/// finishing steps of `outputs` applied. Waits for the disk. Throws as deliver() does.
+void write_picture(const std::filesystem::path& file, const Picture& picture,
+                   const OutputPaths& outputs = {}, bool fast = false);
 
 /// Writes a finished picture, also as its preview, its map and its report, and says on
 /// stdout what was written (on stderr, too, if samples were not finite). The report gets

@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "cli/output/bitmap_font.h"
+#include "cli/labels/canvas.h"
+#include "cli/labels/font.h"
+#include "cli/labels/round_numbers.h"
 #include "cli/output/text.h"
 #include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
@@ -18,20 +20,6 @@ using Colour = std::array<float, 3>;
 
 constexpr Colour background = {0.01F, 0.01F, 0.01F};
 constexpr Colour ink = {0.8F, 0.8F, 0.8F};
-
-/// The largest number of 1, 2 or 5 times a power of ten that is not above `value` (> 0); `upwards`:
-/// the least that is not below it.
-double round_number(double value, bool upwards) {
-  const double power = std::pow(10, std::floor(std::log10(value)));
-  constexpr std::array<double, 4> steps = {1, 2, 5, 10};
-  constexpr double slack = 1e-6;  // a float of 0.1 is 0.1
-  if (upwards) {
-    return power * *std::find_if(steps.begin(), std::prev(steps.end()),
-                                 [&](double step) { return step * power >= value * (1 - slack); });
-  }
-  return power * *std::find_if(steps.rbegin(), std::prev(steps.rend()),
-                               [&](double step) { return step * power <= value * (1 + slack); });
-}
 
 /// Of CIE L*a*b* under D65, by the inverse of its definition and the matrix of IEC 61966-2-1.
 Colour linear_rgb(double lightness, double a, double b) {
@@ -48,67 +36,82 @@ Colour linear_rgb(double lightness, double a, double b) {
           static_cast<float>(0.0557 * x - 0.2040 * y + 1.0570 * z)};
 }
 
-/// A picture that is drawn on in dots: squares of `scale` pixels.
-class Canvas {
- public:
-  Canvas(std::uint32_t width, std::uint32_t height)
-      : image_{width, height, std::vector<float>(std::size_t{3} * width * height)} {
-    fill(0, 0, width, height, background);
-  }
+constexpr std::string_view title = "95 % half-width";
+constexpr std::string_view unknown = "unknown";
 
-  void set(std::size_t x, std::size_t y, const Colour& colour) {
-    std::copy(colour.begin(), colour.end(),
-              image_.rgb.begin() + static_cast<std::ptrdiff_t>(3 * (y * image_.width + x)));
-  }
-  void fill(std::size_t x, std::size_t y, std::size_t width, std::size_t height,
-            const Colour& colour) {
-    for (std::size_t row = y; row < y + height; ++row) {
-      for (std::size_t column = x; column < x + width; ++column) set(column, row, colour);
-    }
-  }
-  void write(std::size_t x, std::size_t y, std::string_view text, std::size_t scale) {
-    each_dot(text, [&](std::size_t dot_x, std::size_t dot_y) {
-      fill(x + dot_x * scale, y + dot_y * scale, scale, scale, ink);
-    });
-  }
-  Image take() { return std::move(image_); }
+Vec3d vec_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }
 
- private:
-  Image image_;
+/// What is below the map, in pixels; sizes go by those of the letters.
+struct LegendPlaces {
+  explicit LegendPlaces(const Font& font) : em(font.size()) {
+    const double line = font.cap_height();
+    title_baseline = margin() + line;
+    bar_top = title_baseline + gap();
+    values_baseline = bar_top + bar_height() + gap() + line;
+    height = values_baseline + margin();
+    width = 2 * margin() + font.width(title) + 4 * gap() + em + font.width(unknown);
+  }
+  [[nodiscard]] double margin() const { return 0.5 * em; }
+  [[nodiscard]] double gap() const { return 0.4 * em; }
+  [[nodiscard]] double bar_height() const { return em; }
+
+  double em;
+  double title_baseline, bar_top, values_baseline;
+  double width, height;
 };
 
-constexpr std::string_view title = "95% half-width";
-constexpr std::string_view unknown = "unknown";
-// In dots.
-constexpr std::size_t margin = 4;
-constexpr std::size_t gap = 3;
-constexpr std::size_t bar_height = 9;
-constexpr std::size_t legend_height = 2 * margin + 2 * glyph_height + bar_height + 2 * gap;
-constexpr std::size_t legend_width =
-    2 * margin + text_width(title) + 4 * gap + glyph_height + text_width(unknown);
+/// From row `top` on, over the whole width.
+class LegendDrawing {
+ public:
+  LegendDrawing(Image& image, const Font& font, const LegendPlaces& places, double top)
+      : canvas_(image, opaque_), font_(font), places_(places), top_(top) {}
 
-/// From row `top` on; `dot`: pixels of a dot's side.
-void draw_legend(Canvas& canvas, std::size_t width, std::size_t top, std::size_t dot,
-                 const ErrorScale& scale) {
-  const std::size_t left = margin * dot;
-  const std::size_t right = width - left;
-  std::size_t y = top + margin * dot;
-  canvas.write(left, y, title, dot);
-  const std::size_t word = right - text_width(unknown) * dot;
-  canvas.write(word, y, unknown, dot);
-  canvas.fill(word - (gap + glyph_height) * dot, y, glyph_height * dot, glyph_height * dot,
-              unknown_colour);
-  y += (glyph_height + gap) * dot;
-  for (std::size_t x = left; x < right; ++x) {
-    const auto share = static_cast<double>(x - left) / static_cast<double>(right - left - 1);
-    canvas.fill(x, y, 1, bar_height * dot, error_colour(share));
+  void draw(const ErrorScale& scale) {
+    const double left = places_.margin();
+    const double right = canvas_.width() - left;
+    write(left, places_.title_baseline, title);
+    const double word = right - font_.width(unknown);
+    write(word, places_.title_baseline, unknown);
+    const double side = font_.cap_height();
+    fill({word - places_.gap() - side, places_.title_baseline - side, side, side}, unknown_colour);
+    for (double x = left; x < right; ++x) {
+      const double share = (x - left) / (right - left);
+      fill({x, places_.bar_top, std::min(right - x, 1.0), places_.bar_height()},
+           error_colour(share));
+    }
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const std::string value = formatted("%.2g", scale.at(share));
+      write(left + share * (right - left - font_.width(value)), places_.values_baseline, value);
+    }
   }
-  y += (bar_height + gap) * dot;
-  for (const double share : {0.0, 0.5, 1.0}) {
-    const std::string value = formatted("%.2g", scale.at(share));
-    const auto room = static_cast<double>(right - left - text_width(value) * dot);
-    canvas.write(left + static_cast<std::size_t>(share * room), y, value, dot);
+
+ private:
+  void write(double x, double baseline, std::string_view text) {
+    Coverage letters(
+        Box{x, top_ + baseline - font_.size(), font_.width(text) + 1, 1.5 * font_.size()}.grown(1));
+    font_.draw(letters, {x, top_ + baseline}, text);
+    canvas_.paint(letters, vec_of(ink));
   }
+  void fill(Box box, const Colour& colour) {
+    box.y += top_;
+    Coverage inside(box);
+    inside.add(box);
+    canvas_.paint(inside, vec_of(colour));
+  }
+
+  std::vector<float> opaque_;
+  Canvas canvas_;
+  const Font& font_;
+  const LegendPlaces& places_;
+  double top_;
+};
+
+/// Of one colour.
+Image sheet(std::size_t width, std::size_t height, const Colour& colour) {
+  Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+              std::vector<float>(3 * width * height)};
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = colour[i % 3];
+  return image;
 }
 
 }  // namespace
@@ -135,9 +138,8 @@ ErrorScale error_scale(std::vector<float> half_widths) {
   if (half_widths.empty()) return {};
   const auto least = half_widths.begin() + static_cast<std::ptrdiff_t>(half_widths.size() / 100);
   std::nth_element(half_widths.begin(), least, half_widths.end());
-  const double high =
-      round_number(static_cast<double>(*std::max_element(least, half_widths.end())), true);
-  return {round_number(std::min<double>(*least, high / 10), false), high};
+  const double high = round_above(static_cast<double>(*std::max_element(least, half_widths.end())));
+  return {round_below(std::min<double>(*least, high / 10)), high};
 }
 
 Colour error_colour(double share) {
@@ -157,18 +159,20 @@ Colour error_colour(double share) {
 
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale) {
   const std::size_t height = half_widths.size() / width;
-  constexpr std::uint32_t width_for_a_dot = 480;
-  const std::size_t dot = std::max<std::uint32_t>(width / width_for_a_dot, 1);
-  const std::size_t total = std::max<std::size_t>(width, legend_width * dot);
-  Canvas canvas(static_cast<std::uint32_t>(total),
-                static_cast<std::uint32_t>(height + legend_height * dot));
+  const Font font(error_map_letters(width));
+  const LegendPlaces places(font);
+  const auto below = static_cast<std::size_t>(std::ceil(places.height));
+  const auto total =
+      std::max<std::size_t>(width, static_cast<std::size_t>(std::ceil(places.width)));
+  Image map = sheet(total, height + below, background);
   for (std::size_t i = 0; i < half_widths.size(); ++i) {
     const float value = half_widths[i];
-    canvas.set(i % width, i / width,
-               value < 0 ? unknown_colour : error_colour(scale.share_of(value)));
+    const Colour colour = value < 0 ? unknown_colour : error_colour(scale.share_of(value));
+    const std::size_t at = i / width * total + i % width;
+    std::copy(colour.begin(), colour.end(), map.rgb.begin() + static_cast<std::ptrdiff_t>(3 * at));
   }
-  draw_legend(canvas, total, height, dot, scale);
-  return canvas.take();
+  LegendDrawing(map, font, places, static_cast<double>(height)).draw(scale);
+  return map;
 }
 
 void write_error_map(const std::filesystem::path& file, const Picture& picture) {

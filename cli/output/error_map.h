@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -41,9 +42,14 @@ std::array<float, 3> error_colour(double share);
 /// Of pixels whose half-width is not known: white, which is lighter than any other.
 inline constexpr std::array<float, 3> unknown_colour = {1, 1, 1};
 
+/// Size of the legend's letters below a map that is `width` pixels wide: pixels an em.
+constexpr double error_map_letters(std::uint32_t width) {
+  return std::clamp(width / 48.0, 10.0, 48.0);
+}
+
 /// The map, and below it a legend: the colours from left to right with the half-widths at their
 /// ends and in the middle, and the colour of what is unknown. Wider than the picture where the
-/// legend is.
+/// legend is. Throws RunError when the letters' font is not there (cli/labels/font.h).
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
 /// Writes the map of a picture that has come with its statistics as PNG, whose text says what the

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "cli/output/denoising.h"
 #include "cli/output/recipe.h"
+#include "common/base/error.h"
+#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/largest_radiance.h"
 #include "common/trace/integrator/extra_channels.h"
 #include "common/trace/tracer.h"
 #include "proto/clock.h"
@@ -14,14 +18,18 @@
 namespace parray {
 
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads) {
+                             std::shared_ptr<const Scene> scene, int threads, bool transparent,
+                             const Aovs& for_finishing) {
   const bool denoise = settings.replicates;
-  if (!denoise && std::all_of(aovs.begin(), aovs.end(), is_statistic)) scene = nullptr;
+  const bool statistics = std::all_of(aovs.begin(), aovs.end(), is_statistic);
+  if (!denoise && !transparent && for_finishing.empty() && statistics) scene = nullptr;
   return {.aovs = aovs,
           .settings = settings,
           .scene = std::move(scene),
           .threads = threads,
-          .denoise = denoise};
+          .for_finishing = for_finishing,
+          .denoise = denoise,
+          .transparent = transparent};
 }
 
 bool wants_statistics(const Aovs& aovs) {
@@ -53,6 +61,52 @@ void add_statistics(Picture& picture, const Aovs& aovs) {
   }
 }
 
+/// How many samples each pixel has.
+std::vector<std::uint32_t> samples_of(const Picture& picture) {
+  const std::size_t pixels = picture.image.rgb.size() / 3;
+  if (samples_differ(picture.report)) {
+    if (picture.statistics.samples.size() == pixels) return picture.statistics.samples;
+    throw RunError("a transparent background: how many samples the pixels have is not known");
+  }
+  return std::vector(pixels, picture.report.at("samples_per_pixel").get<std::uint32_t>());
+}
+
+void take_out_background(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  const std::vector<std::uint32_t> samples = samples_of(picture);
+  const std::vector<SkySamples> sky =
+      trace_sky_samples(tracer, extra.settings, samples, extra.threads, check_interrupted);
+  std::vector<float> alpha =
+      take_out_sky(picture.image, sky, samples, RadianceScale(largest_radiance(*extra.scene)));
+  const double covered = std::accumulate(alpha.begin(), alpha.end(), 0.0);
+  picture.report["transparent"] = {{"image_sha256", transparent_sha256(picture.image, alpha)},
+                                   {"covered", covered / static_cast<double>(alpha.size())}};
+  picture.channels.push_back({alpha_channel, std::move(alpha)});
+  picture.report.at("seconds")["transparent"] = to_seconds(clock.now() - begin);
+}
+
+void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& extra) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  const auto trace = [&](const Aovs& wanted, Channels& into) {
+    if (tracer == nullptr || std::all_of(wanted.begin(), wanted.end(), is_statistic)) return;
+    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
+                                     check_interrupted);
+    std::move(traced.begin(), traced.end(), std::back_inserter(into));
+  };
+  trace(extra.aovs, picture.channels);
+  Aovs others;
+  std::set_difference(extra.for_finishing.begin(), extra.for_finishing.end(), extra.aovs.begin(),
+                      extra.aovs.end(), std::inserter(others, others.end()));
+  trace(others, picture.traced);
+  add_statistics(picture, extra.aovs);
+  for (const Aov aov : extra.aovs) {
+    picture.report["aovs"].push_back(name_of(aov));
+  }
+  picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
+}
+
 }  // namespace
 
 void add_sample_counts(Picture& picture) {
@@ -67,20 +121,8 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   std::unique_ptr<PathTracer> tracer;
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
-  if (extra.aovs.empty()) return;
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  if (tracer && !std::all_of(extra.aovs.begin(), extra.aovs.end(), is_statistic)) {
-    Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, extra.aovs,
-                                     extra.threads, check_interrupted);
-    std::move(traced.begin(), traced.end(), std::back_inserter(picture.channels));
-  }
-  add_statistics(picture, extra.aovs);
-  nlohmann::json& names = picture.report["aovs"] = nlohmann::json::array();
-  for (const Aov aov : extra.aovs) {
-    names.push_back(name_of(aov));
-  }
-  picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
+  if (extra.transparent) take_out_background(picture, *tracer, extra);
+  if (!extra.aovs.empty() || !extra.for_finishing.empty()) add_aovs(picture, tracer.get(), extra);
 }
 
 }  // namespace parray

@@ -19,7 +19,10 @@ struct ExtraChannels {
   RenderSettings settings;             ///< resolved
   std::shared_ptr<const Scene> scene;  ///< null: nothing is traced
   int threads = 1;
-  bool denoise = false;  ///< see cli/output/denoising.h; needs the scene, too
+  /// Wanted by what is done to the picture before it is looked at; traced as `aovs` are.
+  Aovs for_finishing{};
+  bool denoise = false;      ///< see cli/output/denoising.h; needs the scene, too
+  bool transparent = false;  ///< the background is taken out; needs the scene, too
   /// Of whoever renders the picture in this process, if so: what it has built is used.
   std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
   /// What was denoised to tell the error of a picture under way. One thread at a time.
@@ -32,7 +35,8 @@ std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::str
 /// Those of a job of `settings` and `scene`, to be traced by `threads` threads here; with settings
 /// that keep the replicates, the picture is denoised.
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads);
+                             std::shared_ptr<const Scene> scene, int threads,
+                             bool transparent = false, const Aovs& for_finishing = {});
 
 /// Whether the picture has to come with its statistics.
 bool wants_statistics(const Aovs& aovs);
@@ -42,7 +46,10 @@ bool wants_statistics(const Aovs& aovs);
 void add_sample_counts(Picture& picture);
 
 /// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
-/// their names, and `seconds.aovs`. Denoises it first, if asked. Throws Interrupted (see
+/// the names of those that are written, if any, and `seconds.aovs`. Denoises it first, if asked,
+/// and then takes its background out (common/image/transparency.h): the image is premultiplied
+/// then, channel A its alpha, and the report gets `transparent`: `image_sha256`, that of what the
+/// file shows, and `covered`, the mean of alpha; and `seconds.transparent`. Throws Interrupted (see
 /// common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 

@@ -11,7 +11,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
-#include "common/image/srgb.h"
+#include "common/image/transparency.h"
 
 namespace parray {
 namespace {
@@ -139,7 +139,7 @@ bool samples_differ(const json& report) {
   return report.value("least_samples", 0U) != report.value("most_samples", 0U);
 }
 
-ImageMetadata recipe_metadata(const Picture& picture, bool exr) {
+ImageMetadata recipe_metadata(const Picture& picture) {
   const json& report = picture.report;
   ImageMetadata metadata = {{"Software", "ParRay " + report.value("version", "")}};
   for (const std::string_view key : kept_in_image) {
@@ -154,14 +154,22 @@ ImageMetadata recipe_metadata(const Picture& picture, bool exr) {
   for (const auto& [name, value] : error.items()) {
     add_value(metadata, "error:" + name, value);
   }
-  const json denoised = report.value("denoised", json::object());
-  for (const auto& [name, value] : denoised.items()) {
-    add_value(metadata, "denoised:" + name, value);
+  if (report.contains("legends")) {
+    metadata.emplace_back(key("legends"), report.at("legends").dump());
   }
-  if (!exr) {
-    const auto bytes = srgb_bytes(picture.image.rgb);
-    metadata.emplace_back(key("pixels_sha256"), sha256_hex(std::as_bytes(std::span(bytes))));
+  for (const std::string done : {"denoised", "transparent"}) {
+    const json facts = report.value(done, json::object());
+    for (const auto& [name, value] : facts.items()) {
+      add_value(metadata, done + ":" + name, value);
+    }
   }
+  return metadata;
+}
+
+ImageMetadata recipe_metadata(const Picture& picture, const Image& shown, const Channels& alpha) {
+  ImageMetadata metadata = recipe_metadata(picture);
+  const auto bytes = png_bytes(shown, alpha);
+  metadata.emplace_back(key("pixels_sha256"), sha256_hex(std::as_bytes(std::span(bytes))));
   return metadata;
 }
 
@@ -171,7 +179,9 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   Recipe recipe;
   recipe.image_sha256 = reader.text("image_sha256");
   recipe.pixels_sha256 = text_in(metadata, key("pixels_sha256")).value_or("");
+  recipe.finished = text_in(metadata, finished_key).value_or("");
   recipe.denoised_sha256 = text_in(metadata, key("denoised:image_sha256")).value_or("");
+  recipe.transparent_sha256 = text_in(metadata, key("transparent:image_sha256")).value_or("");
   recipe.scene_sha256 = reader.text("scene_sha256");
   recipe.trace_version = reader.whole<std::uint64_t>("trace_version");
   recipe.version = reader.text("version");

@@ -14,9 +14,14 @@
 namespace parray {
 
 struct Recipe {
-  std::string image_sha256;     ///< of the picture's floats, as in the report
-  std::string pixels_sha256;    ///< of srgb_bytes() of them, top row first; empty: an EXR file
-  std::string denoised_sha256;  ///< of the floats that the file shows; empty: the picture's own
+  std::string image_sha256;   ///< of the picture's floats, as in the report
+  std::string pixels_sha256;  ///< of png_bytes() of what the file shows; empty: an EXR file
+  std::string finished;       ///< what was done to the PNG file after tracing; empty: nothing
+  /// Of the floats of the denoised picture; empty: it is not denoised.
+  std::string denoised_sha256;
+  /// transparent_sha256() of what the file shows, the picture or the denoised one without its
+  /// background; empty: it is there.
+  std::string transparent_sha256;
   std::string scene_sha256;
   std::uint64_t trace_version = 0;
   std::string version;  ///< of ParRay
@@ -30,9 +35,16 @@ struct Recipe {
 /// By its report: pixels have different numbers of samples.
 bool samples_differ(const nlohmann::json& report);
 
+/// Of a PNG file: what was done to the picture after it was traced, such as labels.
+inline constexpr const char* finished_key = "parray:finished";
+
 /// The recipe, and what else an image file says of a picture: of its report what decides the bits,
-/// what came of it, and the error. For an EXR file, or else for PNG.
-ImageMetadata recipe_metadata(const Picture& picture, bool exr);
+/// what came of it, and the error.
+ImageMetadata recipe_metadata(const Picture& picture);
+/// The same for a PNG file, which shows `shown`, with `alpha` if that is a channel: with the hash
+/// of its pixels.
+ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
+                              const Channels& alpha = {});
 
 /// The recipe that a file holds; `file` names it in errors. Throws InputError: there is none, or a
 /// value that is missing or out of its range.

@@ -61,31 +61,47 @@ std::uint32_t PartOfPicture::side_by_side(std::uint32_t x, std::uint32_t end) co
   return next;
 }
 
-void PartOfPicture::trace_run(const PixelRun& run, const RunSamples& samples,
-                              std::span<PixelSums> sums, TraceCounts& counts) const {
-  std::vector<SampleRange> ranges;
+template <typename Visit>
+void PartOfPicture::for_stretches(const PixelRun& run, const Visit& visit) const {
   for (std::uint32_t x = run.x_begin; x < run.x_end;) {
     const std::uint32_t end = side_by_side(x, run.x_end);
-    const std::size_t first = x - run.x_begin;
-    ranges.clear();
-    for (std::uint32_t i = x; i < end; ++i) {
-      ranges.push_back(samples[i - run.x_begin]);
-    }
-    tracer_.trace_run({row_[run.y], column_[x], column_[x] + (end - x)}, RunSamples(ranges),
-                      sums.subspan(first, end - x), counts);
+    visit(PixelRun{row_[run.y], column_[x], column_[x] + (end - x)}, x - run.x_begin);
     x = end;
   }
 }
 
+static RunSamples samples_of(const RunSamples& samples, std::size_t first, const PixelRun& run,
+                             std::vector<SampleRange>& ranges) {
+  ranges.clear();
+  for (std::size_t i = 0; i < run.x_end - run.x_begin; ++i) ranges.push_back(samples[first + i]);
+  return RunSamples(ranges);
+}
+
+void PartOfPicture::trace_run(const PixelRun& run, const RunSamples& samples,
+                              std::span<PixelSums> sums, TraceCounts& counts) const {
+  std::vector<SampleRange> ranges;
+  for_stretches(run, [&](const PixelRun& there, std::size_t first) {
+    tracer_.trace_run(there, samples_of(samples, first, there, ranges),
+                      sums.subspan(first, there.x_end - there.x_begin), counts);
+  });
+}
+
 void PartOfPicture::first_hits(const PixelRun& run, const SampleRange& samples,
                                std::span<FirstHit> hits) const {
-  for (std::uint32_t x = run.x_begin; x < run.x_end;) {
-    const std::uint32_t end = side_by_side(x, run.x_end);
-    const std::size_t each = samples.count();
-    tracer_.first_hits({row_[run.y], column_[x], column_[x] + (end - x)}, samples,
-                       hits.subspan((x - run.x_begin) * each, (end - x) * each));
-    x = end;
-  }
+  const std::size_t each = samples.count();
+  for_stretches(run, [&](const PixelRun& there, std::size_t first) {
+    tracer_.first_hits(there, samples,
+                       hits.subspan(first * each, (there.x_end - there.x_begin) * each));
+  });
+}
+
+void PartOfPicture::add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                                    std::span<SkySamples> sky) const {
+  std::vector<SampleRange> ranges;
+  for_stretches(run, [&](const PixelRun& there, std::size_t first) {
+    tracer_.add_sky_samples(there, samples_of(samples, first, there, ranges),
+                            sky.subspan(first, there.x_end - there.x_begin));
+  });
 }
 
 }  // namespace parray

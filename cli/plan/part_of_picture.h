@@ -31,10 +31,15 @@ class PartOfPicture final : public PathTracer {
                  TraceCounts& counts) const override;
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override;
+  void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                       std::span<SkySamples> sky) const override;
 
  private:
   /// Columns [x, ...) up to `end` that lie side by side in the picture.
   [[nodiscard]] std::uint32_t side_by_side(std::uint32_t x, std::uint32_t end) const;
+  /// Calls visit(run of the picture, place of its first pixel in `run`) for all parts of a run.
+  template <typename Visit>
+  void for_stretches(const PixelRun& run, const Visit& visit) const;
 
   const PathTracer& tracer_;
   std::vector<std::uint32_t> column_;

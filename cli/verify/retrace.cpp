@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/image/image.h"
+#include "common/image/transparency.h"
 #include "common/math/float_mode.h"
 
 namespace parray {
@@ -32,9 +33,22 @@ std::vector<std::span<RetracedPixel>> pieces_of(std::span<RetracedPixel> pixels)
   return pieces;
 }
 
+/// Takes the background out of pixels of one row, whose samples are `ranges`.
+void take_out_sky(const PathTracer& tracer, const RadianceScale& scale, const PixelRun& run,
+                  std::span<const SampleRange> ranges, std::span<RetracedPixel> pixels) {
+  std::vector<SkySamples> sky(ranges.size());
+  tracer.add_sky_samples(run, RunSamples(ranges), sky);
+  for (RetracedPixel& pixel : pixels) {
+    const TransparentPixel out =
+        without_sky(pixel.mean, sky[pixel.x - run.x_begin], pixel.samples, scale);
+    pixel.mean = out.colour;
+    pixel.alpha = out.alpha;
+  }
+}
+
 /// Pixels of one row; those between them have no samples.
 void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
-                   std::span<RetracedPixel> pixels) {
+                   std::span<RetracedPixel> pixels, bool transparent) {
   const std::uint32_t first = pixels.front().x;
   const PixelRun run{pixels.front().y, first, pixels.back().x + 1};
   std::vector<SampleRange> ranges(run.x_end - run.x_begin);
@@ -46,7 +60,7 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
   tracer.trace_run(run, RunSamples(ranges), sums, counts);
   if (counts.nonfinite > 0 && pixels.size() > 1) {  // each has to know its own
     for (RetracedPixel& pixel : pixels) {
-      retrace_piece(tracer, scale, {&pixel, 1});
+      retrace_piece(tracer, scale, {&pixel, 1}, transparent);
     }
     return;
   }
@@ -54,6 +68,7 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
     const std::uint64_t finite = pixel.samples - counts.nonfinite;
     pixel.mean = mean_radiance(sums[pixel.x - first], static_cast<std::uint32_t>(finite), scale);
   }
+  if (transparent) take_out_sky(tracer, scale, run, ranges, pixels);
 }
 
 }  // namespace
@@ -74,14 +89,14 @@ std::vector<std::uint64_t> choose(std::uint64_t count, std::uint64_t total, std:
 }
 
 void retrace(const PathTracer& tracer, const RadianceScale& scale, std::span<RetracedPixel> pixels,
-             int threads) {
+             int threads, bool transparent) {
   const std::vector<std::span<RetracedPixel>> pieces = pieces_of(pixels);
 #pragma omp parallel num_threads(threads)
   {
     const FloatMode ieee;
 #pragma omp for schedule(dynamic) nowait
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      retrace_piece(tracer, scale, pieces[i]);
+      retrace_piece(tracer, scale, pieces[i], transparent);
     }
   }
 }

@@ -16,6 +16,7 @@ struct RetracedPixel {
   std::uint32_t y = 0;
   std::uint32_t samples = 0;    ///< that its mean is of: numbers 0 .. samples - 1
   std::array<float, 3> mean{};  ///< as the picture has it; what is not finite is left out
+  float alpha = 1;              ///< of a transparent picture, whose `mean` is premultiplied
 };
 
 /// `count` distinct numbers below `total`, sorted; all of them if there are not more. Every set of
@@ -23,9 +24,10 @@ struct RetracedPixel {
 std::vector<std::uint64_t> choose(std::uint64_t count, std::uint64_t total, std::uint64_t seed);
 
 /// Sets `mean` of the pixels, which are distinct and sorted by row, then column. Those of a row are
-/// traced together, which is faster than one by one. `scale` is that of the scene.
+/// traced together, which is faster than one by one. `scale` is that of the scene. `transparent`:
+/// without their background, with alpha (common/image/transparency.h).
 void retrace(const PathTracer& tracer, const RadianceScale& scale, std::span<RetracedPixel> pixels,
-             int threads);
+             int threads, bool transparent = false);
 
 /// The share of wrong pixels, 0 .. 1, that `count` pixels at random show with a probability of
 /// 95 %: one wrong one at least is among them.

@@ -33,6 +33,7 @@ class FeatureRows {
         samples_(std::min(samples, own_feature_samples) / 2 * 2),
         forward_(normalize(scene.camera.look_at - scene.camera.look_from)),
         length_(length(scene.camera.look_at - scene.camera.look_from)),
+        begin_(scene.camera.projection == Projection::orthographic ? 1 : 0),
         spheres_(std::size_t{settings.width} * settings.height),
         features_{{planes_of(settings), planes_of(settings)},
                   planes_of(settings),
@@ -97,7 +98,7 @@ class FeatureRows {
     const Vec3d& towards = hit.direction;
     if (hit.sphere == no_sphere) return {0, 0, 0, -towards.x, -towards.y, -towards.z, 0};
     const Vec3d& albedo = scene_.materials[scene_.spheres[hit.sphere].material].albedo;
-    const double depth = hit.distance * dot(hit.direction, forward_) / length_;
+    const double depth = begin_ + hit.distance * dot(hit.direction, forward_) / length_;
     return {albedo.x,
             albedo.y,
             albedo.z,
@@ -183,6 +184,9 @@ class FeatureRows {
   std::uint32_t samples_;
   Vec3d forward_;
   double length_;
+  /// Depth at which rays begin. Parallel ones may begin at surfaces that are as large in the
+  /// picture as any: one over their depth is not to dwarf all others.
+  double begin_;
   std::unique_ptr<PathTracer> steady_tracer_;
   /// That all of the few steady samples of a pixel have met.
   std::vector<std::uint32_t> spheres_;

@@ -17,9 +17,12 @@
 #include <span>
 #include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "common/base/error.h"
 #include "common/image/srgb.h"
+#include "common/image/transparency.h"
 #include "common/scene/limits.h"
 
 namespace parray {
@@ -230,19 +233,39 @@ void check_readable(const std::string& path, const OIIO::ImageSpec& spec) {
   }
 }
 
-/// False: the library says why. Alpha is left out.
+/// Of a PNG file's red, green, blue, alpha.
+void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
+  std::vector<float> alpha(std::size_t{file.image.width} * file.image.height);
+  for (std::size_t i = 0; i < alpha.size(); ++i) {
+    alpha[i] = static_cast<float>(bytes[4 * i + 3]) / 255;
+    for (std::size_t c = 0; c < 3; ++c) file.image.rgb[3 * i + c] *= alpha[i];
+  }
+  const auto covers = [](float value) { return value == 1; };
+  if (!std::all_of(alpha.begin(), alpha.end(), covers)) {
+    file.channels.push_back({alpha_channel, std::move(alpha)});
+  }
+}
+
+/// False: the library says why. Colours become premultiplied, and alpha a channel, unless it is 1
+/// everywhere.
 bool read_png(OIIO::ImageInput& in, ImageFile& file) {
-  const std::size_t size = std::size_t{file.image.width} * file.image.height * 3;
+  const std::size_t pixels = std::size_t{file.image.width} * file.image.height;
+  const int channels = in.spec().alpha_channel == 3 ? 4 : 3;
+  const std::size_t stride = static_cast<std::size_t>(channels);
   // Untouched until there is something to put in, here and below.
-  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);
-  if (!in.read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, bytes.get())) return false;
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(pixels * stride);
+  if (!in.read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, bytes.get())) return false;
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {
     linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
   }
-  file.image.rgb.resize(size);
-  std::transform(bytes.get(), bytes.get() + size, file.image.rgb.begin(),
-                 [&](std::uint8_t b) { return linear[b]; });
+  file.image.rgb.resize(pixels * 3);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      file.image.rgb[3 * i + c] = linear[bytes[stride * i + c]];
+    }
+  }
+  if (channels == 4) apply_alpha(bytes.get(), file);
   return true;
 }
 
@@ -323,7 +346,9 @@ ImageFile read_file(const std::string& path) {
   const auto in = OIIO::ImageInput::create(format == Format::exr ? "openexr" : "png");
   if (!in) throw InputError(path + ": " + one_line(OIIO::geterror()));
   OIIO::ImageSpec spec;
-  if (!in->open(path, spec)) throw InputError(path + ": " + one_line(in->geterror()));
+  OIIO::ImageSpec hints;
+  hints.attribute("oiio:UnassociatedAlpha", 1);  // as it is written, not rounded once more
+  if (!in->open(path, spec, hints)) throw InputError(path + ": " + one_line(in->geterror()));
   check_readable(path, spec);
   ImageFile file;
   file.high_dynamic_range = format == Format::exr;

@@ -14,6 +14,7 @@
 #include "common/image/image_codec.h"
 #include "common/image/partial_file.h"
 #include "common/image/png_file.h"
+#include "common/image/transparency.h"
 
 namespace parray {
 namespace {
@@ -36,7 +37,8 @@ void check_channels(const fs::path& path, const Image& image, const Channels& ch
   const std::size_t pixels = std::size_t{image.width} * image.height;
   for (const Channel& channel : channels) {
     const auto size = std::visit([](const auto& values) { return values.size(); }, channel.values);
-    if (size != pixels || format_of(path) != Format::exr) {
+    const bool fits = can_hold_channels(path) || channel.name == alpha_channel;
+    if (size != pixels || !fits) {
       throw std::logic_error("channel " + channel.name + " does not fit the picture");
     }
   }
@@ -107,7 +109,7 @@ static void write_partial(const PartialFile& file, const fs::path& path, const I
   const ImageMetadata kept = as_kept(metadata, exr);
   const std::string problem =
       exr ? codec().write_exr(name, image, kept, channels, between_strips, fast)
-          : write_png(name, image, kept, between_strips, fast);
+          : write_png(name, image, kept, between_strips, fast, alpha_of(channels));
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
 }
 

@@ -38,9 +38,10 @@ void load_image_library();
 /// EXR: the very floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, losslessly
 /// compressed (zip) unless `fast`, and every one of `channels`, each with a value for every pixel
 /// and a name of its own, as FLOAT or UINT. PNG: srgb_bytes(), with an sRGB chunk of intent 0
-/// (perceptual); `fast` does not compress. `channels` has to be empty. `metadata` as as_kept() has
-/// them: attributes of EXR, text of PNG. `between_strips`, if set, is called every few milliseconds
-/// of writing; what it throws ends the writing. Throws RunError "writing FILE: reason".
+/// (perceptual); `fast` does not compress. Of `channels` it holds alpha alone (transparency.h),
+/// then as transparent_bytes(); others there must not be. `metadata` as as_kept() has them:
+/// attributes of EXR, text of PNG. `between_strips`, if set, is called every few milliseconds of
+/// writing; what it throws ends the writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);
@@ -50,9 +51,10 @@ void write_image(const std::filesystem::path& path, const Image& image,
 void write_preview(const std::filesystem::path& path, const Image& image,
                    const std::function<void()>& between_strips);
 
-/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone), metadata (single text
-/// and numbers) and, of an EXR file, the other channels, sorted by name: UINT as whole numbers,
-/// HALF as floats. Its contents say which of the two it is, not its name.
+/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone, and premultiplied),
+/// metadata (single text and numbers) and the other channels, sorted by name: of an EXR file UINT
+/// as whole numbers, HALF as floats; of a PNG file alpha, unless it is 1 everywhere. Its contents
+/// say which of the two it is, not its name.
 struct ImageFile {
   Image image;
   ImageMetadata metadata;

@@ -17,6 +17,9 @@ using MetadataValue = std::variant<std::string, std::uint64_t, double>;
 /// Names: letters, digits, '_' and ':', at most 79 bytes (PNG's bound).
 using ImageMetadata = std::vector<std::pair<std::string, MetadataValue>>;
 
+/// Pixels an inch when the picture is printed, a real number > 0.
+inline constexpr const char* dpi_key = "parray:dpi";
+
 /// The value as text; of a number its shortest decimal form that reads back as the same.
 std::string text_of(const MetadataValue& value);
 

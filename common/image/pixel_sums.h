@@ -41,6 +41,14 @@ struct PixelSums {
   friend bool operator==(const PixelSums&, const PixelSums&) = default;
 };
 
+/// What of a pixel's samples is background: those whose camera ray meets nothing.
+struct SkySamples {
+  std::uint32_t count = 0;
+  std::array<std::uint64_t, 3> sum{};  ///< of their radiance, in the fixed point of RadianceScale
+
+  friend bool operator==(const SkySamples&, const SkySamples&) = default;
+};
+
 /// Counts of the work behind some samples. Adding is exact and associative.
 struct TraceCounts {
   std::uint64_t samples = 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdint>
@@ -21,6 +22,7 @@
 
 #include "common/base/error.h"
 #include "common/image/srgb.h"
+#include "common/image/transparency.h"
 
 namespace parray {
 namespace {
@@ -39,13 +41,17 @@ class PngWriter {
   PngWriter(const PngWriter&) = delete;
   PngWriter& operator=(const PngWriter&) = delete;
 
-  void write_head(const Image& image, const ImageMetadata& metadata, bool fast) {
+  void write_head(const Image& image, const ImageMetadata& metadata, bool fast, bool alpha) {
     std::vector<png_text> texts(metadata.size());
     std::transform(metadata.begin(), metadata.end(), texts.begin(), text_chunk);
+    constexpr double inches_a_metre = 1 / 0.0254;
+    const auto pixels_a_metre = static_cast<png_uint_32>(
+        std::lround(real_in(metadata, dpi_key).value_or(0) * inches_a_metre));
     attempt([&] {
       png_set_write_fn(png_, this, on_write, on_flush);
-      png_set_IHDR(png_, info_, image.width, image.height, 8, PNG_COLOR_TYPE_RGB,
-                   PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+      png_set_IHDR(png_, info_, image.width, image.height, 8,
+                   alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                   PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
       png_set_sRGB_gAMA_and_cHRM(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
       // Of noise no string of bytes comes twice: looking for them takes five times as long and
       // saves nothing.
@@ -54,6 +60,9 @@ class PngWriter {
       png_set_compression_buffer_size(png_, std::size_t{1} << 16);
       png_set_filter(png_, PNG_FILTER_TYPE_BASE, fast ? PNG_FILTER_NONE : PNG_FILTER_PAETH);
       png_set_text(png_, info_, texts.data(), static_cast<int>(texts.size()));
+      if (pixels_a_metre > 0) {
+        png_set_pHYs(png_, info_, pixels_a_metre, pixels_a_metre, PNG_RESOLUTION_METER);
+      }
       png_write_info(png_, info_);
     });
   }
@@ -112,20 +121,25 @@ class PngWriter {
 }  // namespace
 
 std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
-                      const std::function<void()>& between_strips, bool fast) {
+                      const std::function<void()>& between_strips, bool fast,
+                      std::span<const float> alpha) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "wbe"),
                                                                std::fclose);
   if (!stream) return std::generic_category().message(errno);
   PngWriter writer(stream.get());
-  writer.write_head(image, metadata, fast);
-  const std::size_t row = std::size_t{image.width} * 3;
+  writer.write_head(image, metadata, fast, !alpha.empty());
+  const std::size_t width = image.width;
+  const std::size_t row = width * 3;
   const std::size_t strip = std::max<std::size_t>((std::size_t{1} << 17) / row, 1);
   for (std::size_t y = 0; y < image.height; y += strip) {
     if (between_strips) between_strips();
     const std::size_t rows = std::min<std::size_t>(strip, image.height - y);
-    const auto bytes = srgb_bytes(std::span(image.rgb).subspan(y * row, rows * row));
+    const auto rgb = std::span(image.rgb).subspan(y * row, rows * row);
+    const auto bytes = alpha.empty()
+                           ? srgb_bytes(rgb)
+                           : transparent_bytes(rgb, alpha.subspan(y * width, rows * width));
     for (std::size_t i = 0; i < rows; ++i) {
-      writer.write_row(bytes.data() + i * row);
+      writer.write_row(bytes.data() + i * (bytes.size() / rows));
     }
   }
   return writer.finish();

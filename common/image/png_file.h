@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 
 #include "common/image/image.h"
@@ -9,12 +10,14 @@
 
 namespace parray {
 
-/// Writes srgb_bytes() of an image as a PNG file with an sRGB chunk of intent 0 (perceptual), and
-/// `metadata`, which is text (as_kept()), before the pixels. `fast`: not compressed. Returns empty,
-/// or why the file could not be written. `between_strips`, if set, is called every few milliseconds
-/// of writing, and may throw.
+/// Writes srgb_bytes() of an image, or, with `alpha` of every pixel, transparent_bytes() of it, as
+/// a PNG file with an sRGB chunk of intent 0 (perceptual), and `metadata`, which is text
+/// (as_kept()), before the pixels; dpi_key among it becomes a chunk pHYs, too. `fast`: not
+/// compressed. Returns empty, or why the file could not be written. `between_strips`, if set, is
+/// called every few milliseconds of writing, and may throw.
 std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
-                      const std::function<void()>& between_strips, bool fast);
+                      const std::function<void()>& between_strips, bool fast,
+                      std::span<const float> alpha = {});
 
 /// Refuses a PNG file that is cut off, or that has changed since it was written (the checksum of
 /// one of its chunks): the library, which would find that too, prints lines of its own. What is no

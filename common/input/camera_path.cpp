@@ -28,8 +28,11 @@ class KeySink final : public JsonSink {
   }
   void on_member(const JsonMember& /*member*/) override {}
   void on_child(const JsonMember& child) override {
-    static constexpr std::array<std::string_view, 7> known{
-        "frame", "look_from", "look_at", "up", "vfov", "aperture", "focus_distance"};
+    static constexpr auto known = [] {
+      std::array<std::string_view, camera_keys.size() + 1> keys{"frame"};
+      std::ranges::copy(camera_keys, keys.begin() + 1);
+      return keys;
+    }();
     const JsonPlace section = root_.at("cameras");
     const JsonPlace place = section.at(keys_.size());
     const JsonFields fields(child.value, place, known);
@@ -40,6 +43,11 @@ class KeySink final : public JsonSink {
       place.at("frame").fail(fields.line(), "frame " + std::to_string(key.frame) +
                                                 " does not come after that of the camera before: "
                                                 "write cameras in the order of their frames");
+    }
+    if (!keys_.empty() && key.camera.projection != keys_.back().camera.projection) {
+      place.fail(fields.line(),
+                 "another projection than the camera before has: no curve leads from one to the "
+                 "other: write two paths");
     }
     if (keys_.size() == limits::max_frames) {
       place.fail(fields.line(),
@@ -103,8 +111,10 @@ Camera CameraPath::between(std::size_t key, std::uint64_t frame) const {
   camera.look_at = point(key, share, &Camera::look_at);
   const Vec3d up = (1 - share) * normalize(a.camera.up) + share * normalize(b.camera.up);
   camera.up = length(up) > 0 ? normalize(up) : up;
+  camera.projection = a.camera.projection;
   camera.vfov = mixed(a.camera.vfov, b.camera.vfov, share);
   camera.tan_half_vfov = tan_half_of(camera.vfov);
+  camera.view_height = mixed(a.camera.view_height, b.camera.view_height, share);
   camera.aperture = mixed(a.camera.aperture, b.camera.aperture, share);
   camera.focus_distance = a.focuses || b.focuses
                               ? mixed(a.camera.focus_distance, b.camera.focus_distance, share)

@@ -13,9 +13,10 @@ namespace parray {
 /// curve through all of them.
 ///
 /// look_from and look_at follow a Catmull-Rom spline for keys at any distance (the tangent at a key
-/// is the difference of its neighbours over their distance in frames, one-sided at the ends); vfov,
-/// aperture and focus_distance are interpolated linearly, which cannot leave their ranges; up
-/// likewise, then normalised. Where neither of two keys has a focus_distance, look_at is in focus.
+/// is the difference of its neighbours over their distance in frames, one-sided at the ends); vfov
+/// or view_height, aperture and focus_distance are interpolated linearly, which cannot leave their
+/// ranges; up likewise, then normalised. Where neither of two keys has a focus_distance, look_at is
+/// in focus. All have the same projection.
 class CameraPath {
  public:
   /// Reads { "cameras": [ { "frame": N, and what a scene's camera has }, ... ] }, the frames

@@ -82,6 +82,13 @@ const std::string& read_string(const JsonValue& value, const JsonPlace& place) {
   return value.text;
 }
 
+bool read_boolean(const JsonValue& value, const JsonPlace& place) {
+  if (value.kind != JsonKind::boolean) {
+    fail_kind(value, place, JsonKind::boolean, "write true or false");
+  }
+  return value.is_true;
+}
+
 void fail_unknown_key(std::string_view key, std::uint64_t line, const JsonPlace& object,
                       std::span<const std::string_view> known) {
   const std::string pointer = object.pointer();
@@ -141,6 +148,11 @@ Vec3d JsonFields::vec3_or(std::string_view key, NumberRange range, const Vec3d& 
 
 const std::string& JsonFields::string(std::string_view key) const {
   return read_string(any(key, "a text in double quotes"), place_.at(key));
+}
+
+bool JsonFields::boolean_or(std::string_view key, bool fallback) const {
+  const JsonValue* found = find(key);
+  return found == nullptr ? fallback : read_boolean(*found, place_.at(key));
 }
 
 std::uint64_t JsonFields::integer_or(std::string_view key, IntegerRange range,

@@ -25,6 +25,7 @@ std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, Integ
 /// An array of three numbers, each in `range`.
 Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range);
 const std::string& read_string(const JsonValue& value, const JsonPlace& place);
+bool read_boolean(const JsonValue& value, const JsonPlace& place);
 
 /// Throws InputError: `key`, written on `line` of the object at `object`, is not among `known`.
 [[noreturn]] void fail_unknown_key(std::string_view key, std::uint64_t line,
@@ -54,6 +55,7 @@ class JsonFields {
   Vec3d vec3(std::string_view key, NumberRange range) const;
   Vec3d vec3_or(std::string_view key, NumberRange range, const Vec3d& fallback) const;
   const std::string& string(std::string_view key) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
   std::uint64_t integer_or(std::string_view key, IntegerRange range, std::uint64_t fallback) const;
 
  private:

@@ -26,7 +26,11 @@ class SaxHandler {
   std::uint64_t start_line() const { return start_line_; }
 
   bool null() { return put(make(JsonKind::null)); }
-  bool boolean(bool) { return put(make(JsonKind::boolean)); }
+  bool boolean(bool value) {
+    JsonValue out = make(JsonKind::boolean);
+    out.is_true = value;
+    return put(std::move(out));
+  }
   bool binary(Json::binary_t&) { return put(make(JsonKind::null)); }  // not in JSON text
 
   bool number_integer(Json::number_integer_t number) {

@@ -18,6 +18,7 @@ struct JsonMember;
 /// A JSON value that knows where it stands. Plain data; what its kind does not use is empty.
 struct JsonValue {
   JsonKind kind = JsonKind::null;
+  bool is_true = false;             ///< a boolean's value
   bool is_natural = false;          ///< a number written in digits alone that fits `natural`
   std::uint64_t line = 0;           ///< of its first character, counted from 1
   double number = 0;                ///< nearest double, finite

@@ -75,7 +75,7 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
     out.radius_line = radius->line;
   }
   if (fields.find("frame") != nullptr)
-    out.frame = fields.integer_or("frame", {0, limits::max_frame}, 0);
+    out.frame = {fields.integer_or("frame", {0, limits::max_frame}, 0), false};
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/input/json_value.h"
+#include "common/input/particles/frame_choice.h"
 
 namespace parray {
 
@@ -40,11 +41,11 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
-  std::optional<std::uint64_t> frame{};  ///< of a file that has several; not given: the first
-  std::uint64_t line = 0;                ///< of the item in the scene file
-  std::uint64_t file_line = 0;           ///< of its members
-  std::uint64_t material_line = 0;       ///< that of the item where it is not given
-  std::uint64_t radius_line = 0;         ///< that of the item where it is not given
+  std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
+  std::uint64_t line = 0;              ///< of the item in the scene file
+  std::uint64_t file_line = 0;         ///< of its members
+  std::uint64_t material_line = 0;     ///< that of the item where it is not given
+  std::uint64_t radius_line = 0;       ///< that of the item where it is not given
 };
 
 inline constexpr std::array<std::string_view, 3> particle_material_words{"by-element", "by-type",

@@ -17,8 +17,8 @@
 namespace parray {
 namespace {
 
-constexpr std::array<std::string_view, 8> known_keys{
-    "version", "camera", "image", "render", "sky", "materials", "spheres", "particles"};
+constexpr std::array<std::string_view, 9> known_keys{
+    "version", "camera", "image", "render", "sky", "materials", "spheres", "particles", "labels"};
 
 struct RequiredKey {
   std::string_view key;
@@ -66,11 +66,13 @@ void SceneBuilder::on_member(const JsonMember& member) {
   } else if (member.key == "camera") {
     out_.scene.camera = read_camera(member.value, place);
   } else if (member.key == "image") {
-    read_image(member.value, place, out_.settings);
+    read_image(member.value, place, out_.settings, out_.transparent);
   } else if (member.key == "render") {
     read_render(member.value, place, out_.settings);
-  } else {
+  } else if (member.key == "sky") {
     out_.scene.sky = read_sky(member.value, place);
+  } else {
+    out_.labels = read_labels(member.value, place);
   }
 }
 

@@ -4,8 +4,11 @@
 #include <iosfwd>
 #include <string>
 
+#include "common/input/coloring/legend.h"
+#include "common/input/label_settings.h"
 #include "common/input/material_names.h"
 #include "common/input/particle_source.h"
+#include "common/input/particles/particles.h"
 #include "common/scene/duplicates.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
@@ -18,11 +21,19 @@ namespace parray {
 struct SceneFile {
   Scene scene;
   RenderSettings settings;
+  bool transparent = false;  ///< its pictures are to have no background
   bool seed_format = false;  ///< the seed program's format, recognised by its shape
   MaterialNames materials;   ///< the section of that name; the seed's format has none
   /// Files whose particles belong to the scene but are not in it yet: see
   /// common/input/particles/expand.h.
   std::vector<ParticleSource> particles;
+  LabelSettings labels;  ///< what is to be written on its picture
+  // Of its particles, once they are in the scene:
+  std::vector<Legend> legends;       ///< what their colours mean
+  std::vector<ParticleFacts> facts;  ///< of each file
+  std::optional<ParticleCell> cell;  ///< of the first file that has one
+  /// So many of the first spheres are what a portrait adds, ground and lights.
+  std::uint32_t staging = 0;
   Duplicates duplicates;  ///< spheres of the file that the scene does not have
 };
 

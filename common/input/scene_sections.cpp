@@ -1,5 +1,6 @@
 #include "common/input/scene_sections.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -45,10 +46,49 @@ void read_version(const JsonValue& value, const JsonPlace& place) {
                              " is newer than this program: use one that knows it, or version 1");
 }
 
+namespace {
+
+Projection read_projection(const JsonFields& fields) {
+  const JsonValue* const value = fields.find("projection");
+  if (value == nullptr) return Projection::perspective;
+  const std::string& name = fields.string("projection");
+  const auto* const found = std::find(projection_names.begin(), projection_names.end(), name);
+  if (found == projection_names.end()) {
+    fields.place()
+        .at("projection")
+        .fail(value->line, "unknown projection '" + printable(name) +
+                               "': " + remedy_for_name(name, projection_names));
+  }
+  return static_cast<Projection>(found - projection_names.begin());
+}
+
+/// Throws InputError if the camera has a key that its projection does not use.
+void refuse(const JsonFields& fields, std::string_view key, const std::string& problem) {
+  const JsonValue* const value = fields.find(key);
+  if (value != nullptr) fields.place().at(key).fail(value->line, problem);
+}
+
+/// How much of the scene it sees.
+void read_view(const JsonFields& fields, Camera& camera) {
+  camera.projection = read_projection(fields);
+  if (camera.projection == Projection::orthographic) {
+    refuse(fields, "vfov",
+           "an orthographic camera has no angle of view: leave it out, and give view_height");
+    camera.view_height = fields.number("view_height", ranges::length);
+    camera.vfov = 0;
+  } else {
+    refuse(fields, "view_height",
+           "a perspective camera has an angle of view instead: leave it out, and give vfov, or "
+           "\"projection\": \"orthographic\"");
+    camera.vfov = fields.number("vfov", ranges::vfov);
+    camera.tan_half_vfov = tan_half_of(camera.vfov);
+  }
+}
+
+}  // namespace
+
 Camera read_camera(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 6> keys{"look_from", "look_at",  "up",
-                                                        "vfov",      "aperture", "focus_distance"};
-  return camera_from(JsonFields(value, place, keys));
+  return camera_from(JsonFields(value, place, camera_keys));
 }
 
 Camera camera_from(const JsonFields& fields) {
@@ -56,8 +96,7 @@ Camera camera_from(const JsonFields& fields) {
   camera.look_from = fields.vec3("look_from", ranges::coordinate);
   camera.look_at = fields.vec3("look_at", ranges::coordinate);
   camera.up = fields.vec3_or("up", ranges::coordinate, {0, 1, 0});
-  camera.vfov = fields.number("vfov", ranges::vfov);
-  camera.tan_half_vfov = tan_half_of(camera.vfov);
+  read_view(fields, camera);
   camera.aperture = fields.number_or("aperture", ranges::aperture, 0);
   camera.focus_distance =
       fields.number_or("focus_distance", ranges::length, length(camera.look_at - camera.look_from));
@@ -74,8 +113,9 @@ Sky read_sky(const JsonValue& value, const JsonPlace& place) {
           fields.vec3_or("zenith", ranges::radiance, usual.zenith)};
 }
 
-void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings) {
-  static constexpr std::array<std::string_view, 2> keys{"width", "height"};
+void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings,
+                bool& transparent) {
+  static constexpr std::array<std::string_view, 3> keys{"width", "height", "transparent"};
   const JsonFields fields(value, place, keys);
   const IntegerRange sides{1, limits::max_image_side};
   const std::uint64_t width = fields.integer_or("width", sides, settings.width);
@@ -87,6 +127,7 @@ void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& 
   }
   settings.width = static_cast<std::uint32_t>(width);
   settings.height = static_cast<std::uint32_t>(height);
+  transparent = fields.boolean_or("transparent", transparent);
 }
 
 void read_render(const JsonValue& value, const JsonPlace& place, RenderSettings& settings) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/input/json_fields.h"
 #include "common/input/json_value.h"
@@ -16,11 +18,18 @@ namespace parray {
 /// Each throws InputError that names the place and the line in the file.
 void read_version(const JsonValue& value, const JsonPlace& place);
 Camera read_camera(const JsonValue& value, const JsonPlace& place);
+/// The keys of a camera.
+inline constexpr std::array<std::string_view, 8> camera_keys{
+    "look_from", "look_at",     "up",       "projection",
+    "vfov",      "view_height", "aperture", "focus_distance"};
+/// Names of projections, in their order.
+inline constexpr std::array<std::string_view, 2> projection_names{"perspective", "orthographic"};
 /// The same of an object that may have other keys, too.
 Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
-/// Sets width and height of `settings`, where the section names them.
-void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
+/// Sets width and height of `settings`, where the section names them, and `transparent` likewise.
+void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings,
+                bool& transparent);
 /// Sets samples_per_pixel, max_depth and seed of `settings`, where the section names them.
 void read_render(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
 Material read_material(const JsonValue& value, const JsonPlace& place);

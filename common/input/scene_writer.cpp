@@ -49,7 +49,7 @@ std::string object_text(const ParticleSource& source) {
   } else if (source.radius.rule != ParticleRadius::Rule::automatic) {
     text += R"(, "radius":)" + json_text(text_of(source.radius));
   }
-  if (source.frame) text += R"(, "frame":)" + std::to_string(*source.frame);
+  if (source.frame) text += R"(, "frame":)" + std::to_string(source.frame->number);
   return text + "}";
 }
 
@@ -58,16 +58,21 @@ std::string head_text(const SceneFile& file) {
   const RenderSettings& settings = file.settings;
   std::string text = "{\"version\": 1,\n\"camera\": {\"look_from\":" + array_text(camera.look_from);
   text += ", \"look_at\":" + array_text(camera.look_at) + ", \"up\":" + array_text(camera.up);
-  text += ", \"vfov\":" + number_text(camera.vfov);
+  text +=
+      camera.projection == Projection::orthographic
+          ? ", \"projection\":\"orthographic\", \"view_height\":" + number_text(camera.view_height)
+          : ", \"vfov\":" + number_text(camera.vfov);
   text += ", \"aperture\":" + number_text(camera.aperture);
   text += ", \"focus_distance\":" + number_text(camera.focus_distance) + "},\n";
   text += "\"image\": {\"width\":" + std::to_string(settings.width) +
-          ", \"height\":" + std::to_string(settings.height) + "},\n";
+          ", \"height\":" + std::to_string(settings.height) +
+          (file.transparent ? ", \"transparent\":true},\n" : "},\n");
   text += "\"render\": {\"samples_per_pixel\":" + std::to_string(settings.samples_per_pixel) +
           ", \"max_depth\":" + std::to_string(settings.max_depth) +
           ", \"seed\":" + std::to_string(settings.seed) + "},\n";
   text += "\"sky\": {\"horizon\":" + array_text(file.scene.sky.horizon) +
           ", \"zenith\":" + array_text(file.scene.sky.zenith) + "},\n";
+  if (file.labels != LabelSettings{}) text += "\"labels\": " + labels_text(file.labels) + ",\n";
   return text;
 }
 

@@ -106,7 +106,8 @@ Requirements requirements_of(const Scene& scene, int threads) {
   result.lens = scene.camera.aperture > 0;
   result.origin = scene_origin(scene, threads);
   const Vec3d eye = scene.camera.look_from - result.origin;
-  result.extent = largest_component(eye) + scene.camera.aperture / 2;
+  // An orthographic camera's rays begin all over the picture, taken as a square one here.
+  result.extent = largest_component(eye) + scene.camera.view_height / 2 + scene.camera.aperture / 2;
   result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
   const Bands bands(scene.spheres.size(), threads);
   std::vector<Requirements> parts(bands.count(), result);
@@ -119,7 +120,9 @@ Requirements requirements_of(const Scene& scene, int threads) {
   if (scene.spheres.empty()) {
     result.smallest_radius = result.nearest = 0;
   }
-  result.view_height = 2 * scene.camera.tan_half_vfov * result.nearest;
+  result.view_height = scene.camera.projection == Projection::orthographic
+                           ? scene.camera.view_height
+                           : 2 * scene.camera.tan_half_vfov * result.nearest;
   result.one_radius = !scene.spheres.empty() && result.smallest_radius == result.largest_radius;
   return result;
 }

@@ -21,8 +21,9 @@ struct Requirements {
   double largest_radius = 0;
 
   // How well single precision resolves what is seen. Lengths are in the scene's unit.
-  Vec3d origin;       ///< scene_origin(): what positions are measured from
-  double extent = 0;  ///< largest coordinate of a centre or of the lens from there, or radius
+  Vec3d origin;  ///< scene_origin(): what positions are measured from
+  /// Largest coordinate of a centre, or of where camera rays begin, from there, or radius.
+  double extent = 0;
   /// Farthest that storing the spheres in single precision moves a coordinate or a radius.
   double stored_shift = 0;
   double nearest = 0;      ///< from the eye to the nearest surface; 0 without spheres

@@ -31,17 +31,26 @@ struct Sphere {
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 
-/// Thin-lens camera; the lens is a uniform disc.
+/// Where a camera's rays begin, and where they go: see common/trace/integrator/camera_rays.h.
+enum class Projection : std::uint8_t {
+  perspective,  ///< from one eye through all pixels
+  orthographic  ///< side by side, so that things look equally large however far they are
+};
+
+/// Thin-lens camera; the lens is a uniform disc. What the projection does not use is 0, so that
+/// equal cameras compare equal.
 struct Camera {
   Vec3d look_from{13, 2, 3};
   Vec3d look_at{0, 0, 0};
   Vec3d up{0, 1, 0};
-  double vfov = 20;            ///< vertical angle of view, degrees, in (0, 180)
+  double vfov = 20;            ///< perspective: vertical angle of view, degrees, in (0, 180)
   double aperture = 0.1;       ///< lens diameter, >= 0; 0 is a pinhole
   double focus_distance = 10;  ///< > 0
   /// tan(vfov / 2). Computed once by whoever loads the scene and sent as bits: the one value that
   /// needs libm, whose last bit differs between machines.
   double tan_half_vfov = 0;
+  Projection projection = Projection::perspective;
+  double view_height = 0;  ///< orthographic: height of the picture in the scene's unit, > 0
 
   friend bool operator==(const Camera&, const Camera&) = default;
 };

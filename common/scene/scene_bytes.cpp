@@ -13,7 +13,8 @@
 namespace parray {
 namespace {
 
-constexpr std::string_view magic = "PRSCENE1";
+constexpr std::string_view perspective_magic = "PRSCENE1";
+constexpr std::string_view orthographic_magic = "PRSCENE2";
 constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
 /// What the readers' range of vfov comes to, and some room.
 constexpr double least_tangent = 1e-9;
@@ -74,16 +75,27 @@ Vec3d get_vec(ByteReader& in, double lowest, double highest) {
   return v;
 }
 
-Camera get_camera(ByteReader& in) {
+/// By the first bytes.
+Projection get_projection(ByteReader& in) {
+  const std::string_view magic = in.get_bytes(perspective_magic.size());
+  if (magic == perspective_magic) return Projection::perspective;
+  if (magic == orthographic_magic) return Projection::orthographic;
+  throw DecodeError("scene: not a scene of this version");
+}
+
+Camera get_camera(ByteReader& in, Projection projection) {
   constexpr double reach = limits::max_length;
   Camera camera;
+  camera.projection = projection;
   camera.look_from = get_vec(in, -reach, reach);
   camera.look_at = get_vec(in, -reach, reach);
   camera.up = get_vec(in, -reach, reach);
-  camera.vfov = get_number(in, 0, 180);
+  const bool parallel = projection == Projection::orthographic;
+  camera.view_height = parallel ? get_number(in, limits::min_radius, reach) : 0;
+  camera.vfov = parallel ? 0 : get_number(in, 0, 180);
   camera.aperture = get_number(in, 0, reach);
   camera.focus_distance = get_number(in, limits::min_radius, reach);
-  camera.tan_half_vfov = get_number(in, least_tangent, largest_tangent);
+  camera.tan_half_vfov = parallel ? 0 : get_number(in, least_tangent, largest_tangent);
   const Vec3d back = camera.look_from - camera.look_at;
   if (!(length(back) > 0) || !(length(cross(camera.up, back)) > 0)) {
     throw DecodeError("scene: impossible camera");
@@ -125,16 +137,21 @@ std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes
 }
 
 template <typename Writer>
-void put_scene(Writer& out, const Scene& scene) {
-  out.put_bytes(magic);
-  const Camera& camera = scene.camera;
+void put_camera(Writer& out, const Camera& camera) {
+  const bool parallel = camera.projection == Projection::orthographic;
+  out.put_bytes(parallel ? orthographic_magic : perspective_magic);
   put_vec(out, camera.look_from);
   put_vec(out, camera.look_at);
   put_vec(out, camera.up);
-  out.put(camera.vfov);
+  out.put(parallel ? camera.view_height : camera.vfov);
   out.put(camera.aperture);
   out.put(camera.focus_distance);
-  out.put(camera.tan_half_vfov);
+  if (!parallel) out.put(camera.tan_half_vfov);
+}
+
+template <typename Writer>
+void put_scene(Writer& out, const Scene& scene) {
+  put_camera(out, scene.camera);
   put_vec(out, scene.sky.horizon);
   put_vec(out, scene.sky.zenith);
   out.put(static_cast<std::uint64_t>(scene.materials.size()));
@@ -164,11 +181,8 @@ std::string scene_to_bytes(const Scene& scene) {
 
 Scene scene_from_bytes(std::string_view bytes) {
   ByteReader in(bytes);
-  if (in.get_bytes(magic.size()) != magic) {
-    throw DecodeError("scene: not a scene of this version");
-  }
   Scene scene;
-  scene.camera = get_camera(in);
+  scene.camera = get_camera(in, get_projection(in));
   scene.sky.horizon = get_vec(in, 0, limits::max_radiance);
   scene.sky.zenith = get_vec(in, 0, limits::max_radiance);
   const std::size_t material_count = get_count(in, limits::max_materials, material_bytes);

@@ -66,6 +66,7 @@ set(POSTINST "")
 service(parray-worker parray-coordinator)
 # What reads scenes for a coordinator's HTTP interface comes with `parray`: without --http nobody needs that.
 set(CPACK_DEBIAN_PARRAY-COORDINATOR_PACKAGE_RECOMMENDS parray)
+set(CPACK_DEBIAN_PARRAY_PACKAGE_DEPENDS fonts-dejavu-core)  # labels; nothing else needs it
 set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
 # Its module that reads and writes pictures.
 set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)

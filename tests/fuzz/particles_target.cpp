@@ -1,7 +1,7 @@
 #include <array>
 
 #include "common/base/error.h"
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"
@@ -30,7 +30,7 @@ const char* file_for(char letter) {
 
 void promise_portrait(const std::filesystem::path& path) {
   try {
-    const PortraitScene portrait = portrait_scene(path, {}, {}, portrait_settings());
+    const PortraitScene portrait = portrait_scene(path, {}, portrait_settings());
     promise_usable(portrait.file.scene, portrait.file.settings);
   } catch (const InputError& error) {
     promise_one_line(error.what());

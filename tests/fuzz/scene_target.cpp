@@ -80,6 +80,12 @@ std::vector<std::string> seeds() {
   "materials": {"\u00e9\n": {"type": "metal", "albedo": [1, 0, 1], "fuzz": 0.5}},
   "particles": [{"file": "a.xyz", "material": "by-element", "radius": "column"},
     {"file": "../c.csv", "material": "\u00e9\n", "radius": 0.1}, {"file": "d.pdb"}]})");
+  texts.push_back(R"({"version": 1,
+  "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "projection": "orthographic",
+    "view_height": 3, "aperture": 0.5},
+  "image": {"width": 9, "height": 5, "transparent": true},
+  "materials": {"a": {"type": "dielectric", "ior": 1.5}},
+  "spheres": [{"center": [0, 0, 9], "radius": 1, "material": "a"}]})");
   return texts;
 }
 

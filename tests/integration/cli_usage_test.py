@@ -36,12 +36,15 @@ SCENE = {
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
                   "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
-                  "--target-error", "--target-half-width", "--time-limit", "--passes"]
+                  "--target-error", "--target-half-width", "--time-limit", "--passes",
+                  "--transparent", "--opaque"]
+LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
+                 "--width-mm", "--dpi", "--no-labels"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
+    "render": RENDER_OPTIONS + LABEL_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
                                 "--preview", "--display", "--on-end"],
-    "submit": RENDER_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
+    "submit": RENDER_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
                                               "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],

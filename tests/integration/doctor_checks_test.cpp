@@ -58,6 +58,10 @@ class LyingTracer final : public PathTracer {
                   std::span<FirstHit> hits) const override {
     tracer_->first_hits(run, samples, hits);
   }
+  void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                       std::span<SkySamples> sky) const override {
+    tracer_->add_sky_samples(run, samples, sky);
+  }
 
  private:
   std::unique_ptr<PathTracer> tracer_;

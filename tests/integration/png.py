@@ -1,4 +1,4 @@
-"""A reader and writer of the PNG files that parray writes (8-bit RGB), for tests: written from the
+"""A reader and writer of the PNG files that parray writes (8-bit RGB or RGBA), for tests: written from the
 file layout, so that what is read is not what the same library has written."""
 
 import struct
@@ -35,18 +35,29 @@ def _predicted(kind, left, up, corner):
     return min((left, up, corner), key=lambda value: abs(estimate - value))
 
 
-def _unfiltered(data, stride):
-    """Rows one after the other, without their filters."""
+def _unfiltered(data, stride, size=3):
+    """Rows one after the other, without their filters; a pixel has `size` bytes."""
     above = bytearray(stride)
     rows = bytearray()
     for at in range(0, len(data), stride + 1):
         row = bytearray(data[at + 1:at + 1 + stride])
         for i in range(stride):
-            left, corner = (row[i - 3], above[i - 3]) if i >= 3 else (0, 0)
+            left, corner = (row[i - size], above[i - size]) if i >= size else (0, 0)
             row[i] = (row[i] + _predicted(data[at], left, above[i], corner)) & 255
         rows += row
         above = row
     return rows
+
+
+def read_rgba(path):
+    """The bytes of every pixel of a picture with alpha, top row first."""
+    chunks = read_chunks(path)
+    width, height, depth, colour = struct.unpack_from(">2I2B", chunks[0][1])
+    assert (depth, colour) == (8, 6), "not 8-bit RGBA"
+    packed = b"".join(contents for kind, contents in chunks if kind == b"IDAT")
+    pixels = _unfiltered(zlib.decompress(packed), 4 * width, 4)
+    assert len(pixels) == 4 * width * height
+    return [tuple(pixels[i:i + 4]) for i in range(0, len(pixels), 4)]
 
 
 def forge_png(path, forged, change, texts=lambda pixels: {}):

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
@@ -39,8 +40,9 @@ TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& se
     result.material_of.push_back(sphere.material);
   }
   // Each path asks every sphere whether it starts in it.
-  result.around_lens.resize(scene.spheres.size());
-  std::iota(result.around_lens.begin(), result.around_lens.end(), 0U);
+  std::vector<std::uint32_t> all(scene.spheres.size());
+  std::iota(all.begin(), all.end(), 0U);
+  result.start = StartSpheres(std::move(all));
   return result;
 }
 

@@ -72,7 +72,7 @@ inline std::string broken_promise(const Particles& particles) {
   constexpr double reach = limits::max_length;
   if (count == 0) return "no particles";
   if (!fits(particles.radii) || !fits(particles.colors) || !fits(particles.elements) ||
-      !fits(particles.types)) {
+      !fits(particles.types.index)) {
     return "a column of another length";
   }
   if (!std::ranges::all_of(particles.positions,
@@ -89,8 +89,8 @@ inline std::string broken_promise(const Particles& particles) {
   if (!std::ranges::all_of(particles.elements, [](auto e) { return e <= last_element; })) {
     return "an element";
   }
-  const std::size_t names = particles.type_names.size();
-  const bool named = std::ranges::all_of(particles.types, [&](auto t) { return t < names; });
+  const std::size_t names = particles.types.names.size();
+  const bool named = std::ranges::all_of(particles.types.index, [&](auto t) { return t < names; });
   return named ? "" : "a type";
 }
 

@@ -93,4 +93,21 @@ TEST_CASE("a camera path that cannot be followed is refused in one line") {
   CHECK(contains(message_of<InputError>([] { CameraPath("/nowhere.json"); }), "cannot be read"));
 }
 
+TEST_CASE("an orthographic camera's view grows evenly, and never becomes another projection") {
+  const auto parallel = [](int frame, const std::string& height) {
+    return "{\"frame\": " + std::to_string(frame) + R"(, "look_from": [0, 0, 9],
+      "look_at": [0, 0, 0], "projection": "orthographic", "view_height": )" +
+           height + "}";
+  };
+  const CameraPath path = PathFile(parallel(0, "2") + "," + parallel(4, "6")).read();
+  CHECK(path.at(1).projection == Projection::orthographic);
+  CHECK(path.at(0).view_height == 2);
+  CHECK(path.at(1).view_height == 3);
+  CHECK(path.at(4).view_height == 6);
+  CHECK(path.at(1).vfov == 0);
+  CHECK(path.at(1).tan_half_vfov == 0);
+  CHECK(contains(PathFile(key(0, "[0, 0, 9]") + "," + parallel(4, "6")).message(),
+                 "/cameras/1: another projection than the camera before has"));
+}
+
 }  // namespace parray::test

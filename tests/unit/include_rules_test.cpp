@@ -63,7 +63,8 @@ const Rules& room_may_include() {
         "common/schedule", "common/trace", "common/process", "common/log"}},
       {"cli/process", {}},
       {"cli/farm", {}},
-      {"cli/output", {"cli/farm"}},
+      {"cli/labels", {}},
+      {"cli/output", {"cli/farm", "cli/labels"}},
       {"cli/audit", {}},
       {"cli/compare", {}},
       {"cli/verify", {}},
@@ -71,8 +72,8 @@ const Rules& room_may_include() {
       {"cli/plan", {"cli/output", "cli/farm", "cli/audit"}},
       {"cli/doctor", {"cli/output", "cli/process", "cli/farm"}},
       {"cli/commands",
-       {"cli/farm", "cli/output", "cli/audit", "cli/compare", "cli/verify", "cli/plan",
-        "cli/tradeoff", "cli/doctor"}},
+       {"cli/farm", "cli/labels", "cli/output", "cli/audit", "cli/compare", "cli/verify",
+        "cli/plan", "cli/tradeoff", "cli/doctor"}},
       {"cli/http_child", {"cli/farm", "cli/output", "cli/commands"}},
       {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
   return rules;
@@ -184,7 +185,10 @@ Problems problems_of(const SourceFile& file) {
     if (name == "png.h" && file.path != "common/image/png_file.cpp") {
       problems.push_back(file.path + " may not include libpng");
     }
-    if (name.starts_with("gemmi/") && file.path != "common/input/particles/gemmi_seam.cpp") {
+    if (name == "ft2build.h" && file.path != "cli/labels/font.cpp") {
+      problems.push_back(file.path + " may not include FreeType");
+    }
+    if (name.starts_with("gemmi/") && file.path != "common/input/formats/gemmi_seam.cpp") {
       problems.push_back(file.path + " may not include gemmi");
     }
     if (in_tracer(file.path) && in_tracer(name) &&
@@ -290,6 +294,8 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/image/image.cpp", "#include <OpenImageIO/imageio.h>"));
   CHECK(refuses("worker/a.cpp", "#include <OpenImageIO/imageio.h>"));
   CHECK(refuses("common/image/image_file.cpp", "#include <png.h>"));
+  CHECK(refuses("cli/labels/labels.cpp", "#include <ft2build.h>"));
+  CHECK(refuses("cli/labels/a.h", "#include \"cli/output/text.h\""));
   CHECK(refuses("common/scene/a.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK(refuses("worker/a.cpp", "#include \"common/input/particles/particles.h\""));
   CHECK(refuses("coordinator/a.cpp", "#include \"common/input/particles/expand.h\""));
@@ -322,7 +328,7 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(refuses("common/input/particles/a.cpp", "#include \"common/input/json_value.h\""));
   CHECK_FALSE(refuses("cli/compare/a.h", "#include \"common/image/image.h\""));
   CHECK_FALSE(refuses("cli/a.cpp", "#include \"common/input/particles/expand.h\""));
-  CHECK_FALSE(refuses("common/input/particles/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
+  CHECK_FALSE(refuses("common/input/formats/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK_FALSE(refuses("common/a.h", "// the text #include \"proto/link.h\" in a comment"));
   CHECK_FALSE(refuses("cli/a.cpp", std::string(499, '\n')));
 }

@@ -63,6 +63,28 @@ Scene crowded_glass() {
   return scene;
 }
 
+/// Very many small spheres around a point, and some large ones around them.
+Scene cut_crowd() {
+  Scene scene = small_scene();
+  Dice dice(9);
+  for (int i = 0; i < 3000; ++i) {
+    scene.spheres.push_back({dice.in_cube(4), dice.between(0.02, 0.3), i % 2 == 0 ? 0U : 1U});
+  }
+  for (int i = 0; i < 9; ++i) scene.spheres.push_back({dice.in_cube(1), 6, 2});
+  return scene;
+}
+
+/// Seen by parallel rays: as high as `view_height`, from so far.
+Scene orthographic(Scene scene, double view_height, double distance = 13) {
+  Camera& camera = scene.camera;
+  const Vec3d back = normalize(camera.look_from - camera.look_at);
+  camera.look_from = camera.look_at + distance * back;
+  camera.projection = Projection::orthographic;
+  camera.view_height = view_height;
+  camera.vfov = camera.tan_half_vfov = 0;
+  return scene;
+}
+
 struct NamedScene {
   std::string name;
   Scene scene;
@@ -88,6 +110,13 @@ std::vector<NamedScene> scenes() {
   result.back().scene.camera.tan_half_vfov = 0.3;
   result.push_back({"one sphere", small_scene()});
   result.back().scene.spheres.resize(1);
+  result.push_back({"orthographic, a lens", orthographic(small_scene(), 4)});
+  result.push_back({"orthographic, a deep tree", orthographic(shipped("one-weekend-484.json"), 6)});
+  result.back().scene.camera.aperture = 0;
+  result.push_back({"shells cut by the camera", orthographic(shipped("shells.json"), 3, 0.01)});
+  result.push_back({"a crowd cut by the camera", orthographic(crowded_glass(), 5, 0.3)});
+  result.back().scene.camera.aperture = 0.4;
+  result.push_back({"matt spheres cut by the camera", orthographic(cut_crowd(), 8, 0.2)});
   result.push_back({"no number", small_scene()});
   result.back().scene.camera.focus_distance = 1e-300;  // no reader accepts it
   return result;
@@ -155,7 +184,8 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
       const SampleRandom random(settings.seed, pixel, s, settings.sampler);
       const Ray<Real> ray =
           traced.view.template ray<Real>(pixel % settings.width, pixel / settings.width, random);
-      start_sides(traced, traced, ray.origin, sides);
+      start_sides(traced, traced, pixel % settings.width, pixel / settings.width, ray.origin,
+                  sides);
       const Hit<Real> hit = first_crossing(traced, linear, ray, sides);
       FirstHit& first = hits.emplace_back();
       first.direction = vec_cast<double>(ray.direction);
@@ -244,6 +274,35 @@ TEST_CASE("every kernel's camera rays meet what the scalar reference's meet") {
                             std::span(found).subspan(y * in_row, in_row));
         }
         CHECK_UNARY(std::ranges::equal(found, expected, same_hit));
+      });
+    }
+  }
+}
+
+TEST_CASE("every kernel's background is what the scalar reference's rays do not meet") {
+  for (const NamedScene& named : scenes()) {
+    CAPTURE(named.name);
+    if (named.name == "no number") continue;
+    for (const Precision precision : precisions) {
+      CAPTURE(name_of(precision));
+      RenderSettings settings = settings_of(precision);
+      const auto expected = reference_hits(named.scene, settings);
+      settings.max_depth = 1;  // what a picture of camera rays alone adds up
+      const ReferenceSums sums = reference_sums(named.scene, settings);
+      for_all_kernels(named.scene, settings, [&](const PathTracer& tracer) {
+        bool same = true;
+        for (std::uint32_t y = 0; y < settings.height; ++y) {
+          std::vector<SkySamples> sky(settings.width);
+          const SampleRange all{0, settings.samples_per_pixel};
+          tracer.add_sky_samples({y, 0, settings.width}, RunSamples(all), sky);
+          for (std::uint32_t x = 0; x < settings.width; ++x) {
+            const std::size_t pixel = std::size_t{y} * settings.width + x;
+            const auto hits = std::span(expected).subspan(pixel * all.count(), all.count());
+            const auto missed = std::ranges::count(hits, no_sphere, &FirstHit::sphere);
+            same = same && sky[x].count == missed && sky[x].sum == sums.pixels[pixel].sum;
+          }
+        }
+        CHECK_UNARY(same);
       });
     }
   }

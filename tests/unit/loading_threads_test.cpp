@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/base/bands.h"
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 #include "common/input/scene_file.h"
 #include "common/input/sphere_text.h"
 #include "common/scene/duplicates.h"
@@ -202,7 +202,7 @@ TEST_CASE("particles of binary PLY are the same for any number of threads and ei
        {path, files.write("q.ply", ply(std::endian::big, many)),
         files.write("p.ply.gz", test::packed(ply(std::endian::little, many)))}) {
     for (const int threads : thread_counts) {
-      const Particles particles = read_particles(other, 0, threads);
+      const Particles particles = read_particles(other, {.threads = threads});
       CHECK(particles.positions == one.positions);
       CHECK(particles.radii == one.radii);
       CHECK(particles.colors == one.colors);
@@ -213,9 +213,9 @@ TEST_CASE("particles of binary PLY are the same for any number of threads and ei
 TEST_CASE("a portrait is the same scene for any number of threads") {
   const ParticleFiles files;
   const auto path = files.write("p.ply", ply(std::endian::little, many));
-  const Scene one = portrait_scene(path, {}, {}, portrait_settings()).file.scene;
+  const Scene one = portrait_scene(path, {}, portrait_settings()).file.scene;
   for (const int threads : thread_counts) {
-    CHECK(portrait_scene(path, {}, {}, portrait_settings(), threads).file.scene == one);
+    CHECK(portrait_scene(path, {}, portrait_settings(), threads).file.scene == one);
   }
 }
 
@@ -229,7 +229,8 @@ TEST_CASE("the first bad particle of a binary PLY is named, whichever thread see
     const std::string place =
         "p.ply: byte " + std::to_string(header + bad * row_bytes + last_property) + ": radius -1 ";
     for (const int threads : thread_counts) {
-      const std::string message = message_of<InputError>([&] { read_particles(path, 0, threads); });
+      const std::string message =
+          message_of<InputError>([&] { read_particles(path, {.threads = threads}); });
       CHECK(message.find(place) != std::string::npos);
     }
   }

@@ -46,6 +46,8 @@ class HoleyTracer final : public PathTracer {
   }
   void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
                   std::span<FirstHit> /*hits*/) const override {}
+  void add_sky_samples(const PixelRun& /*run*/, const RunSamples& /*samples*/,
+                       std::span<SkySamples> /*sky*/) const override {}
 };
 
 constexpr std::uint32_t width = 9;

@@ -8,7 +8,7 @@
 #include "common/input/particles/elements.h"
 #include "common/input/particles/expand.h"
 #include "common/input/particles/particle_spheres.h"
-#include "common/input/particles/portrait_scene.h"
+#include "common/input/portrait/portrait_scene.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 
@@ -207,7 +207,7 @@ TEST_CASE("spheres are reserved exactly") {
 
 TEST_CASE("a portrait's scene holds ground, flag and the particles") {
   const ParticleScene files;
-  const PortraitScene atoms = portrait_scene(files.file("atoms.xyz"), {}, {}, portrait_settings());
+  const PortraitScene atoms = portrait_scene(files.file("atoms.xyz"), {}, portrait_settings());
   CHECK(atoms.file.settings.width == 1200);
   CHECK(atoms.file.settings.height == 900);
   CHECK(atoms.file.settings.samples_per_pixel == 256);
@@ -221,7 +221,7 @@ TEST_CASE("a portrait's scene holds ground, flag and the particles") {
 TEST_CASE("points without anything else become plain balls of the lattice's radius") {
   const ParticleScene files;
   files.write("pair.csv", "x,y,z\n0,0,0\n0,0,4\n");
-  const PortraitScene pair = portrait_scene(files.file("pair.csv"), {}, {}, portrait_settings());
+  const PortraitScene pair = portrait_scene(files.file("pair.csv"), {}, portrait_settings());
   CHECK(pair.source.material.name == "plain");
   CHECK(pair.source.radius.rule == ParticleRadius::Rule::fixed);
   CHECK(pair.source.radius.value == doctest::Approx(2));
@@ -233,8 +233,10 @@ TEST_CASE("a portrait with columns that are not there is refused") {
   const ParticleScene files;
   const auto refusal = [&](const std::string& name, const char* material, const char* radius) {
     return message_of<InputError>([&] {
-      (void)portrait_scene(files.file(name), particle_material_from(material),
-                           *particle_radius_from(radius), portrait_settings());
+      ParticleSource source;
+      source.material = particle_material_from(material);
+      source.radius = *particle_radius_from(radius);
+      (void)portrait_scene(files.file(name), source, portrait_settings());
     });
   };
   CHECK(refusal("points.csv", "column", "column") ==

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/image/srgb.h"
+#include "common/input/formats/format_table.h"
 #include "common/input/particles/elements.h"
 #include "tests/support/particle_files.h"
 
@@ -35,7 +36,9 @@ std::string binary_positions(std::endian order) {
 
 std::vector<std::string> types_of(const Particles& particles) {
   std::vector<std::string> types;
-  for (const std::uint32_t type : particles.types) types.push_back(particles.type_names.at(type));
+  for (const std::uint32_t type : particles.types.index) {
+    types.push_back(particles.types.names.at(type));
+  }
   return types;
 }
 
@@ -52,21 +55,25 @@ using Elements = std::vector<std::uint8_t>;
 }  // namespace
 
 TEST_CASE("a file's format is known by its extension, whatever its case and packing") {
-  const std::map<std::string, ParticleFormat> known = {
-      {"a.ply", ParticleFormat::ply},          {"a.CSV", ParticleFormat::csv},
-      {"a.xyz", ParticleFormat::xyz},          {"a.extxyz.gz", ParticleFormat::xyz},
-      {"a.lammpstrj", ParticleFormat::lammps}, {"a.b.dump", ParticleFormat::lammps},
-      {"a.pdb.GZ", ParticleFormat::pdb},       {"a.ent", ParticleFormat::pdb},
-      {"dir.x/a.cif", ParticleFormat::mmcif},  {"a.mmcif", ParticleFormat::mmcif}};
+  const std::map<std::string, std::string> known = {{"a.ply", "PLY"},
+                                                    {"a.CSV", "CSV"},
+                                                    {"a.xyz", "XYZ"},
+                                                    {"a.extxyz.gz", "XYZ"},
+                                                    {"a.lammpstrj", "LAMMPS dump"},
+                                                    {"a.b.dump", "LAMMPS dump"},
+                                                    {"a.pdb.GZ", "PDB"},
+                                                    {"a.ent", "PDB"},
+                                                    {"dir.x/a.cif", "mmCIF"},
+                                                    {"a.mmcif", "mmCIF"}};
   for (const auto& [name, format] : known) {
     CHECK(is_particle_file(name));
-    CHECK(particle_format_of(name) == format);
+    CHECK(format_by_name(name)->name == format);
   }
   for (const char* name : {"a.json", "a", ".gz", "a.gz", "ply", "a.ply.bz2", "dir.ply/a"}) {
     CHECK_FALSE(is_particle_file(name));
   }
   CHECK(
-      test::message_of<InputError>([] { particle_format_of("a.txt"); }) ==
+      test::message_of<InputError>([] { read_particles("a.txt"); }) ==
       "a.txt: not the name of a particle file: use one of .ply .csv .xyz .extxyz .lammpstrj .dump "
       ".pdb .ent .cif .mmcif, each also with .gz");
 }
@@ -86,7 +93,7 @@ TEST_CASE("PLY is read as text and as binary data of both byte orders") {
     CHECK(particles.colors.empty());
     CHECK(particles.elements.empty());
     CHECK(particles.types.empty());
-    CHECK(particles.type_names.empty());
+    CHECK(particles.types.names.empty());
   }
 }
 
@@ -181,7 +188,7 @@ TEST_CASE("CSV is read with every separator, quotes, comments and any letter cas
     const Particles particles = files.read("a.csv", table);
     CHECK(particles.positions == three());
     CHECK(types_of(particles) == Names{"a", "b c", "a"});
-    CHECK(particles.type_names == Names{"a", "b c"});
+    CHECK(particles.types.names == Names{"a", "b c"});
     CHECK(particles.elements.empty());
     CHECK(particles.radii.empty());
   }
@@ -235,7 +242,7 @@ TEST_CASE("XYZ is read: symbols, atomic numbers, other names, further columns, f
   }
   const Particles beads = files.read("a.xyz", "2\n\nA1 0 0 0\nB1 1 1 1");
   CHECK(beads.elements.empty());  // names of types, none of them an element
-  CHECK(beads.type_names == Names{"A1", "B1"});
+  CHECK(beads.types.names == Names{"A1", "B1"});
 }
 
 TEST_CASE("extended XYZ is read as its Properties say") {

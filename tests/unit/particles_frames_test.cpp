@@ -13,6 +13,8 @@ using test::ParticleFiles;
 
 const std::string xyz = "1\nfirst\nC 1 0 0\n2\nsecond\nC 2 0 0\nO 3 0 0\n\n1\nthird\nH 4 0 0\n";
 
+ParticleRequest at(std::uint64_t frame) { return {.frame = FrameChoice{frame, false}}; }
+
 std::string dump_frame(int step, const std::string& x) {
   return "ITEM: TIMESTEP\n" + std::to_string(step) +
          "\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n"
@@ -32,23 +34,23 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
   const ParticleFiles files;
   const auto xyz_file = files.write("a.xyz", xyz);
   CHECK(read_particles(xyz_file).positions[0].x == 1);
-  CHECK(read_particles(xyz_file, 1).count() == 2);
-  CHECK(read_particles(xyz_file, 1).positions[1].x == 3);
-  CHECK(read_particles(xyz_file, 2).positions[0].x == 4);
-  CHECK(read_particles(files.write("b.xyz.gz", packed(xyz)), 2).positions[0].x == 4);
+  CHECK(read_particles(xyz_file, at(1)).count() == 2);
+  CHECK(read_particles(xyz_file, at(1)).positions[1].x == 3);
+  CHECK(read_particles(xyz_file, at(2)).positions[0].x == 4);
+  CHECK(read_particles(files.write("b.xyz.gz", packed(xyz)), at(2)).positions[0].x == 4);
   const auto dump = files.write("a.dump", dump_frame(0, "5") + dump_frame(100, "6"));
-  CHECK(read_particles(dump, 0).positions[0].x == 5);
-  CHECK(read_particles(dump, 1).positions[0].x == 6);
+  CHECK(read_particles(dump, at(0)).positions[0].x == 5);
+  CHECK(read_particles(dump, at(1)).positions[0].x == 6);
   const auto pdb =
       files.write("a.pdb", pdb_model(1, "  7.000") + pdb_model(2, "  8.000") + "END\n");
-  CHECK(read_particles(pdb, 0).positions[0].x == 7);
-  CHECK(read_particles(pdb, 1).positions[0].x == 8);
+  CHECK(read_particles(pdb, at(0)).positions[0].x == 7);
+  CHECK(read_particles(pdb, at(1)).positions[0].x == 8);
 }
 
 TEST_CASE("a frame that a file does not have is refused with the number of those that it has") {
   const ParticleFiles files;
   const auto message = [&](const char* name, const std::string& bytes, std::uint64_t frame) {
-    return message_of<InputError>([&] { read_particles(files.write(name, bytes), frame); });
+    return message_of<InputError>([&] { read_particles(files.write(name, bytes), at(frame)); });
   };
   const auto says = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;

@@ -68,7 +68,7 @@ TEST_CASE("PDB: atoms and hetero atoms of the first model are read, nothing else
                               record("ATOM", " CA", ' ', "ALA", 1, 9, 1, " C") + "ENDMDL\nEND\n");
   CHECK(particles.positions == std::vector<Vec3d>{{1.5, 3, 4.5}, {-2, -4, -6}});
   CHECK(particles.elements == Elements{6, 30});
-  CHECK(particles.type_names == std::vector<std::string>{"C", "Zn"});
+  CHECK(particles.types.names == std::vector<std::string>{"C", "Zn"});
   CHECK(particles.radii.empty());
 }
 
@@ -129,7 +129,7 @@ TEST_CASE("mmCIF: the atoms of the first model are read from their loop") {
                                                       "ATOM 1 C . CA ALA 1 A 9 9 9 1 2"));
   CHECK(particles.positions == std::vector<Vec3d>{{1.5, 2, 3}, {7, 8, 9}, {-1, -2, -3}});
   CHECK(particles.elements == Elements{6, 8, 26});
-  CHECK(particles.type_names == std::vector<std::string>{"C", "O", "Fe"});
+  CHECK(particles.types.names == std::vector<std::string>{"C", "O", "Fe"});
 }
 
 TEST_CASE("mmCIF: a single atom outside a loop is read") {

@@ -1,4 +1,4 @@
-#include "common/input/particles/portrait.h"
+#include "common/input/portrait/portrait.h"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/error.h"
-#include "common/input/particles/principal_axes.h"
+#include "common/input/portrait/principal_axes.h"
 #include "common/input/scene_writer.h"
 #include "tests/support/message_of.h"
 

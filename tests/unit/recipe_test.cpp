@@ -46,12 +46,14 @@ const json adaptive = {{"adaptive", true},    {"samples_per_pixel", 40.5}, {"lea
 
 /// What a file of that kind gives back.
 Recipe kept_recipe(const Picture& picture, bool exr) {
-  return recipe_in(as_kept(recipe_metadata(picture, exr), exr), "a.exr");
+  return recipe_in(
+      as_kept(exr ? recipe_metadata(picture) : recipe_metadata(picture, picture.image), exr),
+      "a.exr");
 }
 
 /// What is said of a recipe in which one value is another.
 std::string refusal(const json& changes, const std::string& name, const MetadataValue& value) {
-  ImageMetadata metadata = recipe_metadata(picture_of(changes), true);
+  ImageMetadata metadata = recipe_metadata(picture_of(changes));
   std::erase_if(metadata, [&](const auto& pair) { return pair.first == "parray:" + name; });
   metadata.emplace_back("parray:" + name, value);
   return message_of<InputError>([&] { recipe_in(metadata, "a.exr"); });
@@ -96,7 +98,7 @@ TEST_CASE("where pixels differ, the recipe has the passes and where these spend 
 }
 
 TEST_CASE("numbers are numbers in EXR, what is unknown is left out") {
-  const ImageMetadata metadata = as_kept(recipe_metadata(picture_of(), true), true);
+  const ImageMetadata metadata = as_kept(recipe_metadata(picture_of()), true);
   const auto is = [&](const std::string& name, const MetadataValue& value) {
     return std::find(metadata.begin(), metadata.end(), std::pair(name, value)) != metadata.end();
   };

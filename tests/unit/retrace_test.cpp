@@ -34,6 +34,8 @@ class HoleyTracer final : public PathTracer {
   }
   void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
                   std::span<FirstHit> /*hits*/) const override {}
+  void add_sky_samples(const PixelRun& /*run*/, const RunSamples& /*samples*/,
+                       std::span<SkySamples> /*sky*/) const override {}
 };
 
 }  // namespace

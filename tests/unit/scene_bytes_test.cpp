@@ -253,7 +253,8 @@ TEST_CASE("a reference that leads nowhere is refused") {
   CHECK(refused(with(bytes, materials_at, std::uint8_t{3})));
   CHECK(refused(with(bytes, materials_at, std::uint8_t{255})));
   CHECK(refused(with(bytes, 0, 'p')));
-  CHECK(refused(with(bytes, 7, '2')));  // another version
+  CHECK(refused(with(bytes, 7, '2')));  // another camera
+  CHECK(refused(with(bytes, 7, '3')));  // another version
 }
 
 TEST_CASE("a camera that looks nowhere is refused") {
@@ -266,6 +267,33 @@ TEST_CASE("a camera that looks nowhere is refused") {
   CHECK(refused_with([](Camera& c) { c.up = {0, 0, 0}; }));
   CHECK(refused_with([](Camera& c) { c.up = c.look_from - c.look_at; }));
   CHECK_FALSE(refused_with([](Camera& c) { c.up = {0, 1e-9, 0}; }));
+}
+
+TEST_CASE("an orthographic camera has a form of its own, which older programs refuse") {
+  Scene scene = tiny_scene();
+  const std::string perspective = scene_to_bytes(scene);
+  scene.camera.projection = Projection::orthographic;
+  scene.camera.vfov = scene.camera.tan_half_vfov = 0;
+  scene.camera.view_height = 3.5;
+  const std::string bytes = scene_to_bytes(scene);
+  CHECK(perspective.starts_with("PRSCENE1"));
+  CHECK(bytes.starts_with("PRSCENE2"));
+  CHECK(bytes.size() == perspective.size() - sizeof(double));
+  CHECK(decoded(bytes) == scene);
+  CHECK(scene_identity(scene) == scene_identity(bytes));
+  CHECK(refused(with(bytes, 7, '1')));
+  const std::size_t height_at = camera_at + 72;
+  CHECK_FALSE(refused(with(bytes, height_at, limits::min_radius)));
+  CHECK_FALSE(refused(with(bytes, height_at, limits::max_length)));
+  for (const double bad : {nan, inf, 0.0, -1.0, std::nextafter(limits::min_radius, 0),
+                           std::nextafter(limits::max_length, inf)}) {
+    CHECK(refused(with(bytes, height_at, bad)));
+  }
+  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK(refused(bytes.substr(0, size)));
+  for (const double height : {limits::min_radius, 1.0, limits::max_length}) {
+    scene.camera.view_height = height;
+    CHECK(can_be_traced(scene));
+  }
 }
 
 }  // namespace parray

@@ -117,6 +117,24 @@ TEST_CASE("files of particles stay references") {
   CHECK(written(read(text)) == text);
 }
 
+TEST_CASE("an orthographic camera and a transparent background read back as themselves") {
+  const std::string camera =
+      R"("projection":"orthographic", "view_height":0.1, "aperture":0.25, "focus_distance":9})";
+  const SceneFile file = read(R"({"version": 1,
+    "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], )" +
+                              camera + R"(, "image": {"transparent": true}, "spheres": [],
+    "materials": {}})");
+  CHECK(file.scene.camera.projection == Projection::orthographic);
+  CHECK(file.scene.camera.view_height == 0.1);
+  CHECK(file.scene.camera.vfov == 0);
+  CHECK(file.transparent);
+  const std::string text = written(file);
+  CHECK(text.find(camera) != std::string::npos);
+  CHECK(read(text).scene == file.scene);
+  CHECK(read(text).transparent);
+  CHECK(written(read(text)) == text);
+}
+
 TEST_CASE("a name that is not UTF-8 is refused, not written") {
   SceneFile file;
   file.particles.push_back({.file = "\xFF.xyz", .material = {}, .radius = {}});

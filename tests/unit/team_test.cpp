@@ -133,6 +133,8 @@ class ThrowingTracer final : public PathTracer {
   }
   void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
                   std::span<FirstHit> /*hits*/) const override {}
+  void add_sky_samples(const PixelRun& /*run*/, const RunSamples& /*samples*/,
+                       std::span<SkySamples> /*sky*/) const override {}
 
  private:
   std::function<void()> fail_;

@@ -22,7 +22,7 @@ auto with_context(const ParticleSource& source, const JsonPlace& place, const Wo
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
             SceneFile& file, int threads) {
   Particles particles = with_context(source, place, [&] {
-    return read_particles(folder / source.file, source.frame.value_or(0), threads);
+    return read_particles(folder / source.file, {.frame = source.frame, .threads = threads});
   });
   source.material = decided(source.material, particles);
   source.radius = decided(source.radius, particles);
@@ -30,12 +30,19 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   if (!problem.empty()) place.at("material").fail(source.material_line, problem);
   problem = problem_with(source.radius, particles, source.file);
   if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
+  note_particles(file, particles);
+  add_legend(file.legends, legend_of(particles, source.material, file.materials));
   with_context(source, place, [&] {
     append_spheres(std::move(particles), source, file.materials, file.scene, threads);
   });
 }
 
 }  // namespace
+
+void note_particles(SceneFile& file, const Particles& particles) {
+  file.facts.push_back(particles.facts);
+  if (!file.cell) file.cell = particles.cell;
+}
 
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads) {
   const std::string name = scene_path.string();

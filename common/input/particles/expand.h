@@ -6,6 +6,9 @@
 
 namespace parray {
 
+/// Adds to `file` what `particles`, which are to be in its scene, say of themselves.
+void note_particles(SceneFile& file, const Particles& particles);
+
 /// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
 /// order; `file.particles` is empty afterwards. `scene_path` is that of the scene file: the
 /// particle files' names are relative to its folder.

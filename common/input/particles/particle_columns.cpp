@@ -117,9 +117,9 @@ void ParticleColumns::type(std::string_view name) {
     }
     const auto index = static_cast<std::uint32_t>(type_index_.size());
     known = type_index_.emplace(name, index).first;
-    particles_.type_names.emplace_back(name);
+    particles_.types.names.emplace_back(name);
   }
-  append(particles_.types, known->second, expected_);
+  append(particles_.types.index, known->second, expected_);
 }
 
 Particles ParticleColumns::finish() {

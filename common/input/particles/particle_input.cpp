@@ -8,7 +8,7 @@
 
 namespace parray {
 
-ParticleInput::ParticleInput(GzipFile& file)
+ParticleInput::ParticleInput(PackedFile& file)
     : file_(&file), block_(4 * max_line_bytes), place_{file.name()} {}
 
 bool ParticleInput::refill() {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/input/particles/file_place.h"
-#include "common/input/particles/gzip_file.h"
+#include "common/input/particles/packed_file.h"
 
 namespace parray {
 
@@ -20,7 +20,7 @@ class ParticleInput {
   static constexpr std::size_t max_bytes_at_once = max_line_bytes;
 
   /// `file` must outlive this.
-  explicit ParticleInput(GzipFile& file);
+  explicit ParticleInput(PackedFile& file);
 
   /// Goes to the next line; false at the end of the file.
   bool next_line();
@@ -63,7 +63,7 @@ class ParticleInput {
   bool refill();
   bool fill(std::size_t count);
 
-  GzipFile* file_;
+  PackedFile* file_;
   std::vector<char> block_;
   std::size_t next_ = 0;
   std::size_t filled_ = 0;

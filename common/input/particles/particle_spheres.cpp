@@ -44,6 +44,17 @@ void release(Column& column) {
   Column().swap(column);
 }
 
+/// Of the particles of a kind: an atomic number, or the number of a type, by rule; or all of them.
+Material material_of(std::size_t kind, const Particles& particles, const ParticleMaterial& material,
+                     const MaterialNames& names) {
+  if (material.rule == MaterialRule::by_element) {
+    return diffuse(element(static_cast<std::uint8_t>(kind)).color);
+  }
+  const Material* named = names.find(
+      material.rule == MaterialRule::by_type ? particles.types.names[kind] : material.name);
+  return named != nullptr ? *named : diffuse(type_colors[kind % type_colors.size()]);
+}
+
 /// The numbers of the particles' materials, in the order in which the particles first use them;
 /// each is looked up once.
 class Surfaces {
@@ -61,14 +72,15 @@ class Surfaces {
       numbers_.reserve(particles_.count());
     } else {
       numbers_.resize(
-          material_.rule == MaterialRule::by_type ? particles_.type_names.size() : atomic_numbers,
+          material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers,
           unknown);
     }
     for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
       const std::size_t kind = kind_of(i);
       if (!by_color && numbers_[kind] != unknown) continue;
       const auto number =
-          table_.intern(by_color ? diffuse(particles_.colors[i]) : material_of(kind));
+          table_.intern(by_color ? diffuse(particles_.colors[i])
+                                 : material_of(kind, particles_, material_, names_));
       if (!number) return false;
       if (by_color) {
         numbers_.push_back(*number);
@@ -93,21 +105,12 @@ class Surfaces {
       case MaterialRule::by_element:
         return particles_.elements[particle];
       case MaterialRule::by_type:
-        return particles_.types[particle];
+        return particles_.types.index[particle];
       case MaterialRule::column:
         return particle;
       default:
         return 0;
     }
-  }
-
-  [[nodiscard]] Material material_of(std::size_t kind) const {
-    if (material_.rule == MaterialRule::by_element) {
-      return diffuse(element(static_cast<std::uint8_t>(kind)).color);
-    }
-    const Material* named = names_.find(
-        material_.rule == MaterialRule::by_type ? particles_.type_names[kind] : material_.name);
-    return named != nullptr ? *named : diffuse(type_colors[kind % type_colors.size()]);
   }
 
   const Particles& particles_;
@@ -213,6 +216,30 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
   return without("radii or elements");
 }
 
+Legend legend_of(const Particles& particles, const ParticleMaterial& material,
+                 const MaterialNames& materials) {
+  const bool by_element = material.rule == MaterialRule::by_element;
+  if (!by_element && material.rule != MaterialRule::by_type) return {};
+  std::vector<std::uint64_t> counts(by_element ? last_element + 1U : particles.types.names.size());
+  for (std::size_t i = 0; i < particles.count(); ++i) {
+    ++counts[by_element ? particles.elements[i] : particles.types.index[i]];
+  }
+  Legend legend;
+  legend.title = by_element ? "element" : "type";
+  const std::size_t first = by_element ? 1 : 0;  // 0 is what is unknown
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::size_t kind = (i + first) % counts.size();
+    if (counts[kind] == 0) continue;
+    const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
+    legend.entries.push_back({!by_element ? particles.types.names[kind]
+                              : kind == 0 ? "unknown"
+                                          : std::string(symbol),
+                              material_of(kind, particles, material, materials).albedo,
+                              counts[kind]});
+  }
+  return legend;
+}
+
 void append_spheres(Particles particles, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads) {
   const std::size_t count = particles.count();
@@ -221,7 +248,7 @@ void append_spheres(Particles particles, const ParticleSource& source,
   }
   if (count == 0) return;
   if (source.material.rule != MaterialRule::column) release(particles.colors);
-  if (source.material.rule != MaterialRule::by_type) release(particles.types);
+  if (source.material.rule != MaterialRule::by_type) particles.types = {};
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials) table.intern(material);  // to the same numbers

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/input/coloring/legend.h"
 #include "common/input/material_names.h"
 #include "common/input/particle_source.h"
 #include "common/input/particles/particles.h"
@@ -23,6 +24,12 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
                          std::string_view otherwise = "the name of a material");
 std::string problem_with(const ParticleRadius& radius, const Particles& particles,
                          const std::string& name);
+
+/// What the particles' colours mean under the rule of `source`, which is decided and without
+/// problem. Elements come by atomic number, those that are unknown last; types in the order of the
+/// file. Empty under any other rule, where colours stand for nothing.
+Legend legend_of(const Particles& particles, const ParticleMaterial& material,
+                 const MaterialNames& materials);
 
 /// Appends a sphere for each particle, in order, to `scene`, whose materials stay distinct and in
 /// the order of their first use. The rules of `source` are decided and without problem.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -131,32 +132,64 @@ constexpr std::uint32_t piece_samples = 2048;
 /// Between two calls of `between_bands`; not many, so that threads seldom wait for each other.
 constexpr std::uint32_t band_samples = 1U << 18;
 
-}  // namespace
-
-Channels trace_channels(const PathTracer& tracer, const Scene& scene,
-                        const RenderSettings& settings, const Aovs& wanted, int threads,
-                        const std::function<void()>& between_bands) {
-  ChannelPlanes planes(tracer, scene, settings, wanted);
+/// Calls visit(run) for runs that make up a picture whose pixels have so many samples in the mean;
+/// every thread has a copy of `visit`.
+template <typename Visit>
+void for_runs(const RenderSettings& settings, std::uint32_t samples, int threads,
+              const std::function<void()>& between_bands, const Visit& visit) {
   const std::uint32_t width = settings.width;
-  const std::uint32_t piece = std::min(piece_samples / planes.samples(), width);
+  const std::uint32_t piece = std::clamp(piece_samples / samples, 1U, width);
   const std::uint32_t pieces_in_row = (width + piece - 1) / piece;
-  const std::uint32_t rows = std::max(band_samples / planes.samples() / width, 1U);
+  const std::uint32_t rows = std::max(band_samples / samples / width, 1U);
   for (std::uint32_t y = 0; y < settings.height; y += rows) {
     if (between_bands) between_bands();
     const std::int64_t count = std::int64_t{std::min(rows, settings.height - y)} * pieces_in_row;
 #pragma omp parallel num_threads(threads)
     {
       const FloatMode ieee;
-      std::vector<FirstHit> scratch;
+      Visit own = visit;
 #pragma omp for schedule(dynamic) nowait
       for (std::int64_t i = 0; i < count; ++i) {
         const auto row = static_cast<std::uint32_t>(i / pieces_in_row);
         const auto begin = static_cast<std::uint32_t>(i % pieces_in_row) * piece;
-        planes.fill({y + row, begin, std::min(begin + piece, width)}, scratch);
+        own(PixelRun{y + row, begin, std::min(begin + piece, width)});
       }
     }
   }
+}
+
+}  // namespace
+
+Channels trace_channels(const PathTracer& tracer, const Scene& scene,
+                        const RenderSettings& settings, const Aovs& wanted, int threads,
+                        const std::function<void()>& between_bands) {
+  ChannelPlanes planes(tracer, scene, settings, wanted);
+  for_runs(settings, planes.samples(), threads, between_bands,
+           [&planes, scratch = std::vector<FirstHit>()](const PixelRun& run) mutable {
+             planes.fill(run, scratch);
+           });
   return planes.take();
+}
+
+std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
+                                          std::span<const std::uint32_t> samples, int threads,
+                                          const std::function<void()>& between_bands) {
+  std::vector<SkySamples> sky(std::size_t{settings.width} * settings.height);
+  std::uint64_t mean = settings.samples_per_pixel;
+  if (!samples.empty()) {
+    mean = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
+  }
+  const auto trace = [&, ranges = std::vector<SampleRange>()](const PixelRun& run) mutable {
+    const std::size_t first = std::size_t{run.y} * settings.width + run.x_begin;
+    ranges.assign(run.x_end - run.x_begin, {0, settings.samples_per_pixel});
+    for (std::size_t i = 0; !samples.empty() && i < ranges.size(); ++i) {
+      ranges[i].end = samples[first + i];
+    }
+    tracer.add_sky_samples(run, RunSamples(ranges), std::span(sky).subspan(first, ranges.size()));
+  };
+  for_runs(settings, static_cast<std::uint32_t>(std::max(mean, std::uint64_t{1})), threads,
+           between_bands, trace);
+  return sky;
 }
 
 }  // namespace parray

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "common/image/channels.h"
 #include "common/scene/scene.h"
@@ -35,5 +37,12 @@ inline constexpr std::uint32_t channel_samples = 16;
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
+
+/// What of all samples of a picture is background, pixel by pixel: camera rays alone are traced.
+/// `samples`: how many each pixel has, image order; empty: settings.samples_per_pixel. The same
+/// values for any number of `threads`, accelerator and instruction set; `between_bands` as above.
+std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
+                                          std::span<const std::uint32_t> samples, int threads,
+                                          const std::function<void()>& between_bands = {});
 
 }  // namespace parray

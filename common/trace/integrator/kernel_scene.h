@@ -28,6 +28,18 @@ struct KernelFeatures {
   friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
 
+/// StartSpheres, as the kernels have them.
+struct StartTable {
+  const std::uint32_t* numbers = nullptr;  ///< slots, those of a tile side by side; null: none
+  const std::uint32_t* begins = nullptr;   ///< of each tile's slots; of no tile: their end
+  std::uint32_t bits = 0;                  ///< a tile has 2^bits pixels a side
+  std::uint32_t across = 1;                ///< tiles in a row of them
+
+  [[nodiscard]] PARRAY_INLINE std::uint32_t tile(std::uint32_t x, std::uint32_t y) const {
+    return (y >> bits) * across + (x >> bits);
+  }
+};
+
 /// The scene and the picture.
 template <typename Real, typename Store, int W>
 struct KernelScene {
@@ -46,8 +58,7 @@ struct KernelScene {
   const MaterialParameters<Real>* surfaces = nullptr;  ///< by material
   const std::uint32_t* material_of = nullptr;          ///< by slot: a MaterialRef from a bit on
   int material_bit = 0;                                ///< that one
-  const std::uint32_t* around_lens = nullptr;          ///< slots whose inside the lens reaches
-  std::uint32_t around_lens_count = 0;
+  StartTable start;                                    ///< slots that paths may begin inside of
 };
 
 /// Samples of one row of the picture.

@@ -3,6 +3,7 @@
 #include "common/image/pixel_sums.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
+#include "common/trace/integrator/start_spheres.h"
 #include "common/trace/sphere_search.h"
 
 namespace parray {
@@ -20,8 +21,7 @@ struct TraceScene {
 template <typename Real>
 struct PathEnds {
   CameraRays<Real> view;
-  /// Spheres whose inside the lens reaches; nearly always none.
-  std::vector<std::uint32_t> around_lens;
+  StartSpheres start;  ///< nearly always none
   std::uint32_t max_depth = 1;
 };
 
@@ -53,12 +53,12 @@ Vec3<Real> crossing_normal(const TraceScene<Real>& scene, const Ray<Real>& ray,
   return normal_at(ray, sphere, hit.leaving);
 }
 
-/// Puts a new path inside the spheres that its origin lies in.
+/// Puts a new path of pixel (x, y) inside the spheres that its origin lies in.
 template <typename Real>
-void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends,
-                 const Vec3<Real>& origin, InsideStack<Real>& sides) {
+void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends, std::uint32_t x,
+                 std::uint32_t y, const Vec3<Real>& origin, InsideStack<Real>& sides) {
   sides.start({});
-  for (const std::uint32_t index : ends.around_lens) {
+  for (const std::uint32_t index : ends.start.of(x, y)) {
     const SphereShape<Real>& sphere = scene.spheres[index];
     const Vec3<Real> from_center = origin - sphere.center;
     if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
@@ -75,7 +75,7 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& end
                         std::uint32_t x, std::uint32_t y, const SampleRandom& random,
                         InsideStack<Real>& sides, TraceCounts& counts) {
   Ray<Real> ray = ends.view.template ray<Real>(x, y, random);
-  start_sides(scene, ends, ray.origin, sides);
+  start_sides(scene, ends, x, y, ray.origin, sides);
   Vec3<Real> throughput{1, 1, 1};
   for (std::uint32_t bounce = 0; bounce < ends.max_depth; ++bounce) {
     ++counts.rays;

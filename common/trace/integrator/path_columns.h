@@ -40,13 +40,16 @@ struct Workspace : TraversalSpace<Real, Store> {
   const std::uint32_t* sample_number = nullptr;  ///< of each: the batch's
 };
 
-/// The spheres that a point of the lens lies in, as a list in `inside`.
+/// The spheres that the start of a path of pixel (x, y) lies in, as a list in `inside`.
 template <typename Real, typename Store, int W>
-PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene,
-                                      const Vec3<Real>& origin, InsideLists& inside) {
+PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene, std::uint32_t x,
+                                      std::uint32_t y, const Vec3<Real>& origin,
+                                      InsideLists& inside) {
   std::uint32_t head = InsideLists::none;
-  for (std::uint32_t k = 0; k < scene.around_lens_count; ++k) {
-    const std::uint32_t slot = scene.around_lens[k];
+  if (scene.start.numbers == nullptr) return head;
+  const std::uint32_t tile = scene.start.tile(x, y);
+  for (std::uint32_t k = scene.start.begins[tile]; k < scene.start.begins[tile + 1]; ++k) {
+    const std::uint32_t slot = scene.start.numbers[k];
     const auto sphere = sphere_at<Real>(scene.bvh.blocks, slot);
     const Vec3<Real> from_center = origin - sphere.center;
     if (dot(from_center, from_center) < sphere.radius * sphere.radius) {

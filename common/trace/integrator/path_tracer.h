@@ -57,6 +57,11 @@ class PathTracer {
   virtual void first_hits(const PixelRun& run, const SampleRange& samples,
                           std::span<FirstHit> hits) const = 0;
 
+  /// Of the same samples as trace_run() would trace, those that are background, added to `sky`, one
+  /// for each pixel of `run`: their radiance is what they add to the pixel's sums, to the bit.
+  virtual void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                               std::span<SkySamples> sky) const = 0;
+
   [[nodiscard]] const std::shared_ptr<const Accelerator>& accelerator() const {
     return accelerator_;
   }
@@ -92,7 +97,16 @@ inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pix
             sample);
 }
 
-/// The same from its radiance.
+/// Adds a sample that is background, of that radiance, which is finite.
+template <typename Real>
+void add_sky_sample(const Vec3<Real>& radiance, const RadianceScale& scale, SkySamples& sky) {
+  ++sky.count;
+  sky.sum[0] += scale.to_fixed(static_cast<double>(radiance.x));
+  sky.sum[1] += scale.to_fixed(static_cast<double>(radiance.y));
+  sky.sum[2] += scale.to_fixed(static_cast<double>(radiance.z));
+}
+
+/// The same as add_fixed() from its radiance.
 inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, std::uint32_t sample,
                        PixelSums& pixel, TraceCounts& counts) {
   // x - x is 0 for finite x alone.

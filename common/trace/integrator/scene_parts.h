@@ -37,29 +37,6 @@ inline Camera moved(Camera camera, const Vec3d& origin) {
   return camera;
 }
 
-/// Finds the spheres that some point of the lens may lie inside of; each sample then decides for
-/// itself, by the same stored numbers.
-class LensReach {
- public:
-  /// `camera` is relative to the origin, as the spheres are.
-  explicit LensReach(const Camera& camera)
-      : eye_(camera.look_from), far_(length(eye_)), lens_(camera.aperture / 2) {}
-
-  /// False for the NaN that stand for no sphere.
-  template <typename Store>
-  [[nodiscard]] bool includes(const SphereShape<Store>& sphere) const {
-    const Vec3d center = vec_cast<double>(sphere.center);
-    // Above the single-precision rounding of what is compared later: a candidate costs little.
-    const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
-    return length(eye_ - center) - lens_ - slack < static_cast<double>(sphere.radius);
-  }
-
- private:
-  Vec3d eye_;
-  double far_;
-  double lens_;
-};
-
 /// Of a camera ray that meets nothing.
 template <typename Real>
 FirstHit first_sky(const Ray<Real>& ray) {

@@ -71,7 +71,8 @@ class Wavefront {
     if constexpr (InsideStack) {
       space_.inside.clear();
       for (std::uint32_t i = 0; i < batch.count; ++i) {
-        paths.inside[i] = inside_at(scene_, paths.origin[i], space_.inside);
+        paths.inside[i] =
+            inside_at(scene_, batch.column[i], batch.y, paths.origin[i], space_.inside);
       }
     }
   }

@@ -11,6 +11,7 @@
 #include "common/trace/bvh/wide_bvh.h"
 #include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/integrator/scene_parts.h"
+#include "common/trace/integrator/start_spheres.h"
 #include "common/trace/isa.h"
 
 namespace parray {
@@ -75,15 +76,10 @@ class WavefrontAccelerator final : public Accelerator {
         std::move(self), *this, moved(camera, origin()), picture, general);
   }
 
-  [[nodiscard]] std::vector<std::uint32_t> slots_around_lens(const Camera& camera) const {
-    const LensReach lens(camera);
-    std::vector<std::uint32_t> slots;
-    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
-      if (lens.includes(sphere_at<Store>(spheres_.blocks(), slot))) {
-        slots.push_back(slot);
-      }
-    }
-    return slots;
+  /// Slots.
+  [[nodiscard]] StartSpheres start_spheres(const RayStarts& starts) const {
+    return {starts, spheres_.slot_count(),
+            [this](std::uint32_t slot) { return sphere_at<Store>(spheres_.blocks(), slot); }};
   }
 
   void note_material(std::uint32_t slot, const Scene& scene, std::uint32_t material) {
@@ -113,49 +109,47 @@ class WavefrontTracer final : public PathTracer {
                   const WavefrontAccelerator<Real, Store, W>& scene, const Camera& camera,
                   const PictureSettings& picture, bool general)
       : PathTracer(std::move(self)),
-        around_lens_(scene.slots_around_lens(camera)),
+        start_(scene.start_spheres(RayStarts(camera, picture.width, picture.height))),
         tables_(CameraRays<Real>(camera, picture.width, picture.height),
                 SkyGradient<Real>(scene.sky())),
-        kernels_(scene.kernels_) {
+        kernels_(scene.kernels_),
+        scale_(largest_radiance(scene.sky())) {
     tables_.width = picture.width;
     tables_.max_depth = picture.max_depth;
     tables_.seed = picture.seed;
     tables_.sampler = picture.sampler;
-    tables_.to_fixed = RadianceScale(largest_radiance(scene.sky())).factor();
+    tables_.to_fixed = scale_.factor();
     if (!general) {
       tables_.features = scene.features_;
-      tables_.features.sides = tables_.features.sides || !around_lens_.empty();
+      tables_.features.sides = tables_.features.sides || !start_.empty();
     }
     tables_.bvh = scene.spheres_.view();
     tables_.surfaces = scene.surfaces_.data();
     const bool apart = !scene.material_of_.empty();
     tables_.material_of = apart ? scene.material_of_.data() : tables_.bvh.labels.at;
     tables_.material_bit = apart ? 0 : 32 - scene.spheres_.tag_bits();
-    tables_.around_lens = around_lens_.data();
-    tables_.around_lens_count = static_cast<std::uint32_t>(around_lens_.size());
+    tables_.start = start_.table();
   }
 
   void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                  TraceCounts& counts) const override {
-    SampleBatch batch;
-    batch.y = run.y;
-    const auto trace_batch = [&] {
+    for_batches(run, samples, [&](const SampleBatch& batch) {
       kernels_.trace(tables_, batch, sums.data() - run.x_begin, counts);
-      batch.count = 0;
-    };
-    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
-      const SampleRange range = samples[x - run.x_begin];
-      for (std::uint32_t s = range.begin; s < range.end; ++s) {
-        batch.column[batch.count] = x;
-        batch.sample[batch.count] = s;
-        if (++batch.count == SampleBatch::most) {
-          trace_batch();
-        }
+    });
+  }
+
+  void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                       std::span<SkySamples> sky) const override {
+    Space space;
+    for_batches(run, samples, [&](const SampleBatch& batch) {
+      kernels_.begin(tables_, batch, space);
+      kernels_.find(tables_, space);
+      for (std::uint32_t i = 0; i < batch.count; ++i) {
+        if (space.queries.slot[i] != no_sphere) continue;
+        add_sky_sample(tables_.sky.radiance(space.paths.direction.y[i]), scale_,
+                       sky[batch.column[i] - run.x_begin]);
       }
-    }
-    if (batch.count > 0) {
-      trace_batch();
-    }
+    });
   }
 
   void first_hits(const PixelRun& run, const SampleRange& samples,
@@ -179,6 +173,25 @@ class WavefrontTracer final : public PathTracer {
   }
 
  private:
+  /// Calls visit(batch) until all samples of the run have been in one.
+  template <typename Visit>
+  static void for_batches(const PixelRun& run, const RunSamples& samples, const Visit& visit) {
+    SampleBatch batch;
+    batch.y = run.y;
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        batch.column[batch.count] = x;
+        batch.sample[batch.count] = s;
+        if (++batch.count == SampleBatch::most) {
+          visit(batch);
+          batch.count = 0;
+        }
+      }
+    }
+    if (batch.count > 0) visit(batch);
+  }
+
   /// What find() has found for a path.
   FirstHit found(const Space& space, std::uint32_t i) const {
     const std::uint32_t slot = space.queries.slot[i];
@@ -190,9 +203,10 @@ class WavefrontTracer final : public PathTracer {
     return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));
   }
 
-  std::vector<std::uint32_t> around_lens_;  ///< slots
+  StartSpheres start_;
   KernelScene<Real, Store, W> tables_;
   Kernels<Real, Store, W> kernels_;
+  RadianceScale scale_;
 };
 
 template <int FloatWidth, int DoubleWidth>

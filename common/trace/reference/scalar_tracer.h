@@ -45,15 +45,36 @@ class ScalarTracer final : public PathTracer {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const std::uint32_t x = run.x_begin + static_cast<std::uint32_t>(i / samples.count());
       const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
-      const Ray<Real> ray = ends_.view.template ray<Real>(x, run.y, random(x, run.y, s));
-      start_sides(scene_, ends_, ray.origin, sides);
-      const Hit<Real> hit = first_crossing(scene_, search_, ray, sides);
+      const Ray<Real> ray = camera_ray(x, run.y, s);
+      const Hit<Real> hit = first_of(ray, x, run.y, sides);
       hits[i] = hit.sphere == no_sphere ? first_sky(ray)
                                         : first_hit(ray, hit, scene_.spheres[hit.sphere]);
     }
   }
 
+  void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                       std::span<SkySamples> sky) const override {
+    InsideStack<Real> sides;
+    for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
+      const SampleRange range = samples[x - run.x_begin];
+      for (std::uint32_t s = range.begin; s < range.end; ++s) {
+        const Ray<Real> ray = camera_ray(x, run.y, s);
+        if (first_of(ray, x, run.y, sides).sphere != no_sphere) continue;
+        add_sky_sample(scene_.sky.radiance(ray.direction.y), scale_, sky[x - run.x_begin]);
+      }
+    }
+  }
+
  private:
+  [[nodiscard]] Ray<Real> camera_ray(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
+    return ends_.view.template ray<Real>(x, y, random(x, y, sample));
+  }
+  /// What a camera ray of pixel (x, y) meets; `sides` is scratch memory.
+  [[nodiscard]] Hit<Real> first_of(const Ray<Real>& ray, std::uint32_t x, std::uint32_t y,
+                                   InsideStack<Real>& sides) const {
+    start_sides(scene_, ends_, x, y, ray.origin, sides);
+    return first_crossing(scene_, search_, ray, sides);
+  }
   [[nodiscard]] SampleRandom random(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
     return {seed_, y * width_ + x, sample, sampler_};
   }
@@ -84,14 +105,11 @@ class ScalarAccelerator final : public Accelerator {
                                                    const PictureSettings& picture,
                                                    bool /*general*/) const override {
     const Camera here = moved(camera, origin());
-    PathEnds<Real> ends{
-        CameraRays<Real>(here, picture.width, picture.height), {}, picture.max_depth};
-    const LensReach lens(here);
-    for (std::uint32_t i = 0; i < scene_.spheres.size(); ++i) {
-      if (lens.includes(scene_.spheres[i])) {
-        ends.around_lens.push_back(i);
-      }
-    }
+    PathEnds<Real> ends{CameraRays<Real>(here, picture.width, picture.height),
+                        {RayStarts(here, picture.width, picture.height),
+                         static_cast<std::uint32_t>(scene_.spheres.size()),
+                         [this](std::uint32_t i) { return scene_.spheres[i]; }},
+                        picture.max_depth};
     return std::make_unique<ScalarTracer<Real, S>>(std::move(self), scene_, search_,
                                                    std::move(ends), picture);
   }

@@ -20,7 +20,9 @@ class Camera(TypedDict, total=False):
     look_from: Vector
     look_at: Vector
     up: Vector
+    projection: Literal["perspective", "orthographic"]
     vfov: float
+    view_height: float
     aperture: float
     focus_distance: float
 
@@ -65,6 +67,7 @@ class RenderOptions(PictureOptions, total=False):
 
     threads: int
     denoise: bool
+    transparent: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
 
@@ -119,7 +122,7 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name == "denoise":
+        if name in ("denoise", "transparent"):
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]

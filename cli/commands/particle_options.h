@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/input/particle_source.h"
+#include "common/process/command_line.h"
+
+namespace parray {
+
+/// What of a file of particles is shown, and how. What is not given stays as the source has it.
+class ParticleOptions {
+ public:
+  /// They must stay where they are while the command line is parsed.
+  void add_to(Command& command);
+  /// Throws InputError that names those given: the scene `file` is not a file of particles.
+  void check_unused(const std::string& file) const;
+  [[nodiscard]] ParticleSource over(ParticleSource source) const;
+
+ private:
+  std::optional<FrameChoice> frame_;
+  ParticleMaterial material_;
+  ParticleRadius radius_;
+};
+
+}  // namespace parray

@@ -1,0 +1,124 @@
+#include "common/trace/integrator/start_spheres.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace parray {
+namespace {
+
+/// Tiles of a picture at most, and entries of all tiles for each sphere: more would cost memory,
+/// fewer the time to ask a tile's spheres.
+constexpr std::uint64_t most_tiles = 1U << 16;
+constexpr std::uint64_t entries_a_sphere = 8;
+/// One tile, of any picture.
+constexpr std::uint32_t whole_picture = 31;
+
+std::uint32_t tiles_along(std::uint32_t pixels, std::uint32_t bits) {
+  return ((pixels - 1) >> bits) + 1;
+}
+
+/// The tiles that a box has a part of.
+PixelBox tiles_of(const PixelBox& box, std::uint32_t bits) {
+  return {box.left >> bits, box.right >> bits, box.top >> bits, box.bottom >> bits};
+}
+
+std::uint64_t area(const PixelBox& box) {
+  return std::uint64_t{box.right - box.left + 1} * (box.bottom - box.top + 1);
+}
+
+/// The whole pixels of an interval that have to be among the first `count`; none: it lies beside.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> pixels_in(double begin, double end,
+                                                                 std::uint32_t count) {
+  const double last = count - 1;
+  if (!(end >= 0) || !(begin <= last + 1)) return {};
+  return std::pair{static_cast<std::uint32_t>(std::clamp(std::floor(begin), 0.0, last)),
+                   static_cast<std::uint32_t>(std::clamp(std::floor(end), 0.0, last))};
+}
+
+}  // namespace
+
+RayStarts::RayStarts(const Camera& camera, std::uint32_t width, std::uint32_t height)
+    : axes_(camera),
+      eye_(camera.look_from),
+      lens_(camera.aperture / 2),
+      parallel_(camera.projection == Projection::orthographic),
+      pixels_per_length_(parallel_ ? height / camera.view_height : 0),
+      width_(width),
+      height_(height) {
+  const double film = parallel_ ? (width_ + height_) / pixels_per_length_ / 2 : 0;
+  far_ = length(eye_) + film;
+}
+
+std::optional<PixelBox> RayStarts::inside(const Vec3d& center, double radius) const {
+  // Above the single-precision rounding of what is compared later: a candidate costs little.
+  const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
+  const Vec3d to_center = center - eye_;
+  if (parallel_) return box_on_film(to_center, radius + slack);
+  if (!(length(to_center) - lens_ - slack < radius)) return {};
+  return PixelBox{0, width_ - 1, 0, height_ - 1};
+}
+
+std::optional<PixelBox> RayStarts::box_on_film(const Vec3d& to_center, double radius) const {
+  const double off = dot(to_center, axes_.back);
+  const double cut_squared = (radius - off) * (radius + off);
+  if (!(cut_squared > 0)) return {};
+  const double reach = (square_root(cut_squared) + lens_) * pixels_per_length_;
+  const double x = dot(to_center, axes_.right) * pixels_per_length_ + 0.5 * width_;
+  const double y = 0.5 * height_ - dot(to_center, axes_.up) * pixels_per_length_;
+  const auto columns = pixels_in(x - reach, x + reach, width_);
+  const auto rows = pixels_in(y - reach, y + reach, height_);
+  if (!columns || !rows) return {};
+  return PixelBox{columns->first, columns->second, rows->first, rows->second};
+}
+
+StartSpheres::StartSpheres(std::vector<std::uint32_t> everywhere)
+    : tiles_{nullptr, nullptr, whole_picture, 1},
+      begins_{0, static_cast<std::uint32_t>(everywhere.size())},
+      numbers_(std::move(everywhere)) {}
+
+void StartSpheres::sort_into_tiles(std::span<const Candidate> candidates, std::uint32_t width,
+                                   std::uint32_t height) {
+  const auto entries = [&](std::uint32_t bits) {
+    std::uint64_t sum = 0;
+    for (const Candidate& candidate : candidates) sum += area(tiles_of(candidate.box, bits));
+    return sum;
+  };
+  const auto tiles = [&](std::uint32_t bits) {
+    return std::uint64_t{tiles_along(width, bits)} * tiles_along(height, bits);
+  };
+  std::uint32_t bits = 0;
+  while (tiles(bits) > 1 && (tiles(bits) > most_tiles || tiles(bits) > candidates.size() ||
+                             entries(bits) > entries_a_sphere * candidates.size())) {
+    ++bits;
+  }
+  tiles_ = {nullptr, nullptr, bits, tiles_along(width, bits)};
+
+  const auto for_each_entry = [&](const auto& visit) {
+    for (const Candidate& candidate : candidates) {
+      const PixelBox box = tiles_of(candidate.box, bits);
+      for (std::uint32_t row = box.top; row <= box.bottom; ++row) {
+        for (std::uint32_t column = box.left; column <= box.right; ++column) {
+          visit(row * tiles_.across + column, candidate.number);
+        }
+      }
+    }
+  };
+  begins_.assign(tiles(bits) + 1, 0);
+  for_each_entry([&](std::uint32_t tile, std::uint32_t) { ++begins_[tile + 1]; });
+  for (std::size_t tile = 1; tile < begins_.size(); ++tile) begins_[tile] += begins_[tile - 1];
+  numbers_.resize(begins_.back());
+  std::vector<std::uint32_t> next(begins_);
+  for_each_entry(
+      [&](std::uint32_t tile, std::uint32_t number) { numbers_[next[tile]++] = number; });
+}
+
+StartTable StartSpheres::table() const {
+  if (empty()) return {};
+  StartTable table = tiles_;
+  table.numbers = numbers_.data();
+  table.begins = begins_.data();
+  return table;
+}
+
+}  // namespace parray
