@@ -14,6 +14,8 @@
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
 #include "common/image/partial_file.h"
+#include "common/input/formats/format_table.h"
+#include "common/input/particles/packed_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 
@@ -40,7 +42,12 @@ void check(const ViewsRequest& request, const OutputPaths& outputs) {
   if (!request.render.like().empty()) refuse("--like is of one picture");
   if (request.render.has_time_limit()) refuse("--time-limit is for one picture");
   if (request.render.portrait().has_view()) refuse("--view is one of them");
-  if (!is_particle_file(request.scene)) {
+  if (request.scene == standard_input_argument) {
+    throw InputError(
+        "--views: each view reads the file, and standard input can be read once: save it");
+  }
+  PackedFile file(request.scene);
+  if (particle_format_of(file) == nullptr) {
     throw InputError("--views: " + printable(request.scene, 4096) +
                      " is not a file of particles: it has its own camera");
   }

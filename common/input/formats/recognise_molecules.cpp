@@ -156,18 +156,4 @@ Likeness looks_like_prmtop(const FileStart& start) {
   return certain_if(start.has("%VERSION") || start.has("%FLAG"));
 }
 
-Likeness looks_like_inpcrd(const FileStart& start) {
-  constexpr std::size_t width = 12;
-  constexpr std::size_t point = 4;
-  Fields words;
-  split_at_blanks(start.line(1), words);
-  if (words.empty() || !natural_in(words[0])) return Likeness::none;
-  const std::string_view row = start.line(2);
-  if (row.size() < 3 * width || row.size() % width != 0) return Likeness::none;
-  for (std::size_t at = 0; at < row.size(); at += width) {
-    if (row[at + point] != '.' || !is_number_field(row.substr(at, width))) return Likeness::none;
-  }
-  return Likeness::likely;
-}
-
 }  // namespace parray

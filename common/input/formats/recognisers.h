@@ -37,8 +37,6 @@ Likeness looks_like_mol2(const FileStart& start);
 Likeness looks_like_psf(const FileStart& start);
 /// AMBER's topology.
 Likeness looks_like_prmtop(const FileStart& start);
-/// AMBER's restart file as text.
-Likeness looks_like_inpcrd(const FileStart& start);
 
 // Binary; recognise_binary.cpp.
 /// CHARMM's and NAMD's trajectory, of either byte order.
