@@ -5,6 +5,7 @@
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"
+#include "tests/support/sample_trajectories.h"
 
 namespace parray::fuzz {
 namespace {
@@ -13,13 +14,21 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 7> formats{{{'n', "f"},  // the bytes say all
-                                         {'y', "f.ply"},
-                                         {'v', "f.csv"},
-                                         {'x', "f.xyz"},
-                                         {'l', "f.dump"},
-                                         {'p', "f.pdb"},
-                                         {'m', "f.cif"}}};
+constexpr std::array<Format, 15> formats{{{'n', "f"},  // the bytes say all
+                                          {'y', "f.ply"},
+                                          {'v', "f.csv"},
+                                          {'x', "f.xyz"},
+                                          {'l', "f.dump"},
+                                          {'p', "f.pdb"},
+                                          {'m', "f.cif"},
+                                          {'d', "f.dcd"},
+                                          {'t', "f.xtc"},
+                                          {'r', "f.trr"},
+                                          {'c', "f.nc"},
+                                          {'a', "f.data"},
+                                          {'i', "f.inpcrd"},
+                                          {'s', "f.psf"},
+                                          {'o', "f.prmtop"}}};
 
 /// Of any letter, so that none is in vain.
 const char* file_for(char letter) {
@@ -38,10 +47,23 @@ void promise_portrait(const std::filesystem::path& path) {
   }
 }
 
+/// Every column, and every frame.
+void promise_names(const std::filesystem::path& path) {
+  try {
+    const Particles particles = read_names(path, {.all = true});
+    for (const NumberColumn& column : particles.numbers) {
+      promise(column.values.size() == particles.count(), "a number for each particle");
+    }
+  } catch (const InputError& error) {
+    promise_one_line(error.what());
+  }
+}
+
 bool run(std::string_view input) {
   static const test::ParticleFiles files;
   const char* const file = file_for(take_letter(input));
   const auto path = files.write(file, std::string(input));
+  promise_names(path);
   try {
     const std::string broken = test::broken_promise(read_particles(path));
     promise(broken.empty(), "particles with " + broken);
@@ -72,6 +94,12 @@ std::vector<std::string> seeds() {
       files.push_back('n' + test::packed(bytes, packing));
     }
   }
+  for (const auto& [name, bytes] : test::valid_simulation_files()) {
+    files.push_back(letter_for(name) + bytes);
+  }
+  files.push_back('s' + test::psf());
+  files.push_back('o' + test::prmtop());
+  files.push_back('t' + test::wide_xtc());
   files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
   files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");
   files.push_back("v\"x\";y;z;type\n1;2;3;\"a;b\"\n");
