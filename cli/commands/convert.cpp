@@ -8,6 +8,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"
+#include "cli/commands/portrait_options.h"
 #include "cli/commands/printing.h"
 #include "cli/output/delivery.h"
 #include "cli/output/text.h"
@@ -33,6 +34,7 @@ struct ConvertCommand {
   std::string out;
   RenderOptions size;
   ParticleOptions particles;
+  PortraitOptions portrait;
   bool expand = false;
 };
 
@@ -56,14 +58,16 @@ SceneFile converted(const ConvertCommand& command) {
   PackedFile file = PackedFile::of_argument(command.in);
   if (particle_format_of(file) != nullptr) {
     const std::string reference = command.expand ? "" : reference_in(command, file);
-    PortraitScene portrait = portrait_scene(file, command.particles.over({}),
-                                            command.size.over(portrait_settings()), usable_cpus());
+    PortraitScene portrait =
+        portrait_scene(file, command.particles.over({}), command.size.over(portrait_settings()),
+                       command.portrait.viewing(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     std::string& topology = portrait.source.topology;
     if (!topology.empty()) topology = reference_to(topology, command.out);
     return with_reference(std::move(portrait), reference);
   }
   command.particles.check_unused(file.name());
+  command.portrait.check_unused(file.name());
   if (command.expand || command.size.has_size()) {
     throw InputError(printable(file.name(), 4096) +
                      " is not a file of particles: --width, --height and --expand are for those");
@@ -105,6 +109,7 @@ void add_convert(CommandLine& line, Action& chosen) {
       .required()
       .completes(Completes::files);
   options->particles.add_to(command);
+  options->portrait.add_to(command);
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,

@@ -9,7 +9,6 @@
 #include "cli/labels/labels.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/image_file.h"
 #include "common/input/formats/format_table.h"
 #include "common/scene/limits.h"
 
@@ -95,8 +94,6 @@ FinishingStep label_step(const LabelSettings& labels, LabelContent content) {
   return step;
 }
 
-bool is_png(const std::filesystem::path& path) { return !path.empty() && !can_hold_channels(path); }
-
 }  // namespace
 
 void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& render) {
@@ -140,6 +137,7 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
        "file's format)")
       .type_name("UNIT");
   flag("--time-stamp", settings_.time_stamp, "Which frame it is, and at which step or time");
+  render.portrait().frame_cell(settings_.cell);
   flag("--cell", settings_.cell,
        "Outline of the simulation's box or the crystal's cell, hidden behind what is nearer, and "
        "the axes x, y, z");
@@ -186,14 +184,16 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
   if (!settings_.dpi && !settings_.width_mm) return labels;
   labels.dpi = settings_.dpi;
   labels.width_mm = settings_.width_mm;
-  if (!labels.dpi || !labels.width_mm) return labels;
-  if (printed_width() != width) {
+  if (!labels.width_mm) return labels;
+  if (printed_width() == width) {
+    labels.dpi = settings_.dpi.value_or(usual_dpi);
+    labels.width_mm.reset();
+  } else if (labels.dpi) {
     throw InputError("--width-mm " + number_text(*labels.width_mm) + " --dpi " +
                      number_text(*labels.dpi) + ": that is " + std::to_string(*printed_width()) +
                      " pixels wide, and the picture " + std::to_string(width) +
                      ": leave one of them out");
   }
-  labels.width_mm.reset();
   return labels;
 }
 
@@ -203,7 +203,7 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   if (!file.legends.empty()) outputs.legends = legends_text(file.legends);
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, settings.width);
   if (!labels.any()) return;
-  if (is_png(outputs.image) || is_png(outputs.preview)) {
+  if (outputs.has_png()) {
     outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +

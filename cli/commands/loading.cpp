@@ -62,14 +62,16 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
                    NamedFiles named, int threads) {
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
+    Viewing viewing = options.portrait().viewing();
+    viewing.transparent = options.view().transparent(false);
     SceneFile portrait = portrait_scene(file, options.particles().over({}),
-                                        options.over(portrait_settings()), threads)
+                                        options.over(portrait_settings()), viewing, threads)
                              .file;
-    if (options.view().transparent(false)) leave_out_ground(portrait.scene);
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
   options.particles().check_unused(name);
+  options.portrait().check_unused(name);
   SceneFile scene = read_scene_file(file, threads);
   if (named == NamedFiles::beside) check_beside(scene, name);
   if (change.particles) choose_frame(scene, *change.particles, name);

@@ -65,6 +65,19 @@ premultiplied colours and channel `A`, a PNG file unassociated 8-bit RGBA. A por
 then. The sky behind gives back the opaque picture, whose hash, `image_sha256`, and error stay in the
 report. It takes the scene: `render`, `submit --wait -o` and `parray-mpi`; a series and HTTP refuse it.
 
+# Finishing
+`--outline` draws dark lines where spheres end before others that are farther away, `--depth-cue`
+lets what is far fade into the background: of PNG pictures, after they were traced. Styles of
+portraits and a scene's section `finishing` ask for them, too. They need the scene: `fetch`, HTTP and
+series leave them out.
+
+# Labels
+`--legend`, `--scale-bar`, `--text` and the like draw on a PNG picture once it is traced. An EXR file
+keeps what was traced; `image_sha256` and the report are the same with and without them. `--width-mm`
+and `--dpi` are the size in print: letters have 8 points there, unless `--font-size` says otherwise,
+and the file says how large it is (`pHYs`). What cannot be drawn, or does not fit, is refused before
+anything is traced. A scene's section `labels` asks for the same.
+
 # Previews
 `--preview` keeps a picture file up to date, and ends as a copy of the picture. The first is there
 as soon as every pixel has a sample, or before; later ones as often as a fiftieth of the time
@@ -72,9 +85,13 @@ allows, ten times a second at most.
 
 # Scenes
 A scene is one JSON file; `scenes/schema/scene.v1.schema.json` is its definition. A file of
-particles (PLY, CSV, XYZ, LAMMPS dump, PDB, mmCIF) is rendered as a portrait: the longest principal
-axis across, on a pale ground, lit from the upper left, 1200 x 900 pixels and 256 samples. To
-change the view, make a scene of it with `parray convert`.
+particles (PLY, CSV, XYZ, LAMMPS dumps and data files, PDB, PDBQT, PQR, GRO, SDF, MOL2, CIF, DCD,
+XTC, TRR, AMBER NetCDF; told by what is in it) is rendered as a portrait: every particle in the picture, on a pale ground, lit from the upper left, 1200 x 900 pixels and 256 samples. `--view` says
+from which side: `front` (x to the right, z up), `back`, `left`, `right`, `top` (x to the right, y
+up), `bottom`, `iso`, or the axis that points at the viewer (`+x`); `auto` shows molecules along
+their principal axes, flat groups face on, all others from above and aside. `--style` says what is
+around them: `studio`, `publication`, `flat` or `night`. To change more, make a scene of it with
+`parray convert`.
 
 # Report
 `--report` writes one JSON object:
@@ -100,6 +117,8 @@ change the view, make a scene of it with `parray convert`.
   alpha, float32 little-endian; `covered`, the mean of alpha
 - `stopped_by`: `samples`, `error`, `half-width`, `time` or `passes`: what ended the render
 - `accelerator`, `isa`, `schedule`, `row_order`: how it was computed; never changes a bit
+- `legends`: what the particles' colours mean, where a rule colours them: `title`, `unit`, of a scale
+  `low`, `high` and `stops`, of categories `entries` with `name`, `color` (linear RGB) and `count`
 - `spheres`, `features`: what the scene required
 - `duplicates_removed`: spheres of the scene file that only repeat another's centre and radius
 - `notes`: what was guessed, dropped or left out of files of particles, if anything was: a list of
@@ -145,6 +164,10 @@ particles become spheres after those of `spheres`. What they get is said by two 
 - `radius`: `"by-element"`: the element's van der Waals radius, in angstrom
 - `radius`: `"column"`: the file's radius
 - `radius`: nothing: the first of `column`, `by-element` that the file supports
+- `alternatives`: `"best"` (default): of an atom's alternative locations, and of sites of a crystal
+  that exclude each other, the one of the highest occupancy, the first of equals
+- `alternatives`: `"all"`: all of them
+- `alternatives`: a letter: those so called, and the best where there is none of that name
 
 A column that the file lacks is an error that lists those that it has. A portrait, and
 `parray convert`, help themselves where a scene would not: without any column for it, the material

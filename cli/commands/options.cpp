@@ -69,9 +69,11 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 
 void add_scene(Command& command, std::string& scene, const char* name) {
   command
-      .option(name, scene,
-              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS dump, PDB "
-              "or mmCIF, also packed by gzip, bzip2, xz or zstd; - is the standard input")
+      .option(
+          name, scene,
+          "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
+          "GRO, SDF, MOL2, CIF, DCD, XTC, TRR or AMBER NetCDF, also packed by gzip, bzip2, xz or "
+          "zstd; - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();
@@ -117,6 +119,7 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  portrait_.add_to(command);
   view_.add_to(command);
 }
 
@@ -137,6 +140,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
   particles_.add_to(command);
+  portrait_.add_to(command);
   view_.add_to(command);
 }
 

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
+#include "cli/commands/portrait_options.h"
 #include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
@@ -47,6 +49,8 @@ inline constexpr const char* limits_group = "Accuracy (whichever is reached firs
 /// Of those that change how the work is done but not the picture.
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
+/// Of those that say what is done to a picture after it was traced.
+inline constexpr const char* finish_group = "Finishing, of a PNG picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
 /// Of those that say what is shown of a file of particles.
 inline constexpr const char* particles_group = "When it is a file of particles";
@@ -57,6 +61,8 @@ class RenderOptions {
   void add_to(Command& command);
   /// --width and --height alone, under that heading.
   void add_size_to(Command& command, const std::string& group);
+  /// A limit of time is given.
+  [[nodiscard]] bool has_time_limit() const { return time_limit_ > 0; }
   [[nodiscard]] bool has_size() const { return width_ || height_; }
   /// The picture's width where --width is not given, its height in proportion where --height is
   /// not.
@@ -78,6 +84,8 @@ class RenderOptions {
   }
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
   [[nodiscard]] const ViewOptions& view() const { return view_; }
+  [[nodiscard]] const PortraitOptions& portrait() const { return portrait_; }
+  [[nodiscard]] PortraitOptions& portrait() { return portrait_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -115,6 +123,7 @@ class RenderOptions {
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
   ParticleOptions particles_;
+  PortraitOptions portrait_;
 };
 
 /// Where the picture and the report go, and whether progress is shown.
@@ -126,10 +135,12 @@ class OutputOptions {
   void add_aov_to(Command& command);
   /// --denoise, for those that have the scene, too.
   void add_denoise_to(Command& command);
-  /// What is drawn on the picture, for those that have the scene.
+  /// What is done to the picture and drawn on it, for those that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
+    finish_.add_to(command, image_option_);
     labels_.add_to(command, image_option_, render);
   }
+  [[nodiscard]] const FinishOptions& finish() const { return finish_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
   /// -o and --report; for commands that need another option to make them meaningful.
   [[nodiscard]] Option image_option() const { return image_option_; }
@@ -146,6 +157,7 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
+  FinishOptions finish_;
   LabelOptions labels_;
   Option image_option_;
   Option report_option_;

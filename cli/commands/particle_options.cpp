@@ -10,6 +10,7 @@
 #include "common/base/suggest.h"
 #include "common/input/particles/particle_text.h"
 #include "common/input/portrait/portrait_scene.h"
+#include "common/input/selection/selection_parser.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
@@ -42,6 +43,12 @@ FrameChoice frame_in(const std::string& text) {
                    std::to_string(limits::max_frame) + ", or last");
 }
 
+AlternativeChoice alternatives_in(const std::string& text) {
+  const std::optional<AlternativeChoice> choice = alternatives_from(text);
+  if (choice) return *choice;
+  throw InputError("'" + printable(text) + "' is no choice: write best, all or one letter");
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -62,6 +69,16 @@ void ParticleOptions::add_to(Command& command) {
       .group(particles_group);
   command
       .option(
+          "--alternatives",
+          [this](const std::string& text) { alternatives_ = alternatives_in(text); },
+          "Which of an atom's alternative locations: best (of the highest occupancy), all, or "
+          "those of "
+          "a letter (default: best)")
+      .words({"best", "all"})
+      .type_name("best|all|LETTER")
+      .group(particles_group);
+  command
+      .option(
           "--material", [this](const std::string& text) { material_ = material_in(text); },
           "Surface of the particles (default: column, else by-element, else by-type, else plain)")
       .words({"by-element", "by-type", "column", "plain"})
@@ -73,14 +90,70 @@ void ParticleOptions::add_to(Command& command) {
       .words({"by-element", "column"})
       .type_name("R|by-element|column")
       .group(particles_group);
+  add_filter_to(command);
+  add_coloring_to(command);
+}
+
+void ParticleOptions::add_filter_to(Command& command) {
+  command
+      .option(
+          "--select", [this](const std::string& text) { filter_.select = select_from(text); },
+          "Show these only: 'chain A B and not water', 'element C N O', 'z > 10', 'within 5 of "
+          "resname HEM' (scenes/README.md has the language)")
+      .type_name("TEXT")
+      .group(particles_group);
+  command
+      .option(
+          "--slice", [this](const std::string& text) { filter_.slice = slice_from(text); },
+          "Show those of a slice: z=10:20, or z=40%:60% of the cell; several with commas")
+      .type_name("AXIS=LOW:HIGH")
+      .group(particles_group);
+  std::vector<std::string> classes(selection_classes().begin(), selection_classes().end());
+  classes.emplace_back("none");
+  command
+      .option(
+          "--hide", [this](const std::string& text) { filter_.hide = hide_from(text); },
+          "Leave these out, beside virtual sites, which none shows too (default: virtual)")
+      .words(classes, true)
+      .group(particles_group);
+}
+
+void ParticleOptions::add_coloring_to(Command& command) {
+  command
+      .option(
+          "--color-by", [this](const std::string& text) { coloring_.by = color_by_from(text); },
+          "What their colours mean: a category, or a number of theirs, as vx, charge, b_factor, z")
+      .words({color_by_words.begin(), color_by_words.end()})
+      .type_name("WORD|NUMBER")
+      .group(particles_group);
+  command
+      .option(
+          "--colormap", [this](const std::string& text) { coloring_.map = color_map_from(text); },
+          "Colours of a number, from low to high (default: viridis)")
+      .words({color_map_names().begin(), color_map_names().end()})
+      .group(particles_group);
+  command
+      .option(
+          "--range", [this](const std::string& text) { coloring_.range = color_range_from(text); },
+          "What the ends of the colour map stand for: two numbers, or percentiles, as 1%:99% "
+          "(default: the least and the largest)")
+      .type_name("LOW:HIGH")
+      .group(particles_group);
 }
 
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
   if (frame_) given += " --frame";
   if (!topology_.empty()) given += " --topology";
+  if (alternatives_) given += " --alternatives";
   if (material_.rule != MaterialRule::automatic) given += " --material";
   if (radius_.rule != RadiusRule::automatic) given += " --radius";
+  if (!filter_.select.empty()) given += " --select";
+  if (!filter_.slice.empty()) given += " --slice";
+  if (filter_.hide) given += " --hide";
+  if (!coloring_.by.empty()) given += " --color-by";
+  if (coloring_.map) given += " --colormap";
+  if (!coloring_.range.open()) given += " --range";
   if (given.empty()) return;
   throw InputError(given.substr(1) + ": " + printable(file, 4096) +
                    " is not a file of particles: write them into its section particles");
@@ -89,8 +162,18 @@ void ParticleOptions::check_unused(const std::string& file) const {
 ParticleSource ParticleOptions::over(ParticleSource source) const {
   if (frame_) source.frame = frame_;
   if (!topology_.empty()) source.topology = topology_;
+  if (alternatives_) source.alternatives = *alternatives_;
   if (material_.rule != MaterialRule::automatic) source.material = material_;
   if (radius_.rule != RadiusRule::automatic) source.radius = radius_;
+  if (!filter_.select.empty()) source.filter.select = filter_.select;
+  if (!filter_.slice.empty()) source.filter.slice = filter_.slice;
+  if (filter_.hide) source.filter.hide = filter_.hide;
+  if (!coloring_.by.empty()) source.coloring.by = coloring_.by;
+  if (coloring_.map) source.coloring.map = coloring_.map;
+  if (!coloring_.range.open()) source.coloring.range = coloring_.range;
+  if (const auto problem = problem_with(source.coloring)) {
+    throw InputError("--" + problem->key + " " + problem->text);
+  }
   return source;
 }
 

@@ -1,11 +1,11 @@
-#include <cstdlib>
-#include <iostream>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
+#include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
 #include "cli/output/denoising.h"
@@ -21,19 +21,18 @@ struct RenderCommand {
   OutputOptions output;
   std::optional<std::uint32_t> threads;
   Following following;
+  std::vector<View> views;
 };
 
-Client::Options client_options(const EmbeddedFarm& farm) {
-  return {.address = "this process",
-          // It cannot be lost without farm.check() saying so; it may be busy for long.
-          .timeout = std::chrono::hours(24),
-          .poll = [&farm] {
-            check_interrupted();
-            farm.check();
-          }};
+std::uint32_t threads_of(const RenderCommand& command) {
+  return command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
 }
 
 int render(const RenderCommand& command) {
+  if (!command.views.empty()) {
+    return render_views({command.scene, command.views, command.render, command.output,
+                         command.following, threads_of(command)});
+  }
   const SteadyClock clock;
   const Time started = clock.now();
   OutputPaths outputs = command.output.paths(command.following);
@@ -44,12 +43,13 @@ int render(const RenderCommand& command) {
       load_submission(command.scene, command.render, 50, {}, NamedFiles::anywhere, &file);
   outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, command.output.labels(), file, submission.settings);
+  add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
   check_isa(submission.settings.isa);
   outputs.transparent = submission.transparent;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;
-  const auto threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
+  const std::uint32_t threads = threads_of(command);
   ExtraChannels extra =
       extra_channels(outputs.aovs, submission.settings, submission.scene, static_cast<int>(threads),
                      outputs.transparent, needs_of(outputs.finishing));
@@ -61,18 +61,14 @@ int render(const RenderCommand& command) {
         reserve_time(outputs, submission.settings, to_seconds(clock.now() - started));
   }
   const auto link = farm.connect();
-  Client client(*link, clock, client_options(farm));
+  Client client(*link, clock, embedded_client(farm));
   try {
     const Time submitted = clock.now();
     const JobId job = client.submit(std::move(submission));
     return wait_and_deliver(client, job, outputs, command.following, extra,
                             CommandTimes{started, to_seconds(clock.now() - submitted), true});
   } catch (const Interrupted&) {
-    if (!farm.stop(milliseconds(500))) {
-      // A thread is deep in a step that cannot be cut short. It holds nothing but memory.
-      std::cerr << "parray: interrupted" << std::endl;
-      std::_Exit(interrupted_status);
-    }
+    stop_interrupted(farm);
     throw;
   }
 }
@@ -91,6 +87,14 @@ void add_render(CommandLine& line, Action& chosen) {
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
       "Threads to trace with (default: every processor that may be used)")
       .group(work_group);
+  command
+      .option(
+          "--views", [options](const std::string& text) { options->views = views_from(text); },
+          "Several views, as front,top,iso, side by side in one PNG picture; --width and --height "
+          "are those of each")
+      .words(view_words(), true)
+      .type_name("VIEW,VIEW...")
+      .group(particles_group);
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
   options->output.add_denoise_to(command);
@@ -100,6 +104,13 @@ void add_render(CommandLine& line, Action& chosen) {
                   "as the scene says, a bar of progress meanwhile");
   command.example("parray render scenes/particles/helix.pdb -o helix.png",
                   "the portrait of a molecule, framed and lit by itself");
+  command.example(
+      "parray render scenes/particles/helix.pdb -o helix.png --legend --scale-bar --width-mm 85",
+      "for print, a column wide: what its colours mean, and a length");
+  command.example(
+      "parray render scenes/particles/helix.pdb -o views.png --views front,top,iso "
+      "--style publication",
+      "from three sides, for a paper: white, with outlines");
   command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
                   "until the error is at most 0.01 (RMSE, linear radiance)");
   command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",

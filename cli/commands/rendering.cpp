@@ -1,6 +1,7 @@
 #include "cli/commands/rendering.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <thread>
@@ -15,6 +16,7 @@
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
 #include "common/input/particles/packed_file.h"
+#include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/isa.h"
@@ -37,6 +39,22 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
 }
 
 }  // namespace
+
+Client::Options embedded_client(const EmbeddedFarm& farm) {
+  return {.address = "this process",
+          // It cannot be lost without farm.check() saying so; it may be busy for long.
+          .timeout = std::chrono::hours(24),
+          .poll = [&farm] {
+            check_interrupted();
+            farm.check();
+          }};
+}
+
+void stop_interrupted(EmbeddedFarm& farm) {
+  if (farm.stop(milliseconds(500))) return;
+  std::cerr << "parray: interrupted" << std::endl;
+  std::_Exit(interrupted_status);
+}
 
 /// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
 /// at most a fiftieth to the time that a job takes.

@@ -6,6 +6,7 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/farm/client.h"
+#include "cli/farm/embedded.h"
 #include "cli/output/delivery.h"
 #include "cli/output/extra_channels.h"
 #include "cli/output/preview.h"
@@ -24,6 +25,13 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge);
 Submission load_submission(const std::string& scene_file, const RenderOptions& options,
                            std::uint32_t priority, const FrameChange& change = {},
                            NamedFiles named = NamedFiles::anywhere, SceneFile* rest = nullptr);
+
+/// Of a client of a farm in this process.
+Client::Options embedded_client(const EmbeddedFarm& farm);
+
+/// After an interruption: stops the farm. Where one of its threads is deep in a step that cannot be
+/// cut short the process ends here: it holds nothing but memory.
+void stop_interrupted(EmbeddedFarm& farm);
 
 /// How soon to look again after a job that has been waited for so long.
 Time next_look(Time waited);

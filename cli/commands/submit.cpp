@@ -40,6 +40,10 @@ int submit_frames(const SubmitCommand& command) {
     throw InputError(command.output.labels().first_given() +
                      ": labels are for one picture: leave them out of a series");
   }
+  if (!command.output.finish().first_given().empty()) {
+    throw InputError(command.output.finish().first_given() +
+                     ": finishing is for one picture: leave it out of a series");
+  }
   if (command.following.shows_picture()) {
     throw InputError("--preview and --display show one picture: leave them out of a series");
   }
@@ -66,6 +70,8 @@ int submit(const SubmitCommand& command) {
   outputs.transparent = submission.transparent;
   outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, command.output.labels(), file, submission.settings);
+  add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
+  if (outputs.image.empty()) say_unfinished(file, submission.name);
   submission.max_failures = command.max_failures;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);

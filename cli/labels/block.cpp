@@ -53,7 +53,10 @@ class LegendLayout {
  public:
   LegendLayout(const BlockStyle& style, const Legend& legend)
       : legend_(legend), em_(style.font.size()), line_(style.line) {
-    if (has_scale()) ticks_ = ticks_between(legend.low, legend.high, 6);
+    bar_.height = std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_);
+    if (has_scale()) {
+      ticks_ = ticks_between(legend.low, legend.high, static_cast<int>(bar_.height / (1.4 * em_)));
+    }
     title_ = title_of(legend, ticks_.exponent);
     width_ = style.font.width(title_);
     height_ = title_.empty() ? 0 : style.font.cap_height() + style.font.descent() + 0.35 * em_;
@@ -75,7 +78,7 @@ class LegendLayout {
   [[nodiscard]] double pitch() const { return 1.35 * em_; }
 
   void place_scale(const BlockStyle& style) {
-    bar_ = {line_, height_ + line_, 1.1 * em_, std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_)};
+    bar_ = {line_, height_ + line_, 1.1 * em_, bar_.height};
     // The outermost numbers reach beyond the bar.
     const double half = style.font.cap_height() / 2;
     bar_.y += std::max(0.0, half - y_of(ticks_.values.back()) + bar_.y);
@@ -140,6 +143,38 @@ class LegendLayout {
   double height_ = 0;
 };
 
+/// Returns the unit vector along it. One that points at whoever looks, or away, is a point with a
+/// name beside it.
+Point draw_arrow(Pen& pen, const Point& from, const Point& to) {
+  const Point way = to - from;
+  const double length = std::hypot(way.x, way.y);
+  if (length <= pen.line()) return {-M_SQRT1_2, M_SQRT1_2};
+  const Point along = 1 / length * way;
+  pen.stroke(from, to);
+  const double head = std::min(0.5 * pen.font().size(), length);
+  for (const double turn : {-1.0, 1.0}) {
+    pen.stroke(to, {to.x - head * (along.x * 0.9 + turn * along.y * 0.4),
+                    to.y - head * (along.y * 0.9 - turn * along.x * 0.4)});
+  }
+  return along;
+}
+
+/// Until they are that far from each other, about.
+void move_apart(std::array<Point, 3>& points, double distance) {
+  for (int round = 0; round < 8; ++round) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      Point& a = points[i];
+      Point& b = points[(i + 1) % points.size()];
+      const Point way = b - a;
+      const double length = std::hypot(way.x, way.y);
+      if (length >= distance) continue;
+      const Point along = length > 0 ? 1 / length * way : Point{1, 0};
+      a = a - (distance - length) / 2 * along;
+      b = b + (distance - length) / 2 * along;
+    }
+  }
+}
+
 bool overlap(const Box& a, const Box& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
@@ -196,26 +231,19 @@ Block scale_bar_block(const BlockStyle& style, double length, double pixels,
 Block axes_block(const BlockStyle& style, const CameraFilm& film) {
   const double em = style.font.size();
   const double arm = 2.2 * em;
-  const double side = 2 * (arm + em);
-  std::array<Vec3d, 3> axes{film.turned({1, 0, 0}), film.turned({0, 1, 0}), film.turned({0, 0, 1})};
+  const double side = 2 * (arm + 1.3 * em);
+  const std::array<Vec3d, 3> axes{film.turned({1, 0, 0}), film.turned({0, 1, 0}),
+                                  film.turned({0, 0, 1})};
   const auto draw = [=](Pen& pen, const Point& at) {
     const Point middle{at.x + side / 2, at.y + side / 2};
+    std::array<Point, 3> names;
     for (std::size_t i = 0; i < axes.size(); ++i) {
       const Point end{middle.x + arm * axes[i].x, middle.y - arm * axes[i].y};
-      const double length = std::hypot(axes[i].x, axes[i].y);
-      // One that points at whoever looks, or away, is a point with a name beside it.
-      const Point along = length > 1e-3 ? Point{axes[i].x / length, -axes[i].y / length}
-                                        : Point{-M_SQRT1_2, M_SQRT1_2};
-      if (length * arm > pen.line()) {
-        pen.stroke(middle, end);
-        const double head = std::min(0.5 * em, length * arm);
-        for (const double turn : {-1.0, 1.0}) {
-          pen.stroke(end, {end.x - head * (along.x * 0.9 + turn * along.y * 0.4),
-                           end.y - head * (along.y * 0.9 - turn * along.x * 0.4)});
-        }
-      }
-      const std::string name(1, static_cast<char>('x' + i));
-      pen.centered(end.x + 0.55 * em * along.x, end.y + 0.55 * em * along.y + 0.27 * em, name);
+      names[i] = end + 0.55 * em * draw_arrow(pen, middle, end);
+    }
+    move_apart(names, 0.9 * em);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      pen.centered(names[i].x, names[i].y + 0.27 * em, std::string(1, static_cast<char>('x' + i)));
     }
   };
   return {"--cell", Corner::bottom_left, side, side, draw};
@@ -231,8 +259,10 @@ std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, doub
                   is_top(block.corner) ? margin + used : height - margin - used - block.height,
                   block.width, block.height};
     used += block.height + gap;
-    const bool inside = box.x >= margin && box.y >= margin && box.x + box.width <= width - margin &&
-                        box.y + box.height <= height - margin;
+    constexpr double rounding = 1e-6;  // what is placed at the margin may be beyond it by that
+    const double least = margin - rounding;
+    const bool inside = box.x >= least && box.y >= least && box.x + box.width <= width - least &&
+                        box.y + box.height <= height - least;
     if (!inside) fail_to_fit(block, width, height, "");
     for (const Placed& other : placed) {
       if (overlap(box.grown(gap / 2), other.box)) {

@@ -8,7 +8,9 @@ CameraFilm::CameraFilm(const Camera& camera, double width, double height)
       width_(width),
       height_(height),
       distance_(length(camera.look_at - camera.look_from)),
-      scale_(height / (2 * camera.tan_half_vfov)) {
+      scale_(height / (camera.projection == Projection::perspective ? 2 * camera.tan_half_vfov
+                                                                    : camera.view_height)),
+      perspective_(camera.projection == Projection::perspective) {
   right_ = normalize(cross(forward_, normalize(camera.up)));
   up_ = cross(right_, forward_);
 }

@@ -37,7 +37,7 @@ class CameraFilm {
   double width_, height_;
   double distance_;
   double scale_;  ///< pixels a unit at distance 1, or everywhere
-  bool perspective_ = true;
+  bool perspective_;
 };
 
 }  // namespace parray

@@ -144,19 +144,27 @@ std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& fil
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap) {
   const Vec3d middle = film.seen(0.5 * (corner(cell, 0) + corner(cell, 7)));
   std::vector<EdgeName> names;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto line = line_between(cell.origin, cell.origin + cell.edges[i], film);
-    if (!line || (film.perspective() && middle.z <= 0)) continue;
-    const Point center = film.shown(middle);
-    const Point along{line->to.x - line->from.x, line->to.y - line->from.y};
-    const double length = std::hypot(along.x, along.y);
-    if (length < 2 * gap) continue;
-    const Point half{(line->from.x + line->to.x) / 2, (line->from.y + line->to.y) / 2};
-    Point side{-along.y / length, along.x / length};
-    if (side.x * (half.x - center.x) + side.y * (half.y - center.y) < 0) {
-      side = {-side.x, -side.y};
+  if (film.perspective() && middle.z <= 0) return names;
+  const Point center = film.shown(middle);
+  for (unsigned edge = 0; edge < 3; ++edge) {
+    std::optional<Point> best;
+    double outermost = 0;
+    for (unsigned from = 0; from < 8; ++from) {
+      if ((from >> edge & 1U) != 0) continue;
+      const auto line = line_between(corner(cell, from), corner(cell, from | 1U << edge), film);
+      if (!line) continue;
+      const Point along{line->to.x - line->from.x, line->to.y - line->from.y};
+      const double length = std::hypot(along.x, along.y);
+      if (length < 2 * gap) continue;
+      const Point half{(line->from.x + line->to.x) / 2, (line->from.y + line->to.y) / 2};
+      const Point side{-along.y / length, along.x / length};
+      const double outwards = side.x * (half.x - center.x) + side.y * (half.y - center.y);
+      if (std::abs(outwards) <= outermost) continue;
+      outermost = std::abs(outwards);
+      const double by = outwards < 0 ? -gap : gap;
+      best = Point{half.x + by * side.x, half.y + by * side.y};
     }
-    names.push_back({static_cast<char>('a' + i), {half.x + gap * side.x, half.y + gap * side.y}});
+    if (best) names.push_back({static_cast<char>('a' + edge), *best});
   }
   return names;
 }

@@ -28,9 +28,9 @@ struct CellLine {
 /// The twelve edges of a cell, but for what lies behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
-/// Where its edges a, b and c, those from its origin, are to be named: beside their middles, away
-/// from the middle of the cell, by `gap` pixels. Edges behind the camera, or seen from their ends,
-/// have none.
+/// Where its edges a, b and c are to be named: of the four that are parallel, beside the middle of
+/// the outermost in the picture, away from the middle of the cell, by `gap` pixels. Edges behind
+/// the camera, or seen from their ends, have no name.
 struct EdgeName {
   char name;
   Point middle;

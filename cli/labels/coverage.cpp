@@ -69,19 +69,29 @@ void Coverage::add_line(const Point& from, const Point& to, double width) {
 }
 
 Coverage Coverage::grown(double radius) const {
-  Coverage grown(*this);
+  struct Step {
+    int x, y;
+    float share;
+  };
+  std::vector<Step> disc;
   const int reach = whole_above(radius);
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) {
+      const double edge = std::clamp(radius + 1 - std::hypot(x, y), 0.0, 1.0);
+      if (edge > 0) disc.push_back({x, y, static_cast<float>(edge)});
+    }
+  }
+  Coverage grown(*this);
   for (int y = top_; y < top_ + height_; ++y) {
     for (int x = left_; x < left_ + width_; ++x) {
       const float share = at(x, y);
-      if (share <= 0) continue;
-      for (int v = -reach; v <= reach; ++v) {
-        for (int u = -reach; u <= reach; ++u) {
-          if (!inside(x + u, y + v)) continue;
-          const double edge = std::clamp(radius + 0.5 - std::hypot(u, v), 0.0, 1.0);
-          float& value = grown.values_[index(x + u, y + v)];
-          value = std::max(value, share * static_cast<float>(edge));
-        }
+      // What is near to the inside of a shape is nearer to its edge.
+      const float around = std::min({at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)});
+      if (share <= 0 || (share >= 1 && around >= 1)) continue;
+      for (const Step& step : disc) {
+        if (!inside(x + step.x, y + step.y)) continue;
+        float& value = grown.values_[index(x + step.x, y + step.y)];
+        value = std::max(value, share * step.share);
       }
     }
   }

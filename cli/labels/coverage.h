@@ -10,6 +10,10 @@ namespace parray {
 struct Point {
   double x = 0;
   double y = 0;
+
+  friend Point operator+(const Point& a, const Point& b) { return {a.x + b.x, a.y + b.y}; }
+  friend Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
+  friend Point operator*(double s, const Point& a) { return {s * a.x, s * a.y}; }
 };
 
 struct Box {

@@ -1,11 +1,13 @@
 #include "cli/labels/labels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "cli/labels/block.h"
 #include "cli/labels/round_numbers.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 
 namespace parray {
 namespace {
@@ -13,6 +15,18 @@ namespace {
 constexpr double points_an_inch = 72;
 constexpr double line_points = 0.6;
 constexpr double cell_line_points = 0.8;
+
+/// In pixels.
+double letter_size(const LabelSettings& settings, double dpi, double height) {
+  const double points = settings.font_size.value_or(usual_font_size);
+  const double size = points * dpi / points_an_inch;
+  if (size > height) {
+    throw InputError("--font-size: letters of " + number_text(points) + " points are " +
+                     number_text(std::round(size)) + " pixels high, and the picture " +
+                     number_text(height) + ": use smaller ones, or a larger picture");
+  }
+  return std::max(size, 1.0);
+}
 
 [[noreturn]] void fail_without(const std::string& option, const std::string& what) {
   throw InputError(option + ": " + what);
@@ -39,8 +53,7 @@ struct Labels::Parts {
         width(content.width),
         height(content.height),
         dpi(dots_per_inch(content.settings, width)),
-        font(std::max(content.settings.font_size.value_or(usual_font_size) * dpi / points_an_inch,
-                      1.0)),
+        font(letter_size(content.settings, dpi, height)),
         line(std::max(line_points * dpi / points_an_inch, 1.0)),
         film(content.camera, width, height),
         margin(0.8 * font.size()),

@@ -18,8 +18,8 @@ struct Ticks {
   int exponent = 0;                ///< the texts times 10^exponent are the values
 };
 
-/// At least one and at most `most` (>= 2) marks from `low` to `high`, finite and low < high. A power of ten is taken
-/// out where the numbers would be long: from 100,000 on, and below 0.01.
+/// At least one and at most `most` (>= 2) marks from `low` to `high`, finite and low < high. A
+/// power of ten is taken out where the numbers would be long: from 100,000 on, and below 0.01.
 Ticks ticks_between(double low, double high, int most);
 
 /// "10" and a superscript.

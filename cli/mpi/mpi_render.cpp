@@ -192,6 +192,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
       load_submission(options.scene, options.render, 50, {}, NamedFiles::anywhere, &file);
   outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, options.output.labels(), file, submission.settings);
+  add_finishing(outputs, options.output.finish(), file, submission.scene, submission.settings);
   check_isa(submission.settings.isa);
   submission.settings.progressive = options.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);

@@ -56,6 +56,13 @@ PictureDetail OutputPaths::wanted_detail() const {
                                                       : PictureDetail::image;
 }
 
+bool OutputPaths::has_png() const {
+  const auto is_png = [](const fs::path& path) {
+    return !path.empty() && !can_hold_channels(path);
+  };
+  return is_png(image) || is_png(preview);
+}
+
 bool same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
   return !a.empty() && !b.empty() &&

@@ -26,6 +26,8 @@ struct OutputPaths {
   /// How much of the picture has to come for them.
   [[nodiscard]] PictureDetail wanted_detail() const;
 
+  /// Image or preview is a file that finishing steps are for.
+  [[nodiscard]] bool has_png() const;
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
 

@@ -10,6 +10,7 @@
 #include "cli/labels/font.h"
 #include "cli/labels/round_numbers.h"
 #include "cli/output/text.h"
+#include "common/image/color_map.h"
 #include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 
@@ -20,21 +21,6 @@ using Colour = std::array<float, 3>;
 
 constexpr Colour background = {0.01F, 0.01F, 0.01F};
 constexpr Colour ink = {0.8F, 0.8F, 0.8F};
-
-/// Of CIE L*a*b* under D65, by the inverse of its definition and the matrix of IEC 61966-2-1.
-Colour linear_rgb(double lightness, double a, double b) {
-  const auto cubed = [](double f) {
-    constexpr double bend = 6.0 / 29;
-    return f > bend ? f * f * f : 3 * bend * bend * (f - 4.0 / 29);
-  };
-  const double middle = (lightness + 16) / 116;
-  const double x = 0.95047 * cubed(middle + a / 500);
-  const double y = cubed(middle);
-  const double z = 1.08883 * cubed(middle - b / 200);
-  return {static_cast<float>(3.2406 * x - 1.5372 * y - 0.4986 * z),
-          static_cast<float>(-0.9689 * x + 1.8758 * y + 0.0415 * z),
-          static_cast<float>(0.0557 * x - 0.2040 * y + 1.0570 * z)};
-}
 
 constexpr std::string_view title = "95 % half-width";
 constexpr std::string_view unknown = "unknown";
@@ -143,18 +129,8 @@ ErrorScale error_scale(std::vector<float> half_widths) {
 }
 
 Colour error_colour(double share) {
-  constexpr std::array<std::array<double, 2>, 4> points = {
-      {{41, -52}, {-16, -48}, {-48, 25}, {-18, 70}}};
-  const double t = share;
-  const double s = 1 - t;
-  const std::array<double, 4> weights = {s * s * s, 3 * s * s * t, 3 * s * t * t, t * t * t};
-  double a = 0;
-  double b = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    a += weights[i] * points[i][0];
-    b += weights[i] * points[i][1];
-  }
-  return linear_rgb(16 + 74 * t, a, b);
+  const Vec3d colour = color_at(ColorMap::violet_yellow, share);
+  return {static_cast<float>(colour.x), static_cast<float>(colour.y), static_cast<float>(colour.z)};
 }
 
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale) {

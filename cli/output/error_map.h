@@ -33,10 +33,7 @@ std::vector<float> half_widths_of(const PictureStatistics& statistics, std::size
 /// outwards; at least a power of ten. Where there are none, as it is by default.
 ErrorScale error_scale(std::vector<float> half_widths);
 
-/// Linear RGB in [0, 1] of a share of the way from `low` to `high`: violet, blue, green, yellow. In
-/// CIE L*a*b* (D65) L* rises evenly from 16 to 90, so that the order is seen whatever colours are
-/// not, and in print without any; a* and b* go along a cubic Bezier curve whose points were chosen
-/// so that equal steps look alike.
+/// Linear RGB in [0, 1] of a share of the way from `low` to `high`: ColorMap::violet_yellow.
 std::array<float, 3> error_colour(double share);
 
 /// Of pixels whose half-width is not known: white, which is lighter than any other.

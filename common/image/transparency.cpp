@@ -66,11 +66,14 @@ std::string transparent_sha256(const Image& image, std::span<const float> alpha)
 
 std::vector<std::uint8_t> transparent_bytes(std::span<const float> rgb,
                                             std::span<const float> alpha) {
+  std::vector<float> colours(rgb.begin(), rgb.end());
+  for (std::size_t i = 0; i < colours.size(); ++i) colours[i] /= alpha[i / 3];
+  const std::vector<std::uint8_t> codes = srgb_bytes(colours);
   std::vector<std::uint8_t> bytes(4 * alpha.size());
   for (std::size_t i = 0; i < alpha.size(); ++i) {
     const std::uint8_t code = alpha_byte(alpha[i]);
     if (code == 0) continue;
-    for (std::size_t c = 0; c < 3; ++c) bytes[4 * i + c] = srgb_byte(rgb[3 * i + c] / alpha[i]);
+    std::copy_n(&codes[3 * i], 3, &bytes[4 * i]);
     bytes[4 * i + 3] = code;
   }
   return bytes;

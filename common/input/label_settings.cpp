@@ -79,9 +79,10 @@ std::string_view unit_sign(std::string_view unit) {
 }
 
 std::string_view length_unit_of(std::string_view format) {
-  // What the formats' definitions say, or, of XYZ, what everybody writes.
-  constexpr std::array<std::string_view, 8> in_angstrom{"PDB", "mmCIF", "CIF", "XYZ",
-                                                        "PQR", "PDBQT", "SDF", "MOL2"};
+  // What the formats' definitions say, of GRO, what its reader makes of nanometres, or, of XYZ,
+  // what everybody writes.
+  constexpr std::array<std::string_view, 9> in_angstrom{"PDB",   "mmCIF", "CIF",  "XYZ", "PQR",
+                                                        "PDBQT", "SDF",   "MOL2", "GRO"};
   return std::ranges::find(in_angstrom, format) != in_angstrom.end() ? "angstrom" : "";
 }
 

@@ -28,6 +28,13 @@ FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
              "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
 }
 
+AlternativeChoice read_alternatives(const JsonValue& value, const JsonPlace& place) {
+  const auto choice = alternatives_from(read_string(value, place));
+  if (choice) return *choice;
+  place.fail(value.line,
+             "unknown alternatives '" + printable(value.text) + "': write best, all or one letter");
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -49,6 +56,7 @@ std::string text_of(const ParticleMaterial& material) {
     case ParticleMaterial::Rule::automatic:
       break;
     case ParticleMaterial::Rule::named:
+    case ParticleMaterial::Rule::painted:
       return material.name;
     case ParticleMaterial::Rule::by_element:
       return "by-element";
@@ -66,27 +74,32 @@ std::string text_of(const ParticleRadius& radius) {
 }
 
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 5> keys{"file", "material", "radius", "frame",
-                                                        "topology"};
+  static constexpr std::array<std::string_view, 12> keys{
+      "file",   "material", "radius", "frame",    "topology", "alternatives",
+      "select", "slice",    "hide",   "color_by", "colormap", "range"};
   const JsonFields fields(value, place, keys);
   ParticleSource out;
-  out.line = out.material_line = out.radius_line = fields.line();
+  out.line = fields.line();
+  for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
   out.file = fields.string("file");
-  out.file_line = fields.find("file")->line;
+  out.file_line = out.line_of("file");
   if (out.file.empty()) {
     place.at("file").fail(out.file_line, "the name is empty: write that of a particle file");
   }
   if (fields.find("topology") != nullptr) out.topology = fields.string("topology");
   if (const JsonValue* material = fields.find("material")) {
     out.material = particle_material_from(read_string(*material, place.at("material")));
-    out.material_line = material->line;
   }
   if (const JsonValue* radius = fields.find("radius")) {
     out.radius = read_radius(*radius, place.at("radius"));
-    out.radius_line = radius->line;
   }
   if (const JsonValue* frame = fields.find("frame")) {
     out.frame = read_frame_choice(*frame, place.at("frame"));
+  }
+  out.filter = read_particle_filter(fields);
+  out.coloring = read_particle_coloring(fields);
+  if (const JsonValue* choice = fields.find("alternatives")) {
+    out.alternatives = read_alternatives(*choice, place.at("alternatives"));
   }
   return out;
 }

@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "common/input/coloring/particle_coloring.h"
 #include "common/input/json_value.h"
+#include "common/input/particles/alternatives.h"
 #include "common/input/particles/frame_choice.h"
+#include "common/input/selection/particle_filter.h"
 
 namespace parray {
 
@@ -18,10 +22,13 @@ struct ParticleMaterial {
     named,       ///< one of the scene's materials for all
     by_element,  ///< diffuse, of the element's colour
     by_type,     ///< the scene's material of the type's name, or else a colour for each type
-    column       ///< diffuse, of the file's colour
+    column,      ///< diffuse, of the file's colour
+    painted      ///< in the colour that `color_by` gives it
   };
   Rule rule = Rule::automatic;
-  std::string name;  ///< of a material, where the rule is `named`
+  /// Of a material, where the rule is `named`; where it is `painted`, of the one whose kind the
+  /// surface has, or empty for diffuse.
+  std::string name;
 };
 
 /// Where the radius of each particle comes from.
@@ -42,11 +49,19 @@ struct ParticleSource {
   ParticleMaterial material;
   ParticleRadius radius;
   std::string topology{};  ///< file of names and elements, found as `file` is; empty: none
+  AlternativeChoice alternatives{};    ///< of the locations of atoms
   std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
+  ParticleFilter filter{};             ///< what of it is shown
+  ParticleColoring coloring{};         ///< what its colours mean
   std::uint64_t line = 0;              ///< of the item in the scene file
-  std::uint64_t file_line = 0;         ///< of its members
-  std::uint64_t material_line = 0;     ///< that of the item where it is not given
-  std::uint64_t radius_line = 0;       ///< that of the item where it is not given
+  std::uint64_t file_line = 0;         ///< of its member `file`
+  std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its other members, by key
+
+  /// Of the member `key`; that of the item where it is not given.
+  [[nodiscard]] std::uint64_t line_of(std::string_view key) const {
+    const auto found = lines.find(key);
+    return found == lines.end() ? line : found->second;
+  }
 };
 
 inline constexpr std::array<std::string_view, 3> particle_material_words{"by-element", "by-type",
@@ -58,7 +73,8 @@ ParticleMaterial particle_material_from(std::string_view text);
 /// One of particle_radius_words; nothing for any other text.
 std::optional<ParticleRadius> particle_radius_from(std::string_view text);
 
-/// The word, or the material's name, that is read as this; empty for `automatic`.
+/// The word, or the material's name, that is read as this; empty for `automatic`, and for `painted`
+/// without a name.
 std::string text_of(const ParticleMaterial& material);
 /// The word that is read as this; empty for `automatic` and `fixed`.
 std::string text_of(const ParticleRadius& radius);

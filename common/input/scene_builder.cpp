@@ -17,8 +17,9 @@
 namespace parray {
 namespace {
 
-constexpr std::array<std::string_view, 9> known_keys{
-    "version", "camera", "image", "render", "sky", "materials", "spheres", "particles", "labels"};
+constexpr std::array<std::string_view, 11> known_keys{
+    "version",   "camera",    "image",   "render",    "style", "sky",
+    "finishing", "materials", "spheres", "particles", "labels"};
 
 struct RequiredKey {
   std::string_view key;
@@ -69,6 +70,10 @@ void SceneBuilder::on_member(const JsonMember& member) {
     read_image(member.value, place, out_.settings, out_.transparent);
   } else if (member.key == "render") {
     read_render(member.value, place, out_.settings);
+  } else if (member.key == "style") {
+    style_ = read_style(member.value, place);
+  } else if (member.key == "finishing") {
+    finish_ = read_finish(member.value, place);
   } else if (member.key == "sky") {
     out_.scene.sky = read_sky(member.value, place);
   } else {
@@ -180,6 +185,8 @@ void SceneBuilder::finish_version_1(std::uint64_t start_line) {
     if (has_key(required.key) || (required.unless_particles && has_key("particles"))) continue;
     fail_missing_key(required.key, start_line, root_, required.expectation);
   }
+  if (style_ && !has_key("sky")) out_.scene.sky = sky_of(*style_);
+  out_.finish = finish_.over(style_ ? finish_of(*style_) : Finish{});
   resolve_materials();
   out_.materials = std::move(names_);
 }

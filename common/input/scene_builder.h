@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/input/json_stream.h"
 #include "common/input/material_names.h"
 #include "common/input/material_table.h"
+#include "common/input/portrait/style.h"
 #include "common/input/scene_file.h"
 
 namespace parray {
@@ -47,6 +49,8 @@ class SceneBuilder final : public JsonSink {
   std::vector<std::string> keys_;  // the top-level keys so far; the last is being read
   Format format_ = Format::unknown;
   SceneFile out_;
+  std::optional<Style> style_;
+  FinishSection finish_;
   MaterialNames names_;  // version 1; a sphere's material is a number of these until finish()
   MaterialTable table_;
 };

@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/input/coloring/legend.h"
+#include "common/input/finish.h"
 #include "common/input/label_settings.h"
 #include "common/input/material_names.h"
 #include "common/input/particle_source.h"
@@ -38,6 +40,7 @@ struct SceneFile {
   /// Files whose particles belong to the scene but are not in it yet: see
   /// common/input/particles/expand.h.
   std::vector<ParticleSource> particles;
+  Finish finish;         ///< what is done to its picture before it is looked at
   LabelSettings labels;  ///< what is to be written on its picture
   // Of its particles, once they are in the scene:
   std::vector<Legend> legends;               ///< what their colours mean

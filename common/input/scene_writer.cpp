@@ -39,10 +39,34 @@ std::string object_text(const Material& material) {
   return R"({"type":"diffuse","albedo":)" + array_text(material.albedo) + "}";
 }
 
+std::string members_text(const ParticleFilter& filter) {
+  std::string text;
+  if (!filter.select.empty()) text += R"(, "select":)" + json_text(filter.select);
+  if (!filter.slice.empty()) text += R"(, "slice":)" + json_text(filter.slice);
+  if (!filter.hide) return text;
+  std::string words;
+  for (const std::string& word : *filter.hide)
+    words += (words.empty() ? "" : ",") + json_text(word);
+  return text + R"(, "hide":[)" + words + "]";
+}
+
+std::string members_text(const ParticleColoring& coloring) {
+  std::string text;
+  if (!coloring.empty()) text += R"(, "color_by":)" + json_text(coloring.by);
+  if (coloring.map) text += R"(, "colormap":)" + json_text(name_of(*coloring.map));
+  const TextRange& range = coloring.range;
+  if (range.open()) return text;
+  if (range.low && range.high && !range.low->percent && !range.high->percent) {
+    return text + R"(, "range":[)" + number_text(range.low->value) + "," +
+           number_text(range.high->value) + "]";
+  }
+  return text + R"(, "range":)" + json_text(text_of(range));
+}
+
 std::string object_text(const ParticleSource& source) {
   std::string text = R"({"file":)" + json_text(source.file);
-  if (source.material.rule != ParticleMaterial::Rule::automatic) {
-    text += R"(, "material":)" + json_text(text_of(source.material));
+  if (const std::string material = text_of(source.material); !material.empty()) {
+    text += R"(, "material":)" + json_text(material);
   }
   if (source.radius.rule == ParticleRadius::Rule::fixed) {
     text += R"(, "radius":)" + number_text(source.radius.value);
@@ -54,7 +78,10 @@ std::string object_text(const ParticleSource& source) {
     text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
                                                   : std::to_string(source.frame->number));
   }
-  return text + "}";
+  if (source.alternatives != AlternativeChoice{}) {
+    text += R"(, "alternatives":)" + json_text(text_of(source.alternatives));
+  }
+  return text + members_text(source.filter) + members_text(source.coloring) + "}";
 }
 
 std::string head_text(const SceneFile& file) {
@@ -76,6 +103,7 @@ std::string head_text(const SceneFile& file) {
           ", \"seed\":" + std::to_string(settings.seed) + "},\n";
   text += "\"sky\": {\"horizon\":" + array_text(file.scene.sky.horizon) +
           ", \"zenith\":" + array_text(file.scene.sky.zenith) + "},\n";
+  if (file.finish != Finish{}) text += "\"finishing\": " + finish_text(file.finish) + ",\n";
   if (file.labels != LabelSettings{}) text += "\"labels\": " + labels_text(file.labels) + ",\n";
   return text;
 }

@@ -107,6 +107,19 @@ class Options(Test):
         found = parray.render(self.folder / "scene.json", camera={"vfov": 50}, sky={"zenith": (1, 0, 0)}, **SMALL)
         self.assertEqual(found.report["image_sha256"], expected)
 
+    def test_another_projection_replaces_the_angle_of_view(self):
+        parallel = {"projection": "orthographic", "view_height": 3.0}
+        camera = {**SCENE["camera"], **parallel}
+        del camera["vfov"]
+        expected = parray.render({**SCENE, "camera": camera}, **SMALL).report["image_sha256"]
+        self.assertEqual(parray.render(SCENE, camera=parallel, **SMALL).report["image_sha256"], expected)
+
+    def test_a_transparent_picture_has_alpha(self):
+        picture = parray.render(SCENE, transparent=True, **SMALL)
+        self.assertEqual(picture.report["transparent"]["covered"] > 0, True)
+        self.assertEqual(float(picture.channels["A"].max()), 1)
+        self.assertNotIn("A", parray.render(SCENE, transparent=False, **SMALL).channels)
+
     def test_a_portrait_whose_camera_or_material_changes_is_framed_for_its_size_all_the_same(self):
         positions, radii, _ = cloud()
         size = {"width": 30, "height": 60, "spp": 4, "precision": "f64"}

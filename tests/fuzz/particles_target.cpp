@@ -14,21 +14,14 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 15> formats{{{'n', "f"},  // the bytes say all
-                                          {'y', "f.ply"},
-                                          {'v', "f.csv"},
-                                          {'x', "f.xyz"},
-                                          {'l', "f.dump"},
-                                          {'p', "f.pdb"},
-                                          {'m', "f.cif"},
-                                          {'d', "f.dcd"},
-                                          {'t', "f.xtc"},
-                                          {'r', "f.trr"},
-                                          {'c', "f.nc"},
-                                          {'a', "f.data"},
-                                          {'i', "f.inpcrd"},
-                                          {'s', "f.psf"},
-                                          {'o', "f.prmtop"}}};
+constexpr std::array<Format, 20> formats{
+    {{'n', "f"},  // the bytes say all
+     {'y', "f.ply"},  {'v', "f.csv"},    {'x', "f.xyz"},   {'l', "f.dump"},
+     {'p', "f.pdb"},  {'m', "f.cif"},    {'q', "f.pdbqt"}, {'r', "f.pqr"},
+     {'g', "f.gro"},  {'s', "f.sdf"},    {'2', "f.mol2"},
+
+     {'D', "f.dcd"},  {'T', "f.xtc"},    {'R', "f.trr"},   {'C', "f.nc"},
+     {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},   {'O', "f.prmtop"}}};
 
 /// Of any letter, so that none is in vain.
 const char* file_for(char letter) {
@@ -65,7 +58,9 @@ bool run(std::string_view input) {
   const auto path = files.write(file, std::string(input));
   promise_names(path);
   try {
-    const std::string broken = test::broken_promise(read_particles(path));
+    ParticleRequest request;
+    request.all = true;
+    const std::string broken = test::broken_promise(read_particles(path, request));
     promise(broken.empty(), "particles with " + broken);
   } catch (const InputError& error) {
     promise_one_line(error.what());
@@ -97,9 +92,9 @@ std::vector<std::string> seeds() {
   for (const auto& [name, bytes] : test::valid_simulation_files()) {
     files.push_back(letter_for(name) + bytes);
   }
-  files.push_back('s' + test::psf());
-  files.push_back('o' + test::prmtop());
-  files.push_back('t' + test::wide_xtc());
+  files.push_back('S' + test::psf());
+  files.push_back('O' + test::prmtop());
+  files.push_back('T' + test::wide_xtc());
   files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
   files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");
   files.push_back("v\"x\";y;z;type\n1;2;3;\"a;b\"\n");

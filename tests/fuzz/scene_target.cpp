@@ -79,11 +79,14 @@ std::vector<std::string> seeds() {
   "sky": {"horizon": [1, 1, 1], "zenith": [0, 0, 1e3]},
   "materials": {"\u00e9\n": {"type": "metal", "albedo": [1, 0, 1], "fuzz": 0.5}},
   "particles": [{"file": "a.xyz", "material": "by-element", "radius": "column"},
-    {"file": "../c.csv", "material": "\u00e9\n", "radius": 0.1}, {"file": "d.pdb"}]})");
+    {"file": "../c.csv", "material": "\u00e9\n", "radius": 0.1},
+    {"file": "d.pdb", "select": "chain A and z > 1", "hide": ["water"], "slice": "z=40%:60%",
+      "color_by": "b_factor", "colormap": "magma", "range": [0, 90]}]})");
   texts.push_back(R"({"version": 1,
   "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "projection": "orthographic",
     "view_height": 3, "aperture": 0.5},
-  "image": {"width": 9, "height": 5, "transparent": true},
+  "image": {"width": 9, "height": 5, "transparent": true}, "style": "flat",
+  "finishing": {"outline": "0.5pt", "depth_cue": true},
   "materials": {"a": {"type": "dielectric", "ior": 1.5}},
   "spheres": [{"center": [0, 0, 9], "radius": 1, "material": "a"}]})");
   return texts;

@@ -12,9 +12,9 @@
 namespace parray::fuzz {
 
 std::span<const Target* const> targets() {
-  static constexpr std::array<const Target*, 7> all{
-      &scene_target, &particles_target, &messages_target, &bulk_target,
-      &state_target, &picture_target,   &keys_target};
+  static constexpr std::array<const Target*, 8> all{
+      &scene_target, &particles_target, &messages_target,  &bulk_target,
+      &state_target, &picture_target,   &selection_target, &keys_target};
   return all;
 }
 

@@ -34,6 +34,7 @@ extern const Target messages_target;   ///< a letter for the form, then a messag
 extern const Target bulk_target;       ///< a letter for the kind, then what a bulk frame holds
 extern const Target state_target;      ///< a letter for the kind, then what is kept of a job
 extern const Target picture_target;    ///< a picture's file
+extern const Target selection_target;  ///< a letter for the kind, then a text about particles
 extern const Target keys_target;       ///< a letter for the kind, then a file of keys
 
 /// All of them.

@@ -134,7 +134,7 @@ class Particles(FileTest):
     def test_what_a_reader_leaves_out_is_told_by_every_command_and_in_the_report(self):
         mesh = self.put("mesh.ply", MESH)
         line = f"parray: {mesh}: 1 face of a mesh not shown\n"
-        note = {"key": "elements_left_out", "count": 1, "text": "face of a mesh not shown"}
+        note = {"key": "faces", "count": 1, "text": "face of a mesh not shown"}
         report = self.path("r.json")
         for command in (["validate", mesh], ["convert", mesh, self.path("a.json")],
                         ["render", mesh, "-o", self.path("a.png"), "--report", report, *SMALL]):

@@ -32,6 +32,7 @@ OPTIONS = {
     "--preview": [None, "preview.png"],
     "-o": ["x.png", "x.exr", "x.exr --aov samples", "x.exr --aov half-width", "x.exr --aov depth,cost",
            "x.exr --denoise", "x.png --transparent", "x.exr --denoise --transparent"],
+    "--depth-cue": [None, "on", "1"],
     "--report": [None, "report.json"],
 }
 

@@ -81,6 +81,22 @@ class Refusals(ParticlesTest):
         self.refused(*arguments, "--material", "by-elements", mentions="did you mean 'by-element'?")
         self.refused("convert", self.path("atoms.xyz"), mentions="OUT.json")
 
+    def test_selections_and_colours_that_are_none_are_refused_by_option(self):
+        arguments = ["convert", self.path("atoms.xyz"), self.path("a.json")]
+        for option, value, mentions in (
+                ("--select", "element O und z", "--select: column 11: 'und' is no element"),
+                ("--select", "", "--select: the selection is empty"),
+                ("--select", "z > 5", "--select: none of 3 particles is left: there are z from 0 to 0"),
+                ("--select", "chain A", "--select: column 1: the file has no chains: it has elements"),
+                ("--slice", "z", "--slice: 'z' is no slice: write z=10:20"),
+                ("--hide", "hydrogen,watr", "--hide: 'watr' is no class of particles: did you mean 'water'?"),
+                ("--color-by", "charge", "--color-by: the file has no numbers 'charge'"),
+                ("--colormap", "virids", "did you mean 'viridis'?"),
+                ("--colormap", "viridis", "--colormap says nothing without color_by"),
+                ("--range", "5", "--range: '5' is no range")):
+            with self.subTest(option=option, value=value):
+                self.refused(*arguments, option, value, mentions=mentions)
+
     def test_places_that_cannot_be_written_to_are_refused_before_anything_is_read(self):
         missing = self.path("none.xyz")
         for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "no directory"),
@@ -179,6 +195,23 @@ class Conversions(ParticlesTest):
         self.convert(self.path("atoms.xyz"), out, "--material", "by-type", "--radius", "by-element")
         particles = json.loads(out.read_text())["particles"][0]
         self.assertEqual((particles["material"], particles["radius"]), ("by-type", "by-element"))
+
+    def test_selections_and_colours_are_kept_by_reference_and_applied_by_expand(self):
+        options = ["--select", "not element O", "--hide", "ions", "--color-by", "x", "--colormap", "magma",
+                   "--range", "1%:99%"]
+        refused = self.path("no.json")
+        self.refused("convert", self.path("atoms.xyz"), refused, *options, mentions="--hide: ")
+        options[3] = "none"
+        kept, expanded = self.path("kept.json"), self.path("expanded.json")
+        self.convert(self.path("atoms.xyz"), kept, *options)
+        item = json.loads(kept.read_text())["particles"][0]
+        self.assertEqual({key: item.get(key) for key in ("select", "hide", "color_by", "colormap", "range")},
+                         {"select": "not element O", "hide": [], "color_by": "x", "colormap": "magma",
+                          "range": "1%:99%"})
+        self.assertNotIn("material", item)
+        self.convert(self.path("atoms.xyz"), expanded, *options, "--expand")
+        self.assertEqual(self.facts(expanded)["spheres"], 2 + 2)
+        self.assertEqual(self.identity(expanded), self.identity(kept))
 
     def test_what_is_written_is_said_and_replaces_what_was_there(self):
         out = self.path("a.json")

@@ -79,3 +79,12 @@ def forge_png(path, forged, change, texts=lambda pixels: {}):
         body = kind + contents
         out += struct.pack(">I", len(contents)) + body + struct.pack(">I", zlib.crc32(body))
     forged.write_bytes(out)
+
+
+def read_rgb(path):
+    """Width, height and the bytes of every pixel, top row first."""
+    chunks = read_chunks(path)
+    width, height, depth, colour = struct.unpack_from(">2I2B", chunks[0][1])
+    assert (depth, colour) == (8, 2), "not 8-bit RGB"
+    packed = b"".join(contents for kind, contents in chunks if kind == b"IDAT")
+    return width, height, bytes(_unfiltered(zlib.decompress(packed), 3 * width))

@@ -10,6 +10,7 @@
 #include "common/input/particles/particles.h"
 #include "common/scene/limits.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/sample_molecules.h"
 
 namespace parray::test {
 
@@ -29,7 +30,7 @@ inline std::string binary_ply() {
 
 /// A small file of every format that uses most of what it can say, by name.
 inline std::map<std::string, std::string> valid_particle_files() {
-  return {
+  std::map<std::string, std::string> files{
       {"a.ply",
        "ply\nformat ascii 1.0\ncomment x\nelement vertex 3\nproperty float x\nproperty float y\n"
        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
@@ -57,6 +58,8 @@ inline std::map<std::string, std::string> valid_particle_files() {
        "_atom_site.occupancy\n_atom_site.pdbx_PDB_model_num\nC A \"C'\" 1 2 3 0.4 1\n"
        "C B \"C'\" 4 5 6(2) 0.6 1\nFE . FE 7 8 9 . 1\nO . O 1 1 1 1 "
        "2\n#\nloop_\n_x.y\n;text\n;\n2\n"}};
+  files.merge(valid_molecule_files());
+  return files;
 }
 
 /// What the header of Particles promises and these do not keep; empty: nothing.
@@ -89,9 +92,19 @@ inline std::string broken_promise(const Particles& particles) {
   if (!std::ranges::all_of(particles.elements, [](auto e) { return e <= last_element; })) {
     return "an element";
   }
-  const std::size_t names = particles.types.names.size();
-  const bool named = std::ranges::all_of(particles.types.index, [&](auto t) { return t < names; });
-  return named ? "" : "a type";
+  const auto named = [&](const NameColumn& column) {
+    return fits(column.index) && std::ranges::all_of(column.index, [&](std::uint32_t i) {
+             return i < column.names.size();
+           });
+  };
+  if (!named(particles.types)) return "a type";
+  if (!named(particles.atom_names) || !named(particles.residue_names) || !named(particles.chains) ||
+      !fits(particles.residue_numbers)) {
+    return "a name";
+  }
+  const bool numbered = std::ranges::all_of(
+      particles.numbers, [&](const NumberColumn& column) { return column.values.size() == count; });
+  return numbered ? "" : "a number";
 }
 
 }  // namespace parray::test

@@ -216,6 +216,13 @@ TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, on the side that is
 
 // ---- Places ------------------------------------------------------------------------------------
 
+TEST_CASE("labels at the margin fit, however their widths are rounded") {
+  for (int i = 1; i <= 1000; ++i) {
+    const Block block{"--text", Corner::bottom_right, 0.37 * i / 3, 0.29 * i / 7, {}};
+    CHECK_NOTHROW(lay_out({block}, 1200.1, 900.3, 0.1 * i / 9, 8));
+  }
+}
+
 TEST_CASE("labels of all corners have places apart from each other and inside the picture") {
   const Font font(14);
   const BlockStyle style{font, 1, 780, 580};
@@ -292,6 +299,11 @@ TEST_CASE("a label that the scene has nothing for is refused before any work") {
   CHECK(refusal(content).starts_with("--time-stamp: "));
   content.settings = {.cell = true};
   CHECK(refusal(content).starts_with("--cell: the scene's particles have no box"));
+  content.settings = {.text = "a", .font_size = 200, .dpi = 10000};
+  CHECK(
+      refusal(content) ==
+      "--font-size: letters of 200 points are 27778 pixels high, and the picture 400: use smaller "
+      "ones, or a larger picture");
   content.settings = {.scale_bar = true, .unit = "\u4e2d"};
   CHECK(refusal(content).starts_with("--unit: DejaVu Sans has no character U+4E2D"));
 }
@@ -321,6 +333,30 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
       image.rgb.begin() + std::ptrdiff_t{3} * 800 * (bar_row + 1), 0.0,
       [](double total, float value) { return total + 1 - static_cast<double>(value); });
   CHECK(sum / 3 == doctest::Approx(pixels).epsilon(1e-4));  // halos are as white as the picture
+}
+
+TEST_CASE("an orthographic camera shows a length as the same pixels wherever it is") {
+  Camera camera = camera_of(40);
+  camera.projection = Projection::orthographic;
+  camera.vfov = camera.tan_half_vfov = 0;
+  camera.view_height = 12;
+  const CameraFilm film(camera, 800, 600);
+  for (const double z : {-3.0, 0.0, 7.0}) {
+    const Point left = film.shown(film.seen({-2, 1, z}));
+    const Point right = film.shown(film.seen({2, 1, z}));
+    CHECK(right.x - left.x == doctest::Approx(4 * 50));
+    CHECK(left.y == doctest::Approx(250));
+    CHECK(film.pixels_per_unit(film.seen({0, 0, z}).z) == 50);
+  }
+  LabelContent content = content_of(800, 600);
+  content.camera = camera;
+  content.settings.scale_bar = true;
+  Image image = grey(800, 600, 1);
+  std::vector<float> opaque;
+  Labels{content}.draw(image, opaque, {});
+  const double em = 8 * dots_per_inch(content.settings, 800) / 72;
+  const auto [first, last] = extent(image, static_cast<std::uint32_t>(600 - 0.925 * em), 0);
+  CHECK(last + 1 - first == doctest::Approx(100).epsilon(0.02));  // 2 units
 }
 
 TEST_CASE("points of the scene are shown where the camera's rays to them start") {
@@ -408,16 +444,48 @@ TEST_CASE("a cell around the camera is drawn as far as it lies before it") {
   draw_lines(canvas, lines, film, {}, 1);
 }
 
-TEST_CASE("the names of a cell's edges stand beside them, outside") {
+TEST_CASE("the names of a cell's edges stand beside its outline, outside") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
-  const CameraFilm film(camera_of(40), 400, 400);
-  const std::vector<EdgeName> names = edge_names(cell, film, 5);
+  Camera camera = camera_of(40);
+  camera.look_from = {8, 5, 6};
+  const CameraFilm film(camera, 400, 400);
+  const std::vector<EdgeName> names = edge_names(cell, film, 10);
   REQUIRE(names.size() == 3);
-  CHECK(names[0].name == 'a');
-  CHECK(names[0].middle.x == doctest::Approx(200));
-  CHECK(names[0].middle.y > 250);  // below the lower edge
-  CHECK(names[1].middle.x < 150);
-  CHECK(names[1].middle.y == doctest::Approx(200));
+  double left = 400;
+  double right = 0;
+  for (const CellLine& line : cell_lines(cell, film)) {
+    left = std::min({left, line.from.x, line.to.x});
+    right = std::max({right, line.from.x, line.to.x});
+  }
+  CHECK((names[1].middle.x < left || names[1].middle.x > right));  // b is upright
+  for (const EdgeName& edge : names) {
+    double nearest = 1e9;
+    for (const CellLine& line : cell_lines(cell, film)) {
+      const Point at{(line.from.x + line.to.x) / 2, (line.from.y + line.to.y) / 2};
+      nearest = std::min(nearest, std::hypot(at.x - edge.middle.x, at.y - edge.middle.y));
+    }
+    CHECK(nearest == doctest::Approx(10));
+  }
+}
+
+TEST_CASE("the names of axes that are seen in nearly the same direction stand apart") {
+  const Font font(20);
+  const BlockStyle style{font, 1, 300, 300};
+  Camera camera = camera_of(40);
+  camera.look_from = {0.2, -10, 9.9};
+  camera.up = {0, 0, 1};
+  const Block block = axes_block(style, CameraFilm(camera, 300, 300));
+  Image image = grey(300, 300, 1);
+  std::vector<float> opaque;
+  Canvas canvas(image, opaque);
+  Pen pen(font, 1, {20, 20, block.width, block.height});
+  block.draw(pen, {20, 20});
+  pen.draw_on(canvas);
+  CHECK(changed(image, 1) > 200);
+  for (std::size_t i = 0; i < 300; ++i) {  // nothing is drawn beyond its place
+    CHECK(image.rgb[3 * i] == 1);
+    CHECK(image.rgb[std::size_t{3} * 300 * i] == 1);
+  }
 }
 
 // ---- Ink ---------------------------------------------------------------------------------------
@@ -434,6 +502,19 @@ TEST_CASE("labels are black on light pictures and white on dark ones, with a hal
     CHECK(*(ink == 0 ? most : least) == doctest::Approx(1 - ink).epsilon(0.3).scale(1));
     CHECK(image.rgb.back() == background);  // far from it
   }
+}
+
+TEST_CASE("a shape grows to all sides by what is asked for") {
+  Coverage square(Box{0, 0, 60, 60});
+  square.add(Box{20, 20, 10, 10});
+  const Coverage grown = square.grown(4);
+  // The square, four sides, and four quarters of a disc, of pixels.
+  CHECK(grown.area() == doctest::Approx(100 + 160 + std::numbers::pi * 16).epsilon(0.03));
+  CHECK(grown.at(25, 25) == 1);
+  CHECK(grown.at(25, 16) == 1);
+  CHECK(grown.at(25, 15) == 0);
+  CHECK(grown.at(16, 16) == 0);  // a corner is round
+  CHECK(square.grown(0).area() == doctest::Approx(100));
 }
 
 TEST_CASE("on a transparent picture a label has the alpha of what it covers") {

@@ -215,7 +215,7 @@ TEST_CASE("a portrait is the same scene for any number of threads") {
   const auto path = files.write("p.ply", ply(std::endian::little, many));
   const Scene one = portrait_scene(path, {}, portrait_settings()).file.scene;
   for (const int threads : thread_counts) {
-    CHECK(portrait_scene(path, {}, portrait_settings(), threads).file.scene == one);
+    CHECK(portrait_scene(path, {}, portrait_settings(), {}, threads).file.scene == one);
   }
 }
 

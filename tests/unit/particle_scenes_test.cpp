@@ -200,7 +200,7 @@ TEST_CASE("spheres are reserved exactly") {
   names.define("stone", diffuse({1, 1, 1}));
   Scene scene;
   scene.spheres.resize(7);
-  append_spheres(std::move(particles), source, names, scene);
+  append_spheres(std::move(particles), {}, source, names, scene);
   CHECK(scene.spheres.size() == 1007);
   CHECK(scene.spheres.capacity() == 1007);
 }

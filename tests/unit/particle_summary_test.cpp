@@ -70,10 +70,21 @@ TEST_CASE("the faces of a mesh are left out, and counted") {
       "property int a\nend_header\n0 0 0\n1 0\n1 0\n7\n";
   const std::vector<ParticleNote> notes = files.read("mesh.ply", mesh).facts.notes;
   REQUIRE(notes.size() == 2);
-  CHECK(notes[0].key == "elements_left_out");
+  CHECK(notes[0].key == "faces");
   CHECK(notes[0].count == 2);
   CHECK(notes[0].text == "faces of a mesh not shown");
   CHECK(notes[1].text == "instance of element 'edge' not shown");
+}
+
+TEST_CASE("a binary PLY file may end in blank lines") {
+  const test::ParticleFiles files;
+  const std::string data =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n" +
+      std::string(12, '\0');
+  CHECK(files.read("a.ply", data + "\r\n").count() == 1);
+  CHECK(files.message("a.ply", data + "\nx").find("data after the last element") !=
+        std::string::npos);
 }
 
 }  // namespace parray

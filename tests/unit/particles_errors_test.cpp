@@ -220,7 +220,7 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
        "a.ply:7: the header announces at least 24 bytes of data, the file has 23: is it complete?"},
       {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
        "a.ply.gz: byte 127: the file ends within its elements 'vertex': " + too_short},
-      {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "\n",
+      {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "x",
        "a.ply: byte 127: data after the last element: are the counts in the header right?"},
       {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
        "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},

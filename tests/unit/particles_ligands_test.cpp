@@ -63,6 +63,15 @@ TEST_CASE("GRO: any precision, triclinic boxes, blank titles and names, several 
         std::array<Vec3d, 3>{Vec3d{10, 0, 0}, Vec3d{5, 20, 0}, Vec3d{2.5, 1.25, 30}});
 }
 
+TEST_CASE("GRO: the numbers of a wide box may run together") {
+  const ParticleFiles files;
+  const Particles particles = read_all(
+      files, "a.gro",
+      "wide\n1\n    1SOL     OW    1   0.126   1.624   1.679\n40000.0000040001.0000040002.00000\n");
+  REQUIRE(particles.cell.has_value());
+  CHECK(particles.cell->edges[2].z == 400020);
+}
+
 TEST_CASE("GRO: what is missing or no number is told with its line") {
   const ParticleFiles files;
   CHECK(files.message("a.gro", "title\n2\n    1SOL     OW    1   0.126   1.624   1.679\n") ==

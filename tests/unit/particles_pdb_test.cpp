@@ -27,17 +27,17 @@ ParticleRequest everything() {
 
 TEST_CASE("PDB: a residue's name of four letters from column 17 on is no alternative location") {
   const ParticleFiles files;
-  // "POPC": unknown by itself, but all its atoms have the letter, and none is partly occupied.
-  const std::string popc =
-      "ATOM      1  C11 POPC    1       1.000   0.000   0.000  1.00  0.00\n"
-      "ATOM      2  C11 POPC    1       2.000   0.000   0.000  1.00  0.00\n"
-      "ATOM      3  P   POPC    1       3.000   0.000   0.000  1.00  0.00\n";
-  std::string shifted = popc;
-  for (std::size_t at = shifted.find(" POPC "); at != std::string::npos;
-       at = shifted.find(" POPC ")) {
-    shifted.replace(at, 6, "POPC  ");
+  const auto lines = [](char letter, const char* residue) {
+    return pdb_line(" C11", letter, residue, 1, 1) + pdb_line(" C11", letter, residue, 1, 2) +
+           pdb_line(" P", letter, residue, 1, 3);
+  };
+  // By itself "P" before "OPC" could be a location: but all atoms have it, and none is partly
+  // there.
+  std::string four = lines(' ', "POP");
+  for (std::size_t at = four.find("POP "); at != std::string::npos; at = four.find("POP ")) {
+    four.replace(at, 4, "POPC");
   }
-  for (const std::string& text : {popc, shifted}) {
+  for (const std::string& text : {lines('P', "OPC"), four}) {
     const Particles particles = files.read("a.pdb", text);
     CHECK(xs_of(particles) == Xs{1, 2, 3});
     CHECK(particles.residue_names.names == std::vector<std::string>{"POPC"});
@@ -94,6 +94,15 @@ TEST_CASE(
   CHECK(particles.elements == Elements{6, 6, 30, 20});
   CHECK(test::note(particles, "mended_elements") == 1);
   CHECK(test::note(particles, "guessed_elements") == 1);
+}
+
+TEST_CASE("PDB: the entry's name in columns 73 to 80 of old files is no element and no chain") {
+  const ParticleFiles files;
+  const std::string line =
+      "ATOM     39  CB  ASN     6      -7.206  17.820  24.791  1.00  0.00      1GPDF  6\n";
+  const Particles particles = files.read("a.pdb", line);
+  CHECK(particles.elements == Elements{6});
+  CHECK(particles.chains.empty());
 }
 
 TEST_CASE("PDB: what has no element is counted, a virtual site is none of them") {

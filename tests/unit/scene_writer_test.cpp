@@ -64,6 +64,21 @@ TEST_CASE("a scene of the seed's format becomes one of version 1") {
   CHECK(again.settings == seed.settings);
 }
 
+TEST_CASE("a scene's labels read back as they were, and without any there is no such section") {
+  SceneFile file;
+  file.scene = test::small_scene();
+  CHECK(written(file).find("labels") == std::string::npos);
+  file.labels.legend = file.labels.scale_bar = file.labels.time_stamp = file.labels.cell = true;
+  file.labels.text = "Caf\u00e9 \"7\"\nline";
+  file.labels.unit = "angstrom";
+  file.labels.font_size = 7.5;
+  file.labels.dpi = 600;
+  CHECK(read(written(file)).labels == file.labels);
+  file.labels = {};
+  file.labels.width_mm = 85.5;
+  CHECK(read(written(file)).labels == file.labels);
+}
+
 TEST_CASE("numbers of every size read back to the last bit") {
   std::mt19937_64 random(1);
   SceneFile file;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
 namespace parray {
@@ -19,10 +20,12 @@ ordered_json json_of(const Legend& legend) {
     out["high"] = legend.high;
     for (const Vec3d& stop : legend.stops) out["stops"].push_back(json_of(stop));
   }
-  for (const LegendEntry& entry : legend.entries) {
+  const std::size_t listed = std::min(legend.entries.size(), most_listed_entries);
+  for (const LegendEntry& entry : std::span(legend.entries).first(listed)) {
     out["entries"].push_back(
         {{"name", entry.name}, {"color", json_of(entry.color)}, {"count", entry.count}});
   }
+  if (legend.entries.size() > listed) out["left_out"] = legend.entries.size() - listed;
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,8 +40,11 @@ struct Legend {
 /// not repeated. An empty legend adds nothing.
 void add_legend(std::vector<Legend>& legends, Legend more);
 
+/// More entries are only counted in texts.
+inline constexpr std::size_t most_listed_entries = 256;
+
 /// As JSON text: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b], ...]?,
-/// "entries": [{"name", "color", "count"}, ...]?}, with colours in linear RGB.
+/// "entries": [{"name", "color", "count"}, ...]?, "left_out"?}, with colours in linear RGB.
 std::string legends_text(const std::vector<Legend>& legends);
 
 }  // namespace parray

@@ -112,6 +112,7 @@ void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms
       alternatives.letters.reset(i);
     }
   }
+  if (!doubtful.empty()) atoms.residue_names.drop_unused();
 }
 
 ParticleMask chosen_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,

@@ -16,17 +16,19 @@ namespace parray {
 namespace {
 
 /// Columns `first` to `last`, counted from 1; as far as the line has them.
-std::string_view columns(std::string_view line, std::size_t first, std::size_t last) {
+std::string_view record_columns(std::string_view line, std::size_t first, std::size_t last) {
   if (line.size() < first) return {};
   return line.substr(first - 1, last - first + 1);
 }
 
 /// The same without blanks at its ends.
-std::string_view field(std::string_view line, std::size_t first, std::size_t last) {
-  return trimmed(columns(line, first, last));
+std::string_view record_field(std::string_view line, std::size_t first, std::size_t last) {
+  return trimmed(record_columns(line, first, last));
 }
 
-char column(std::string_view line, std::size_t at) { return line.size() < at ? ' ' : line[at - 1]; }
+char record_column(std::string_view line, std::size_t at) {
+  return line.size() < at ? ' ' : line[at - 1];
+}
 
 double number_or_unknown(std::string_view text) {
   return number_in(text).value_or(AtomRecord::unknown);
@@ -57,32 +59,32 @@ bool is_known_residue(std::string_view name) {
 
 std::optional<Vec3d> columns_position(std::string_view line) {
   constexpr std::size_t last = 54;
-  if (line.size() < last || !trimmed(columns(line, 28, 30)).empty()) return {};
-  const auto x = number_in(field(line, 31, 38));
-  const auto y = number_in(field(line, 39, 46));
-  const auto z = number_in(field(line, 47, last));
+  if (line.size() < last || !trimmed(record_columns(line, 28, 30)).empty()) return {};
+  const auto x = number_in(record_field(line, 31, 38));
+  const auto y = number_in(record_field(line, 39, 46));
+  const auto z = number_in(record_field(line, 47, last));
   if (!x || !y || !z) return {};
   return Vec3d{*x, *y, *z};
 }
 
 /// Columns 17 to 22: alternative location, residue, chain.
 void read_residue(std::string_view line, AtomRecord& record) {
-  const char letter = column(line, 17);
-  const std::string_view three = field(line, 18, 20);
+  const char letter = record_column(line, 17);
+  const std::string_view three = record_field(line, 18, 20);
   std::string_view name = three;
-  std::string_view chain = field(line, 22, 22);
-  if (column(line, 21) != ' ') {
-    const std::string_view four = field(line, 18, 21);
+  std::string_view chain = record_field(line, 22, 22);
+  if (record_column(line, 21) != ' ') {
+    const std::string_view four = record_field(line, 18, 21);
     const bool part_of_chain =
-        column(line, 20) == ' ' || (is_known_residue(three) && !is_known_residue(four));
+        record_column(line, 20) == ' ' || (is_known_residue(three) && !is_known_residue(four));
     name = part_of_chain ? three : four;
-    if (part_of_chain) chain = field(line, 21, 22);
+    if (part_of_chain) chain = record_field(line, 21, 22);
   }
   record.alternative = letter;
   record.doubtful_alternative = false;
   const bool lipid = three == "OPC";  // a water model, and the end of POPC and DOPC
   if (letter != ' ' && name.size() == 3 && name == three && (lipid || !is_known_residue(three))) {
-    const std::string_view from_17 = field(line, 17, 20);
+    const std::string_view from_17 = record_field(line, 17, 20);
     record.doubtful_alternative = !is_known_residue(from_17);
     if (!record.doubtful_alternative) {
       name = from_17;
@@ -93,30 +95,29 @@ void read_residue(std::string_view line, AtomRecord& record) {
   record.chain = chain;
 }
 
-/// Columns 73 to 76, unless they are those of old entries, which say "1ABC  12" in 73 to 80.
-std::string_view segment_in(std::string_view line) {
-  for (std::size_t at = 77; at <= 80; ++at) {
-    if (ascii::is_digit(column(line, at)) && !ascii::is_letter(column(line, at - 1))) return {};
-  }
-  return field(line, 73, 76);
+/// Entries from before 1998 say "1ABC  12" or, revised, "1ABCF 12" in columns 73 to 80.
+bool has_entry_name(std::string_view line) {
+  const char sign = record_column(line, 79);
+  return ascii::is_digit(record_column(line, 73)) && ascii::is_digit(record_column(line, 80)) &&
+         sign != '+' && sign != '-';
 }
 
 /// Columns 23 to 27; a number of five digits takes the place of the insertion code.
 void read_number(std::string_view line, AtomRecord& record) {
-  const char last = column(line, 27);
-  const bool five = ascii::is_digit(last) && ascii::is_digit(column(line, 26));
-  record.residue_number = residue_number_in(field(line, 23, five ? 27 : 26)).value_or(0);
+  const char last = record_column(line, 27);
+  const bool five = ascii::is_digit(last) && ascii::is_digit(record_column(line, 26));
+  record.residue_number = residue_number_in(record_field(line, 23, five ? 27 : 26)).value_or(0);
   record.insertion = five ? ' ' : last;
 }
 
 void read_columns(std::string_view line, const Vec3d& position, AtomRecord& record) {
   record.position = position;
-  record.name = field(line, 13, 16);
-  record.two_letters = ascii::is_letter(column(line, 13)) && record.name.size() < 4;
+  record.name = record_field(line, 13, 16);
+  record.two_letters = ascii::is_letter(record_column(line, 13)) && record.name.size() < 4;
   read_residue(line, record);
   read_number(line, record);
-  record.occupancy = number_or_unknown(field(line, 55, 60));
-  record.b_factor = number_or_unknown(field(line, 61, 66));
+  record.occupancy = number_or_unknown(record_field(line, 55, 60));
+  record.b_factor = number_or_unknown(record_field(line, 61, 66));
 }
 
 /// Tabs as blanks up to the next multiple of eight columns, and the digits of a serial number
@@ -137,9 +138,9 @@ std::string realigned(std::string_view line) {
 }
 
 /// The words of a line whose fields blanks separate.
-class Words {
+class RecordWords {
  public:
-  explicit Words(std::string_view line) {
+  explicit RecordWords(std::string_view line) {
     split_at_blanks(line, words_);
     constexpr std::size_t longest = 6;  // "HETATM12345": the serial number follows at once
     if (!words_.empty() && words_[0].size() > longest)
@@ -197,7 +198,7 @@ void split_residue(std::string_view text, AtomRecord& record) {
 
 /// Everything before x: serial number, name, residue, chain, residue number, as far as they are
 /// there; false: it is something else.
-bool read_identity(const Words& words, std::size_t x, AtomRecord& record) {
+bool read_identity(const RecordWords& words, std::size_t x, AtomRecord& record) {
   record.name = words[1];
   record.two_letters = false;
   record.alternative = record.insertion = ' ';
@@ -215,7 +216,7 @@ bool read_identity(const Words& words, std::size_t x, AtomRecord& record) {
   return true;
 }
 
-bool read_words(const Words& words, std::size_t x, AtomRecord& record) {
+bool read_words(const RecordWords& words, std::size_t x, AtomRecord& record) {
   if (x > 5 || !read_identity(words, x, record)) return false;
   record.position = {*words.number(x), *words.number(x + 1), *words.number(x + 2)};
   return true;
@@ -223,14 +224,14 @@ bool read_words(const Words& words, std::size_t x, AtomRecord& record) {
 
 /// Whether the columns of x and y are as they should be: what is wrong then is not their place.
 bool has_columns(std::string_view line) {
-  return trimmed(columns(line, 28, 30)).empty() && number_in(field(line, 31, 38)) &&
-         number_in(field(line, 39, 46));
+  return trimmed(record_columns(line, 28, 30)).empty() && number_in(record_field(line, 31, 38)) &&
+         number_in(record_field(line, 39, 46));
 }
 
 /// By blanks, what columns do not tell; false: too little to be sure what is what, which takes x,
 /// y, z, occupancy and temperature factor.
 bool read_loose(std::string_view line, AtomRecord& record) {
-  const Words words(line);
+  const RecordWords words(line);
   const auto x = words.find_position();
   if (!x || !words.has_point(*x + 3) || !words.has_point(*x + 4)) return false;
   if (!read_words(words, *x, record)) return false;
@@ -248,7 +249,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
     place.fail("the record ends before its coordinates, columns 31 to 54: is it complete?");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
-    number_field(field(line, first, first + 7), std::string(name), place);
+    number_field(record_field(line, first, first + 7), std::string(name), place);
   }
   place.fail("text before the coordinates, which are columns 31 to 54: are the columns shifted?");
 }
@@ -286,22 +287,23 @@ void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& 
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (!fixed) return;
-  const std::string_view symbol = field(*fixed, 77, 78);
-  const std::uint8_t element = atomic_number_of(symbol);
   record.element.reset();
+  record.charge = AtomRecord::unknown;
+  if (has_entry_name(*fixed)) return;
+  const std::uint8_t element = atomic_number_of(record_field(*fixed, 77, 78));
   if (element != 0) record.element = element;
-  record.charge = formal_charge(field(*fixed, 79, 80));
-  if (record.chain.empty()) record.chain = segment_in(*fixed);
+  record.charge = formal_charge(record_field(*fixed, 79, 80));
+  if (record.chain.empty()) record.chain = record_field(*fixed, 73, 76);
 }
 
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (fixed) {
-    record.charge = number_or_unknown(field(*fixed, 67, 76));
-    record.type = field(*fixed, 78, 80);
+    record.charge = number_or_unknown(record_field(*fixed, 67, 76));
+    record.type = record_field(*fixed, 78, 80);
   } else {
-    const Words words(line);
+    const RecordWords words(line);
     record.type = words[words.size() - 1];
     record.charge = number_or_unknown(words[words.size() - 2]);
   }
@@ -312,7 +314,7 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
   constexpr std::size_t coordinates_end = 54;
   record.element.reset();
   record.occupancy = AtomRecord::unknown;
-  const Words words(line);
+  const RecordWords words(line);
   const auto x = words.find_position();
   std::optional<double> charge;
   std::optional<double> radius;

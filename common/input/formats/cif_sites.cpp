@@ -67,14 +67,15 @@ void CifSites::add(const CifRow& row) {
 bool CifSites::in_chosen_model(const CifRow& row) {
   const std::string_view model = row.text(CifItem::model);
   const bool last = request_.frame && request_.frame->last;
-  if (models_.empty() || models_.back() != model) {
-    if (std::ranges::find(models_, model) != models_.end()) {
-      return !last && models_[0] == model && request_.frame_number() == 0;
+  if (models_.empty() || models_[model_] != model) {
+    const auto found = std::ranges::find(models_, model);
+    model_ = static_cast<std::size_t>(found - models_.begin());
+    if (found == models_.end()) {
+      models_.emplace_back(model);
+      if (last) atoms_.reset();
     }
-    models_.emplace_back(model);
-    if (last) atoms_.reset();
   }
-  return last || models_.size() - 1 == request_.frame_number();
+  return last ? model_ + 1 == models_.size() : model_ == request_.frame_number();
 }
 
 void CifSites::add_cartesian(const CifRow& row) {

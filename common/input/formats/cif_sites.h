@@ -56,6 +56,7 @@ class CifSites {
   Kind kind_ = Kind::none;
   std::optional<AtomColumns> atoms_;
   std::vector<std::string> models_;  // their numbers, in the order of the file
+  std::size_t model_ = 0;            // the row's
   std::vector<CrystalSite> sites_;
   std::vector<ComponentAtom> component_;
   std::uint64_t unplaced_ = 0;

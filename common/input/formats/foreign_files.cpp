@@ -20,6 +20,9 @@ constexpr std::string_view mesh =
     "a mesh has no particles: save its vertices as PLY or CSV to see them as spheres";
 constexpr std::string_view convert =
     "this format is not read: write XYZ, PDB or another that is with the program that made it";
+constexpr std::string_view restart =
+    "turn it into a data file or a dump (lmp -restart2data, -restart2dump)";
+constexpr std::string_view binary_dump = "turn it into text by binary2txt of LAMMPS";
 constexpr std::string_view utf16 = "save the file as UTF-8";
 
 struct Signature {
@@ -30,7 +33,7 @@ struct Signature {
 };
 
 // Each from the public description of its format.
-constexpr std::array<Signature, 33> signatures{{
+constexpr std::array<Signature, 41> signatures{{
     {"\x89PNG\r\n", 0, "a PNG picture", picture},
     {"\xff\xd8\xff", 0, "a JPEG picture", picture},
     {"GIF8", 0, "a GIF picture", picture},
@@ -63,7 +66,15 @@ constexpr std::array<Signature, 33> signatures{{
     {"version https://git-lfs.github.com/spec", 0, "a Git LFS pointer",
      "fetch the file itself with git lfs pull"},
     {"LAMMPS (", 0, "a log of LAMMPS", "name the dump that the run has written"},
-    {"MMTF", 0, "an MMTF file", convert},
+    {"!BIOSYM", 0, "a BIOSYM archive", convert},
+    {"LammpS RestartT", 0, "a restart file of LAMMPS", restart},
+    {"DUMPCUSTOM", 8, "a binary dump of LAMMPS", binary_dump},
+    {"DUMPATOM", 8, "a binary dump of LAMMPS", binary_dump},
+    {"---\ncreator: LAMMPS", 0, "a YAML dump of LAMMPS", "write it by dump custom, as text"},
+    {"Number of particles = ", 0, "an AtomEye CFG file", convert},
+    {"mmtfVersion", 4, "an MMTF file", convert},
+    {"encoder", 2, "a BinaryCIF file", convert},
+    {"GENERAL INFO", 40, "a TNG trajectory", convert},
     {"OVITO", 0, "a session of OVITO", "export the particles from it as extended XYZ"},
     {"\xff\xfe", 0, "UTF-16 text", utf16},
     {"\xfe\xff", 0, "UTF-16 text", utf16},
@@ -128,6 +139,42 @@ bool is_poscar(const FileStart& start) {
   return true;
 }
 
+std::vector<std::string_view> words_of_line(const FileStart& start, std::size_t line) {
+  std::vector<std::string_view> words;
+  split_at_blanks(start.line(line), words);
+  return words;
+}
+
+/// A count and a title; rows of number, name, position, type, bonds.
+bool is_tinker(const FileStart& start) {
+  const auto head = words_of_line(start, 0);
+  const auto atom = words_of_line(start, 1);
+  return !head.empty() && natural_in(head[0]) && atom.size() >= 6 && atom[0] == "1" &&
+         !number_in(atom[1]) && number_in(atom[2]) && number_in(atom[4]) && natural_in(atom[5]);
+}
+
+/// Titles that begin with a star, the last one empty, and a count.
+bool is_charmm(const FileStart& start) {
+  std::size_t line = 0;
+  while (start.line(line).starts_with('*')) ++line;
+  const auto count = words_of_line(start, line);
+  return line > 0 && !count.empty() && count.size() <= 2 && natural_in(count[0]);
+}
+
+/// CONFIG and HISTORY: a title; two to five whole numbers, the keys of the trajectory and of the
+/// box (0 to 7); a box or a time step.
+bool is_dl_poly(const FileStart& start) {
+  const auto keys = words_of_line(start, 1);
+  const auto next = words_of_line(start, 2);
+  const auto is_whole = [](std::string_view word) { return natural_in(word).has_value(); };
+  if (keys.size() < 2 || keys.size() > 6 || !std::ranges::all_of(keys, is_whole)) return false;
+  const bool small = natural_in(keys[0]) <= 2U && natural_in(keys[1]) <= 7U;
+  const bool box = next.size() == 3 && std::ranges::all_of(next, [](std::string_view word) {
+                     return number_in(word) && word.find('.') != std::string_view::npos;
+                   });
+  return small && (box || (!next.empty() && next[0] == "timestep"));
+}
+
 Finding text_without_signature(const FileStart& start) {
   const std::string_view first = trimmed(start.line(0));
   const std::string lower = lower_case(start.bytes().substr(0, 1024));
@@ -150,6 +197,9 @@ Finding text_without_signature(const FileStart& start) {
   if (first == "TITLE" && std::ranges::count(keywords, "position") > 0) {
     return {"a GROMOS96 file", convert};
   }
+  if (is_tinker(start)) return {"a Tinker file", convert};
+  if (is_charmm(start)) return {"a CHARMM coordinate file", convert};
+  if (is_dl_poly(start)) return {"a file of DL_POLY", convert};
   if (is_poscar(start)) return {"a POSCAR file of VASP", convert};
   return {};
 }

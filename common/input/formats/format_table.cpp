@@ -63,15 +63,16 @@ struct Guess {
   Likeness likeness = Likeness::none;
 };
 
-/// The format that the file looks like most; of equals `named`, else the first.
+/// The format that the file looks like most: of equals the first, but `named` rather than what is
+/// only likely, if it could be that as well.
 Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   Guess best;
   for (const ParticleFormat& format : formats) {
     const Likeness likeness = format.looks(start);
-    const bool preferred = likeness == best.likeness && &format == named;
-    if (likeness > best.likeness || preferred) best = {&format, likeness};
+    if (likeness > best.likeness) best = {&format, likeness};
   }
-  return best.likeness == Likeness::none ? Guess{} : best;
+  const bool fits = named != nullptr && named->looks(start) != Likeness::none;
+  return fits && best.likeness != Likeness::certain ? Guess{named, Likeness::likely} : best;
 }
 
 bool is_scene(const FileStart& start) {

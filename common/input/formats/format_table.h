@@ -25,8 +25,8 @@ std::span<const ParticleFormat> particle_formats();
 /// By the file name's extension, that of a packed file looked through; nullptr: none.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
-/// The format that the file's first bytes show; where they show none that is likely, the one of its
-/// name; else one that is possible. nullptr: a scene file, which begins with a brace.
+/// The format that the file's first bytes show: one that is certain, the one of its name if that is
+/// possible, one that is likely, the one of its name, one that is possible, in this order. nullptr: a scene file, which begins with a brace.
 /// Throws InputError "FILE: problem: remedy", with what the file seems to be, for any other.
 const ParticleFormat* particle_format_of(PackedFile& file);
 

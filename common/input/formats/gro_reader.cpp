@@ -39,12 +39,28 @@ std::size_t width_of(std::string_view line, const FilePlace& place) {
   return second - first;
 }
 
+/// Numbers of equal precision that may run together: each ends as many digits after its decimal
+/// point as the last one.
+std::vector<std::string_view> equal_numbers(std::string_view line) {
+  std::vector<std::string_view> numbers;
+  const std::size_t digits = line.size() - std::min(line.rfind('.'), line.size());
+  while (!line.empty()) {
+    const std::size_t point = std::min(line.find('.'), line.size());
+    const std::size_t end = std::min(point + digits, line.size());
+    if (end == 0) break;
+    numbers.push_back(trimmed(line.substr(0, end)));
+    line.remove_prefix(end);
+  }
+  return numbers;
+}
+
 /// The box of the last line: its three lengths, or v1(x) v2(y) v3(z) v1(y) v1(z) v2(x) v2(z) v3(x)
 /// v3(y).
-std::optional<ParticleCell> box_in(std::string_view line, const FilePlace& place) {
+std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& place) {
+  constexpr std::size_t all = 9;
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
-  constexpr std::size_t all = 9;
+  if (words.size() == 1) words = equal_numbers(trimmed(line));
   std::array<double, all> v{};
   if (words.size() != 3 && words.size() < all) {
     place.fail(std::to_string(words.size()) +
@@ -93,7 +109,7 @@ class GroFrames final : public FrameReader {
       add_row(input_.line(), width, atoms);
     }
     go_on(count_);
-    const auto cell = box_in(input_.line(), input_.place());
+    const auto cell = gro_box_in(input_.line(), input_.place());
     atoms.note("length_unit", count_, "positions given in nm, read as angstrom");
     Particles particles = atoms.finish_frame();
     particles.cell = cell;

@@ -130,7 +130,9 @@ class BinaryReader {
   }
 
   void check_end() {
-    if (input_->next_bytes(1) != nullptr) {
+    constexpr std::string_view blanks = " \t\r\n";  // which some programs end a file with
+    while (const char* const byte = input_->next_bytes(1)) {
+      if (blanks.find(*byte) != std::string_view::npos) continue;
       input_->fail("data after the last element: are the counts in the header right?");
     }
   }
@@ -259,7 +261,8 @@ void note_other_elements(const PlyHeader& header, ParticleFacts& facts) {
     const std::string what = element.name == "face"
                                  ? "face" + ending + " of a mesh"
                                  : "instance" + ending + " of element '" + element.name + "'";
-    facts.notes.push_back({"elements_left_out", element.count, what + " not shown"});
+    const std::string key = element.name == "face" ? "faces" : "other_elements";
+    facts.notes.push_back({key, element.count, what + " not shown"});
   }
 }
 

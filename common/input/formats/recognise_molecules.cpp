@@ -139,7 +139,8 @@ Likeness looks_like_cif(const FileStart& start) {
 
 Likeness looks_like_sdf(const FileStart& start) {
   const std::string_view counts = trimmed(start.line(3));
-  return certain_if(counts.ends_with("V2000") || counts.ends_with("V3000"));
+  return certain_if(counts.ends_with("V2000") || counts.ends_with("V3000") ||
+                    any_line_is(start, "M  END"));
 }
 
 Likeness looks_like_mol2(const FileStart& start) {
@@ -153,20 +154,6 @@ Likeness looks_like_psf(const FileStart& start) {
 
 Likeness looks_like_prmtop(const FileStart& start) {
   return certain_if(start.has("%VERSION") || start.has("%FLAG"));
-}
-
-Likeness looks_like_inpcrd(const FileStart& start) {
-  constexpr std::size_t width = 12;
-  constexpr std::size_t point = 4;
-  Fields words;
-  split_at_blanks(start.line(1), words);
-  if (words.empty() || !natural_in(words[0])) return Likeness::none;
-  const std::string_view row = start.line(2);
-  if (row.size() < 3 * width || row.size() % width != 0) return Likeness::none;
-  for (std::size_t at = 0; at < row.size(); at += width) {
-    if (row[at + point] != '.' || !is_number_field(row.substr(at, width))) return Likeness::none;
-  }
-  return Likeness::likely;
 }
 
 }  // namespace parray

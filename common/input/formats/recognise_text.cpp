@@ -103,4 +103,18 @@ Likeness looks_like_gro(const FileStart& start) {
   return Likeness::likely;
 }
 
+Likeness looks_like_inpcrd(const FileStart& start) {
+  constexpr std::size_t width = 12;
+  constexpr std::size_t whole = 4;  // of it before the point
+  const Fields head = words_of(start.line(1));
+  if (head.empty() || head.size() > 3 || !is_count(head[0])) return Likeness::none;
+  if (!std::ranges::all_of(head, is_number)) return Likeness::none;
+  const std::string_view row = start.line(2);
+  if (row.size() < 3 * width || row.size() > 6 * width) return Likeness::none;
+  for (std::size_t at = 0; at + width <= row.size(); at += width) {
+    if (row[at + whole] != '.' || !is_number(trimmed(row.substr(at, width)))) return Likeness::none;
+  }
+  return Likeness::likely;
+}
+
 }  // namespace parray

@@ -15,6 +15,8 @@ Likeness looks_like_lammps_dump(const FileStart& start);
 Likeness looks_like_lammps_data(const FileStart& start);
 /// GROMACS reference manual, file formats.
 Likeness looks_like_gro(const FileStart& start);
+/// AMBER's formatted restart files: a title, a count, six coordinates of 12.7 a line.
+Likeness looks_like_inpcrd(const FileStart& start);
 
 // Of molecules; recognise_molecules.cpp.
 /// wwPDB, "Protein Data Bank Contents Guide", version 3.30.
@@ -35,8 +37,6 @@ Likeness looks_like_mol2(const FileStart& start);
 Likeness looks_like_psf(const FileStart& start);
 /// AMBER's topology.
 Likeness looks_like_prmtop(const FileStart& start);
-/// AMBER's restart file as text.
-Likeness looks_like_inpcrd(const FileStart& start);
 
 // Binary; recognise_binary.cpp.
 /// CHARMM's and NAMD's trajectory, of either byte order.

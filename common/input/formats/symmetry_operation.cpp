@@ -7,7 +7,7 @@
 namespace parray {
 namespace {
 
-bool is_number(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '.'; }
 
 /// The characters of one of the three parts, blanks left out.
 class Part {
@@ -63,7 +63,7 @@ bool read_row(std::string_view text, double* row) {
     double factor = part.take('-') ? -1 : 1;
     if (factor > 0) part.take('+');
     std::optional<std::size_t> axis;
-    if (is_number(part.peek())) {
+    if (starts_number(part.peek())) {
       const auto number = fraction_in(part);
       if (!number) return false;
       factor *= *number;

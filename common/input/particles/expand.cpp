@@ -4,50 +4,42 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/input/particles/packed_file.h"
 #include "common/input/particles/particle_spheres.h"
+#include "common/input/particles/shown_particles.h"
+#include "common/input/particles/source_error.h"
 
 namespace parray {
 namespace {
 
-/// The particle file's message says where in it; the scene's place says who named it.
-template <typename Work>
-auto with_context(const ParticleSource& source, const JsonPlace& place, const Work& work) {
+/// Appends the particles of `source`; throws as the functions that it calls do.
+void append(ParticleSource source, const std::filesystem::path& folder, SceneFile& file,
+            int threads) {
+  PackedFile particles(folder / source.file);
+  ShownParticles shown = shown_particles(particles, source, folder, threads);
+  const auto check = [](const char* key, const std::string& problem) {
+    if (!problem.empty()) throw SourceError(key, problem);
+  };
+  source.material = decided_material(source, shown.particles);
+  check("material", problem_with(source.material, shown.particles, file.materials, source.file));
+  source.radius = decided(source.radius, shown.particles);
+  check("radius", problem_with(source.radius, shown.particles, source.file));
+  append_shown(std::move(shown), particles.path(), source, file, threads);
+}
+
+/// The particle file's message says where in it; the scene's place says who asked for what.
+void expand(const ParticleSource& source, const JsonPlace& place,
+            const std::filesystem::path& folder, SceneFile& file, int threads) {
   try {
-    return work();
+    append(source, folder, file, threads);
+  } catch (const SourceError& error) {
+    place.at(error.key()).fail(source.line_of(error.key()), error.what());
   } catch (const InputError& error) {
     place.at("file").fail(source.file_line, error.what());
   }
 }
 
-void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
-            SceneFile& file, int threads) {
-  const std::filesystem::path path = folder / source.file;
-  Particles particles = with_context(source, place, [&] {
-    return read_particles(path,
-                          {.frame = source.frame,
-                           .topology = source.topology.empty() ? "" : folder / source.topology,
-                           .threads = threads});
-  });
-  source.material = decided(source.material, particles);
-  source.radius = decided(source.radius, particles);
-  std::string problem = problem_with(source.material, particles, file.materials, source.file);
-  if (!problem.empty()) place.at("material").fail(source.material_line, problem);
-  problem = problem_with(source.radius, particles, source.file);
-  if (!problem.empty()) place.at("radius").fail(source.radius_line, problem);
-  note_particles(file, path, source, particles);
-  add_legend(file.legends, legend_of(particles, source.material, file.materials));
-  with_context(source, place, [&] {
-    append_spheres(std::move(particles), source, file.materials, file.scene, threads);
-  });
-}
-
 }  // namespace
-
-void note_particles(SceneFile& file, const std::filesystem::path& path,
-                    const ParticleSource& source, const Particles& particles) {
-  file.particle_files.push_back({path, source, particles.count(), particles.facts});
-  if (!file.cell) file.cell = particles.cell;
-}
 
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads) {
   const std::string name = scene_path.string();

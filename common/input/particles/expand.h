@@ -6,11 +6,6 @@
 
 namespace parray {
 
-/// Adds to `file` what `particles`, which are to be in its scene, say of themselves. `path` is
-/// empty for the standard input.
-void note_particles(SceneFile& file, const std::filesystem::path& path,
-                    const ParticleSource& source, const Particles& particles);
-
 /// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
 /// order; `file.particles` is empty afterwards. `scene_path` is that of the scene file: the
 /// particle files' names are relative to its folder.

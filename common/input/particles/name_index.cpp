@@ -28,6 +28,14 @@ std::uint32_t NameIndex::number_of(std::string_view name) {
   return known->second;
 }
 
+void NameIndex::drop_unused() {
+  const NameColumn before = std::exchange(column_, {});
+  numbers_.clear();
+  for (const std::uint32_t index : before.index) {
+    column_.index.push_back(number_of(before.names[index]));
+  }
+}
+
 NameColumn NameIndex::finish() { return unnamed() ? NameColumn{} : std::move(column_); }
 
 }  // namespace parray

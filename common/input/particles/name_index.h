@@ -25,6 +25,9 @@ class NameIndex {
     column_.index[particle] = number_of(name);
   }
 
+  /// Forgets names that no particle has any more.
+  void drop_unused();
+
   [[nodiscard]] const NameColumn& column() const { return column_; }
   /// All names are empty, as in a file that has none.
   [[nodiscard]] bool unnamed() const {

@@ -9,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/input/coloring/category_colors.h"
 #include "common/input/material_table.h"
 #include "common/input/particles/elements.h"
 #include "common/scene/limits.h"
@@ -19,18 +20,6 @@ namespace {
 
 using MaterialRule = ParticleMaterial::Rule;
 using RadiusRule = ParticleRadius::Rule;
-
-/// Colours that people with any colour vision tell apart, as linear RGB; black, the eighth, is left
-/// out because a black ball shows no shape. Source: Okabe and Ito, "Color Universal Design", 2008.
-constexpr std::array<Vec3d, 7> type_colors{{
-    {0.7913, 0.3467, 0.0},     // orange
-    {0.0931, 0.4564, 0.8148},  // sky blue
-    {0.0, 0.3419, 0.1714},     // bluish green
-    {0.8714, 0.7758, 0.0545},  // yellow
-    {0.0, 0.1683, 0.4452},     // blue
-    {0.6654, 0.1119, 0.0},     // vermilion
-    {0.6038, 0.1912, 0.3864},  // reddish purple
-}};
 
 /// -0 becomes 0, as in every number that a scene file says: equal scenes have equal bytes.
 Vec3d without_negative_zero(const Vec3d& v) { return v + Vec3d{}; }
@@ -52,35 +41,42 @@ Material material_of(std::size_t kind, const Particles& particles, const Particl
   }
   const Material* named = names.find(
       material.rule == MaterialRule::by_type ? particles.types.names[kind] : material.name);
-  return named != nullptr ? *named : diffuse(type_colors[kind % type_colors.size()]);
+  constexpr std::size_t type_colors = 7;
+  return named != nullptr ? *named : diffuse(category_color(kind % type_colors));
+}
+
+/// Of the kind of the material that the rule names, in that colour.
+Material painted_material(const Vec3d& color, const ParticleMaterial& material,
+                          const MaterialNames& names) {
+  Material out = diffuse(color);
+  if (const Material* named = names.find(material.name)) {
+    out = *named;
+    out.albedo = without_negative_zero(color);
+  }
+  return out;
 }
 
 /// The numbers of the particles' materials, in the order in which the particles first use them;
 /// each is looked up once.
 class Surfaces {
  public:
-  Surfaces(const Particles& particles, const ParticleMaterial& material, const MaterialNames& names,
-           MaterialTable& table)
-      : particles_(particles), material_(material), names_(names), table_(table) {}
+  Surfaces(const Particles& particles, const ParticlePaint& paint, const ParticleMaterial& material,
+           const MaterialNames& names, MaterialTable& table)
+      : particles_(particles), paint_(paint), material_(material), names_(names), table_(table) {}
 
   /// False: there are too many materials.
   bool find_all() {
     const bool by_color = material_.rule == MaterialRule::column;
     const bool one = material_.rule == MaterialRule::named;
-    constexpr std::size_t atomic_numbers = 256;
     if (by_color) {
       numbers_.reserve(particles_.count());
     } else {
-      numbers_.resize(
-          material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers,
-          unknown);
+      numbers_.resize(kinds(), unknown);
     }
     for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
       const std::size_t kind = kind_of(i);
       if (!by_color && numbers_[kind] != unknown) continue;
-      const auto number =
-          table_.intern(by_color ? diffuse(particles_.colors[i])
-                                 : material_of(kind, particles_, material_, names_));
+      const auto number = table_.intern(by_color ? diffuse(particles_.colors[i]) : of_kind(kind));
       if (!number) return false;
       if (by_color) {
         numbers_.push_back(*number);
@@ -99,6 +95,17 @@ class Surfaces {
  private:
   static constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
 
+  [[nodiscard]] std::size_t kinds() const {
+    constexpr std::size_t atomic_numbers = 256;
+    if (material_.rule == MaterialRule::painted) return paint_.colors.size();
+    return material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers;
+  }
+  [[nodiscard]] Material of_kind(std::size_t kind) const {
+    return material_.rule == MaterialRule::painted
+               ? painted_material(paint_.colors[kind], material_, names_)
+               : material_of(kind, particles_, material_, names_);
+  }
+
   /// Of particles of one kind, the material is looked up once.
   [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
     switch (material_.rule) {
@@ -108,12 +115,15 @@ class Surfaces {
         return particles_.types.index[particle];
       case MaterialRule::column:
         return particle;
+      case MaterialRule::painted:
+        return paint_.index[particle];
       default:
         return 0;
     }
   }
 
   const Particles& particles_;
+  const ParticlePaint& paint_;
   const ParticleMaterial& material_;
   const MaterialNames& names_;
   MaterialTable& table_;
@@ -183,6 +193,14 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
   switch (material.rule) {
     case MaterialRule::named:
       return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
+    case MaterialRule::painted: {
+      const Material* const base = materials.find(material.name);
+      if (base == nullptr)
+        return material.name.empty() ? "" : unknown_material(material, materials);
+      return base->type != MaterialType::dielectric
+                 ? ""
+                 : "glass has no colour that color_by could give it: name another material";
+    }
     case MaterialRule::by_element:
       return particles.elements.empty() ? without("elements") : "";
     case MaterialRule::by_type:
@@ -240,7 +258,7 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   return legend;
 }
 
-void append_spheres(Particles particles, const ParticleSource& source,
+void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads) {
   const std::size_t count = particles.count();
   if (count > limits::max_spheres - scene.spheres.size()) {
@@ -252,7 +270,7 @@ void append_spheres(Particles particles, const ParticleSource& source,
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
-  Surfaces surfaces(particles, source.material, materials, table);
+  Surfaces surfaces(particles, paint, source.material, materials, table);
   if (!surfaces.find_all()) {
     fail_too_many(source, limits::max_materials,
                   " distinct materials in the scene: round the file's colours");

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "common/input/coloring/legend.h"
+#include "common/input/coloring/particle_paint.h"
 #include "common/input/material_names.h"
 #include "common/input/particle_source.h"
 #include "common/input/particles/particles.h"
@@ -25,19 +26,20 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
 std::string problem_with(const ParticleRadius& radius, const Particles& particles,
                          const std::string& name);
 
-/// What the particles' colours mean under the rule of `source`, which is decided and without
-/// problem. Elements come by atomic number, those that are unknown last; types in the order of the
-/// file. Empty under any other rule, where colours stand for nothing.
+/// What the particles' colours mean under a rule that is decided and without problem, unless they
+/// are painted. Elements come by atomic number, those that are unknown last; types in the order of
+/// the file. Empty under any other rule, where colours stand for nothing.
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
                  const MaterialNames& materials);
 
 /// Appends a sphere for each particle, in order, to `scene`, whose materials stay distinct and in
-/// the order of their first use. The rules of `source` are decided and without problem.
+/// the order of their first use. The rules of `source` are decided and without problem; `paint` is
+/// that of the particles where the material's is `painted`.
 ///
 /// Frees the columns that the rules do not need before it allocates. Throws InputError "FILE:
 /// problem: remedy" when spheres or distinct materials are more than limits.h allows; `scene` is
 /// then of no use.
-void append_spheres(Particles particles, const ParticleSource& source,
+void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads = 1);
 
 }  // namespace parray

@@ -75,7 +75,7 @@ const Names& nucleotides() {
   return names;
 }
 
-bool has(const Names& names, std::string_view name) { return names.contains(name); }
+bool has_name(const Names& names, std::string_view name) { return names.contains(name); }
 
 /// Names of ions that are not the element's symbol, with or without a charge.
 const std::unordered_map<std::string_view, std::uint8_t>& ions() {
@@ -106,8 +106,8 @@ std::string_view without_charge(std::string_view name) {
 
 /// The sites of water models beside O and H, and Drude particles.
 const Names& water_sites() {
-  static const Names names{"MW",  "MW1", "MW2", "MW4", "M",   "OM",  "IW",  "EPW", "EP",
-                           "EP1", "EP2", "LP",  "LP1", "LP2", "LPA", "LPB", "L1",  "L2",
+  static const Names names{"MW",  "MW1", "MW2", "MW4", "M",   "M1",  "M2",  "OM",  "IW",  "EPW",
+                           "EP",  "EP1", "EP2", "LP",  "LP1", "LP2", "LPA", "LPB", "L1",  "L2",
                            "LW1", "LW2", "LA",  "LB",  "VS",  "X",   "XX",  "DUM", "DOH2"};
   return names;
 }
@@ -136,24 +136,24 @@ bool is_dummy(std::string_view name) {
 
 }  // namespace
 
-bool is_water(std::string_view residue) { return has(waters(), Upper(residue).view()); }
+bool is_water(std::string_view residue) { return has_name(waters(), Upper(residue).view()); }
 
 bool is_amino_acid(std::string_view residue) {
   const Upper upper(residue);
   const std::string_view name = upper.view();
-  if (has(amino_acids(), name)) return true;
+  if (has_name(amino_acids(), name)) return true;
   const bool end = name.size() == 4 && (name[0] == 'N' || name[0] == 'C');
-  return end && has(amino_acids(), name.substr(1));
+  return end && has_name(amino_acids(), name.substr(1));
 }
 
 bool is_nucleotide(std::string_view residue) {
   const Upper upper(residue);
   std::string_view name = upper.view();
-  if (has(nucleotides(), name)) return true;
+  if (has_name(nucleotides(), name)) return true;
   const bool end = name.size() > 1 && name.size() < 4 &&
                    (name.back() == '5' || name.back() == '3' || name.back() == 'N');
   if (end) name.remove_suffix(1);
-  return end && has(nucleotides(), name);
+  return end && has_name(nucleotides(), name);
 }
 
 std::uint8_t ion_element(std::string_view name) {
@@ -173,7 +173,7 @@ bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8
   const Upper upper(atom);
   const std::string_view name = upper.view();
   if (Upper(residue).view() == "DUM") return true;
-  if (is_water(residue)) return has(water_sites(), name);
+  if (is_water(residue)) return has_name(water_sites(), name);
   if (element != 0) return false;
   if (is_amino_acid(residue) && (is_mass_center(name) || is_pseudo_atom(name))) return true;
   return is_dummy(name);

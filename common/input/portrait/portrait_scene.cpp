@@ -1,20 +1,22 @@
 #include "common/input/portrait/portrait_scene.h"
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.h"
-#include "common/input/particles/expand.h"
 #include "common/input/particles/packed_file.h"
 #include "common/input/particles/particle_spheres.h"
+#include "common/input/particles/shown_particles.h"
+#include "common/input/particles/source_error.h"
 #include "common/input/portrait/portrait.h"
 #include "common/input/portrait/principal_axes.h"
 
 namespace parray {
 namespace {
-
-constexpr std::uint32_t helpers = 2;  ///< ground and flag, the first spheres and materials
 
 void check(const std::string& problem) {
   if (!problem.empty()) throw InputError(problem);
@@ -22,7 +24,7 @@ void check(const std::string& problem) {
 
 /// Decides the rules; true when the radius is left to lattice_radius().
 bool decide(ParticleSource& source, const Particles& particles, MaterialNames& materials) {
-  source.material = decided(source.material, particles);
+  source.material = decided_material(source, particles);
   if (source.material.rule == ParticleMaterial::Rule::automatic) {
     source.material = particle_material_from(portrait_plain_name);
   }
@@ -36,6 +38,85 @@ bool decide(ParticleSource& source, const Particles& particles, MaterialNames& m
   return false;
 }
 
+/// The cell's corners.
+std::vector<Vec3d> corners_of(const ParticleCell& cell) {
+  std::vector<Vec3d> corners{cell.origin};
+  for (const Vec3d& edge : cell.edges) {
+    const std::size_t before = corners.size();
+    for (std::size_t i = 0; i < before; ++i) corners.push_back(corners[i] + edge);
+  }
+  return corners;
+}
+
+/// Along each edge particles reach as far as three quarters of it: a box of a simulation. What is
+/// in a crystal's cell but for its repetitions does not.
+bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
+  constexpr double share = 0.75;
+  const auto& [a, b, c] = cell.edges;
+  const double volume = dot(a, cross(b, c));
+  if (volume == 0) return true;
+  for (const Vec3d& normal : {cross(b, c), cross(c, a), cross(a, b)}) {
+    double low = dot(positions.front(), normal);
+    double high = low;
+    for (const Vec3d& position : positions) {
+      low = std::min(low, dot(position, normal));
+      high = std::max(high, dot(position, normal));
+    }
+    if (high - low < share * std::abs(volume)) return false;
+  }
+  return true;
+}
+
+Subject subject_of(const Particles& particles, const Viewing& viewing) {
+  Subject subject;
+  const auto& cell = particles.cell;
+  subject.molecule =
+      !particles.elements.empty() &&
+      (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
+  if (cell && viewing.whole_cell) subject.corners = corners_of(*cell);
+  return subject;
+}
+
+PortraitScene taken(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+                    const Viewing& viewing, int threads) {
+  ShownParticles shown = shown_particles(file, source, {}, threads);
+  PortraitScene out;
+  out.source = std::move(source);
+  out.source.file = file.name();
+  out.file.settings = settings;
+  out.file.finish = finish_of(viewing.style);
+  Scene& scene = out.file.scene;
+  for (const Prop& prop : props_of(viewing)) {
+    out.file.materials.define(std::string(prop.name), prop.material);
+    scene.materials.push_back(prop.material);
+  }
+  const auto staging = static_cast<std::uint32_t>(scene.materials.size());
+  out.file.staging = staging;
+  scene.spheres.resize(staging);
+  const bool radius_is_open = decide(out.source, shown.particles, out.file.materials);
+  if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
+  const Subject subject = subject_of(shown.particles, viewing);
+  append_shown(std::move(shown), file.path(), out.source, out.file, threads);
+  const auto spheres = std::span(scene.spheres).subspan(staging);
+  if (radius_is_open) {
+    out.source.radius.value = lattice_radius(spheres);
+    for (Sphere& sphere : spheres) sphere.radius = out.source.radius.value;
+  }
+  try {
+    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const Portrait portrait = portrait_of(spheres, aspect, viewing, subject, threads);
+    scene.camera = portrait.camera;
+    scene.sky = portrait.sky;
+    for (std::uint32_t i = 0; i < staging; ++i) {
+      scene.spheres[i] = portrait.props[i].sphere;
+      scene.spheres[i].material = i;
+    }
+  } catch (const InputError& error) {
+    FilePlace{file.name()}.fail(error.what());
+  }
+  return out;
+}
+
 }  // namespace
 
 RenderSettings portrait_settings() {
@@ -47,58 +128,27 @@ RenderSettings portrait_settings() {
 }
 
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
-                             const RenderSettings& settings, int threads) {
+                             const RenderSettings& settings, const Viewing& viewing, int threads) {
   PackedFile file(path);
-  return portrait_scene(file, std::move(source), settings, threads);
+  return portrait_scene(file, std::move(source), settings, viewing, threads);
 }
 
 PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
-                             const RenderSettings& settings, int threads) {
-  Particles particles = read_particles(
-      file, {.frame = source.frame, .topology = source.topology, .threads = threads});
-  PortraitScene out;
-  out.source = std::move(source);
-  out.source.file = file.name();
-  out.file.settings = settings;
-  MaterialNames& names = out.file.materials;
-  names.define("ground", portrait_ground);
-  names.define("flag", portrait_flag);
-  const bool radius_is_open = decide(out.source, particles, names);
-  if (radius_is_open) out.source.radius = {ParticleRadius::Rule::fixed, 1};
-  Scene& scene = out.file.scene;
-  scene.materials = {portrait_ground, portrait_flag};
-  scene.spheres.resize(helpers);
-  note_particles(out.file, file.path(), out.source, particles);
-  out.file.staging = helpers;
-  add_legend(out.file.legends, legend_of(particles, out.source.material, names));
-  append_spheres(std::move(particles), out.source, names, scene, threads);
-  const auto shown = std::span(scene.spheres).subspan(helpers);
-  if (radius_is_open) {
-    out.source.radius.value = lattice_radius(shown);
-    for (Sphere& sphere : shown) sphere.radius = out.source.radius.value;
-  }
+                             const RenderSettings& settings, const Viewing& viewing, int threads) {
+  const FilePlace place{file.name()};
   try {
-    const Portrait portrait =
-        portrait_of(shown, static_cast<double>(settings.width) / settings.height, threads);
-    scene.camera = portrait.camera;
-    scene.sky = portrait.sky;
-    scene.spheres[0] = portrait.ground;
-    scene.spheres[1] = portrait.flag;
-    scene.spheres[1].material = 1;
-  } catch (const InputError& error) {
-    FilePlace{file.name()}.fail(error.what());
+    return taken(file, std::move(source), settings, viewing, threads);
+  } catch (const SourceError& error) {
+    std::string option = error.key();
+    std::ranges::replace(option, '_', '-');
+    place.fail("--" + option + ": " + error.what());
   }
-  return out;
-}
-
-void leave_out_ground(Scene& scene) {
-  scene.spheres.erase(scene.spheres.begin());  // others may have its material
 }
 
 SceneFile with_reference(PortraitScene portrait, const std::string& file) {
   SceneFile out = std::move(portrait.file);
-  out.scene.spheres.resize(helpers);
-  out.scene.materials.resize(helpers);
+  out.scene.spheres.resize(out.staging);
+  out.scene.materials.resize(out.staging);
   out.particles = {std::move(portrait.source)};
   out.particles.front().file = file;
   return out;

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/input/particles/particles.h"
+#include "common/input/portrait/portrait.h"
 #include "common/input/scene_file.h"
 
 namespace parray {
@@ -15,7 +16,7 @@ inline constexpr std::string_view portrait_plain_name = "plain";
 
 /// A particle file as a scene of its own.
 struct PortraitScene {
-  SceneFile file;         ///< ground, flag, then the particles, as spheres
+  SceneFile file;         ///< `staging` props, then the particles, as spheres
   ParticleSource source;  ///< what made them, its rules decided; `file` is as given
 };
 
@@ -23,17 +24,18 @@ struct PortraitScene {
 /// height the view is framed for. `source` says what is shown of it; its own `file` does not count.
 /// `automatic` ends, where the file has nothing better, in the plain material and in
 /// lattice_radius(); the only known name of a material is portrait_plain_name.
+/// Molecules, for the automatic view, are files with elements that have no cell, or names of
+/// residues and a cell that they do not fill.
 ///
 /// Throws InputError "FILE: problem: remedy".
 PortraitScene portrait_scene(const std::filesystem::path& path, ParticleSource source,
-                             const RenderSettings& settings, int threads = 1);
+                             const RenderSettings& settings, const Viewing& viewing = {},
+                             int threads = 1);
 
 /// The same of a file that is open.
 PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
-                             const RenderSettings& settings, int threads = 1);
-
-/// Takes the ground out of a portrait's scene, which would fill the background of its picture.
-void leave_out_ground(Scene& scene);
+                             const RenderSettings& settings, const Viewing& viewing = {},
+                             int threads = 1);
 
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);

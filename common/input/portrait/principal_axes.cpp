@@ -87,10 +87,10 @@ double solve(double a, double b, double target) {
 
 }  // namespace
 
-Frame principal_axes(std::span<const Sphere> spheres) {
+Axes principal_axes(std::span<const Sphere> spheres, bool leaning) {
   const Vec3d center = mean_center(spheres);
   Matrix a = covariance_of(spheres, center);
-  lean_to_coordinate_axes(a);
+  if (leaning) lean_to_coordinate_axes(a);
   Matrix vectors{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   constexpr int sweeps = 10;  // convergence is quadratic: five do
   for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -105,7 +105,7 @@ Frame principal_axes(std::span<const Sphere> spheres) {
     return with_largest_component_positive(
         {vectors[0][column], vectors[1][column], vectors[2][column]});
   };
-  Frame frame;
+  Axes frame;
   frame.center = center;
   frame.back = normalize(axis(2));
   frame.right = normalize(cross(axis(1), frame.back));  // at right angles to the last digit

@@ -46,20 +46,12 @@ RayStarts::RayStarts(const Camera& camera, std::uint32_t width, std::uint32_t he
       pixels_per_length_(parallel_ ? height / camera.view_height : 0),
       width_(width),
       height_(height) {
-  const double film = parallel_ ? (width_ + height_) / pixels_per_length_ / 2 : 0;
-  far_ = length(eye_) + film;
+  reach_ = lens_ + (parallel_ ? (width_ + height_) / pixels_per_length_ / 2 : 0);
+  far_ = length(eye_) + reach_;
 }
 
-std::optional<PixelBox> RayStarts::inside(const Vec3d& center, double radius) const {
-  // Above the single-precision rounding of what is compared later: a candidate costs little.
-  const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
-  const Vec3d to_center = center - eye_;
-  if (parallel_) return box_on_film(to_center, radius + slack);
-  if (!(length(to_center) - lens_ - slack < radius)) return {};
-  return PixelBox{0, width_ - 1, 0, height_ - 1};
-}
-
-std::optional<PixelBox> RayStarts::box_on_film(const Vec3d& to_center, double radius) const {
+std::optional<PixelBox> RayStarts::box(const Vec3d& to_center, double radius) const {
+  if (!parallel_) return PixelBox{0, width_ - 1, 0, height_ - 1};
   const double off = dot(to_center, axes_.back);
   const double cut_squared = (radius - off) * (radius + off);
   if (!(cut_squared > 0)) return {};

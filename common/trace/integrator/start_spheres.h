@@ -34,19 +34,25 @@ class RayStarts {
   /// the pixels that show the cut: they see its inside.
   template <typename Store>
   [[nodiscard]] std::optional<PixelBox> inside(const SphereShape<Store>& sphere) const {
-    return inside(vec_cast<double>(sphere.center), static_cast<double>(sphere.radius));
+    const Vec3d center = vec_cast<double>(sphere.center);
+    // Above the single-precision rounding of what is compared later: a candidate costs little.
+    const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
+    const double radius = static_cast<double>(sphere.radius) + slack;
+    if (!(length(center - eye_) - reach_ < radius)) return {};
+    return box(center - eye_, radius);
   }
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }
 
  private:
-  [[nodiscard]] std::optional<PixelBox> inside(const Vec3d& center, double radius) const;
-  [[nodiscard]] std::optional<PixelBox> box_on_film(const Vec3d& to_center, double radius) const;
+  /// Of a sphere that is near enough; `to_center` from the eye.
+  [[nodiscard]] std::optional<PixelBox> box(const Vec3d& to_center, double radius) const;
 
   CameraAxes axes_;
   Vec3d eye_;
-  double far_;  ///< of all rays' origins, from the spheres' origin
   double lens_;
+  double reach_;  ///< of all rays' starts, from the eye
+  double far_;    ///< and from the spheres' origin
   bool parallel_;
   double pixels_per_length_;
   std::uint32_t width_, height_;

@@ -65,9 +65,13 @@ class PictureOptions(TypedDict, total=False):
 class RenderOptions(PictureOptions, total=False):
     """What is for this machine only."""
 
+    view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
+    style: Literal["studio", "publication", "flat", "night"]
+    projection: Literal["perspective", "orthographic"]
     threads: int
     denoise: bool
     transparent: bool
+    opaque: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
 
@@ -122,7 +126,7 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name in ("denoise", "transparent"):
+        if name in ("denoise", "transparent", "opaque"):
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .exr import Attribute, read_exr
-from .srgb import as_texts, png_bytes, srgb_bytes
+from .srgb import as_texts, png_bytes, srgb_bytes, transparent_bytes
 
 
 class Error(NamedTuple):
@@ -41,7 +41,8 @@ class Picture:
     """What is rendered, or as much of it as there is. numpy takes it for the array `pixels`."""
 
     pixels: npt.NDArray[np.float32]
-    """Linear RGB, (height, width, 3), top row first."""
+    """Linear RGB, (height, width, 3), top row first; of a transparent picture premultiplied, and channel "A" its
+    alpha."""
     channels: dict[str, npt.NDArray[Any]]
     """What was asked for with `aov`, and others beside R, G and B, by their names in an EXR file."""
     report: dict[str, Any]
@@ -74,7 +75,10 @@ class Picture:
         return np.array(self.pixels, dtype) if copy else np.asarray(self.pixels, dtype)
 
     def srgb(self) -> npt.NDArray[np.uint8]:
-        """As screens show it: 8-bit sRGB, (height, width, 3). For matplotlib's `imshow`, too."""
+        """As screens show it: 8-bit sRGB, (height, width, 3), of a transparent picture with alpha, (height, width, 4).
+        For matplotlib's `imshow`, too."""
+        if "A" in self.channels:
+            return transparent_bytes(self.pixels, self.channels["A"])
         return srgb_bytes(self.pixels)
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:

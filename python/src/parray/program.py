@@ -125,7 +125,7 @@ def render(
               terminal or in a notebook
 
     width, height, spp, max_depth, seed, sampler, precision, target_error, target_half_width, time_limit, adaptive,
-    passes, denoise, accelerator, isa, schedule, row_order, threads: as `parray render --help` has them.
+    passes, denoise, transparent, opaque, accelerator, isa, schedule, row_order, threads: as `parray render --help` has them.
 
     Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C ends the program, too.
     """

@@ -210,7 +210,10 @@ def _with_files(scene: Mapping[str, Any], folder: Path) -> Scene:
 
 
 def _changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Keys of `camera` and `sky` in the place of the scene's."""
+    """Keys of `camera` and `sky` in the place of the scene's; of another projection only what both have stays."""
     for name, values in changes.items():
-        scene = {**scene, name: {**scene.get(name, {}), **values}}
+        kept = dict(scene.get(name, {}))
+        if "projection" in values:
+            kept.pop("view_height" if values["projection"] == "perspective" else "vfov", None)
+        scene = {**scene, name: {**kept, **values}}
     return scene

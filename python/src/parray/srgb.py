@@ -26,17 +26,26 @@ def srgb_bytes(linear: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     return np.floor(255 * encoded + 0.5).astype(np.uint8)
 
 
+def transparent_bytes(premultiplied: npt.ArrayLike, alpha: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """The same of a transparent picture, as PNG has it, (height, width, 4): colours that are not premultiplied, and
+    alpha; 0 where the code of alpha is."""
+    share = np.asarray(alpha, np.float64)[..., np.newaxis]
+    code = np.floor(255 * np.clip(share, 0, 1) + 0.5).astype(np.uint8)
+    colours = srgb_bytes(np.asarray(premultiplied, np.float64) / np.where(share > 0, share, 1))
+    return np.concatenate([np.where(code > 0, colours, 0).astype(np.uint8), code], axis=-1)
+
+
 def png_bytes(pixels: npt.NDArray[np.uint8], texts: Mapping[str, str]) -> bytes:
-    """A PNG file of 8-bit RGB values, (height, width, 3), with these texts."""
-    height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each after the number of its filter: 1, sub
+    """A PNG file of 8-bit RGB values, (height, width, 3), or RGBA, (height, width, 4), with these texts."""
+    height, width, size = pixels.shape
+    rows = np.zeros((height, 1 + size * width), np.uint8)  # each after the number of its filter: 1, sub
     rows[:, 0] = 1
-    rows[:, 1:4] = pixels[:, 0]
-    rows[:, 4:] = (pixels[:, 1:] - pixels[:, :-1]).reshape(height, -1)
+    rows[:, 1 : 1 + size] = pixels[:, 0]
+    rows[:, 1 + size :] = (pixels[:, 1:] - pixels[:, :-1]).reshape(height, -1)
     return b"".join(
         [
             b"\x89PNG\r\n\x1a\n",
-            _chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)),
+            _chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, {3: 2, 4: 6}[size], 0, 0, 0)),
             _chunk(b"sRGB", b"\0"),
             *(_chunk(b"iTXt", key.encode() + bytes(5) + text.encode()) for key, text in texts.items()),
             _chunk(b"IDAT", zlib.compress(rows.tobytes(), 1)),

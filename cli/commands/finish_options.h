@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cli/output/delivery.h"
+#include "common/input/finish.h"
+#include "common/input/scene_file.h"
+#include "common/process/command_line.h"
+#include "common/scene/settings.h"
+
+namespace parray {
+
+/// What is done to a picture before it is looked at. Part of OutputOptions. What is not given stays
+/// as the scene, or the style of its portrait, has it.
+class FinishOptions {
+ public:
+  /// For commands that have the scene of the picture that they write, as `image` says. They must
+  /// stay where they are while the command line is parsed.
+  void add_to(Command& command, const Option& image);
+  [[nodiscard]] Finish over(Finish of_scene) const;
+  /// The first of those given that ask for something to be done, as "--outline"; empty: none.
+  [[nodiscard]] std::string first_given() const;
+
+ private:
+  std::optional<LineWidth> outline_;
+  std::optional<double> depth_cue_;
+};
+
+/// Puts what is done to the picture before the other steps of `outputs.finishing`: depth cue, then
+/// outline. `file` is what was loaded, its spheres in `scene`; `settings` are those of the picture.
+/// After add_labels(), which knows how large it is printed.
+///
+/// Throws InputError where a step is impossible, or asked for by an option and no output is PNG.
+void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,
+                   const std::shared_ptr<const Scene>& scene, const RenderSettings& settings);
+
+/// Says on stderr that whoever fetches the picture of the job gets it without them, if there are
+/// such steps: they need the scene.
+void say_unfinished(const SceneFile& file, const std::string& name);
+
+}  // namespace parray

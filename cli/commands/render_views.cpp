@@ -1,0 +1,193 @@
+#include "cli/commands/render_views.h"
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cli/commands/rendering.h"
+#include "cli/farm/embedded.h"
+#include "cli/output/denoising.h"
+#include "cli/output/sheet.h"
+#include "cli/output/text.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/image/image_file.h"
+#include "common/image/partial_file.h"
+#include "common/input/formats/format_table.h"
+#include "common/input/particles/packed_file.h"
+#include "common/process/stop_signal.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_views = 16;
+
+/// What only one picture can have.
+void check(const ViewsRequest& request, const OutputPaths& outputs) {
+  const auto refuse = [](const std::string& what) {
+    throw InputError("--views: " + what + ": leave it out, or render views one by one with --view");
+  };
+  if (can_hold_channels(outputs.image)) {
+    throw InputError("--views: " + outputs.image.string() +
+                     ": a sheet of views is to be looked at: write a PNG file (.png), or an EXR "
+                     "file of each with --view");
+  }
+  if (!outputs.error_map.empty()) refuse("--error-map is of one picture");
+  if (request.following.shows_picture()) refuse("--preview and --display show one picture");
+  if (!request.following.on_end.empty()) refuse("--on-end is of one picture");
+  if (!request.render.like().empty()) refuse("--like is of one picture");
+  if (request.render.has_time_limit()) refuse("--time-limit is for one picture");
+  if (request.render.portrait().has_view()) refuse("--view is one of them");
+  if (request.scene == standard_input_argument) {
+    throw InputError(
+        "--views: each view reads the file, and standard input can be read once: save it");
+  }
+  PackedFile file(request.scene);
+  if (particle_format_of(file) == nullptr) {
+    throw InputError("--views: " + printable(request.scene, 4096) +
+                     " is not a file of particles: it has its own camera");
+  }
+}
+
+void check_size(const SheetLayout& layout, const RenderSettings& settings) {
+  const std::uint64_t width = sheet_width(layout, settings.width);
+  const std::uint64_t height = sheet_height(layout, settings.height);
+  if (width <= limits::max_image_side && height <= limits::max_image_side &&
+      width * height <= limits::max_pixels) {
+    return;
+  }
+  throw InputError("--views: the sheet would have " + std::to_string(width) + " x " +
+                   std::to_string(height) +
+                   " pixels, too many: use a smaller --width and --height");
+}
+
+/// Renders the views, each as a job of one farm in this process.
+class Views {
+ public:
+  explicit Views(const ViewsRequest& request, const OutputPaths& outputs)
+      : request_(request),
+        outputs_(outputs),
+        farm_(request.threads,
+              [this](const std::string& scene_id) { return denoised_judge(extra_, scene_id); }),
+        link_(farm_.connect()),
+        client_(*link_, clock_, embedded_client(farm_)) {}
+
+  /// One of them. `count`: how many there are to be.
+  void add(View view, std::size_t count) {
+    RenderOptions render = request_.render;
+    render.portrait().look_from(view);
+    OutputPaths outputs = outputs_;
+    SceneFile file;
+    Submission submission =
+        load_submission(request_.scene, render, 50, {}, NamedFiles::anywhere, &file);
+    add_labels(outputs, request_.output.labels(), file, submission.settings);
+    add_finishing(outputs, request_.output.finish(), file, submission.scene, submission.settings);
+    check_isa(submission.settings.isa);
+    layout_ = sheet_layout(count, submission.settings.width, submission.settings.height);
+    check_size(layout_, submission.settings);
+    if (outputs.denoise) ask_for_denoising(submission.settings, true);
+    outputs.transparent = submission.transparent;
+    extra_ = extra_channels(outputs.aovs, submission.settings, submission.scene,
+                            static_cast<int>(request_.threads), outputs.transparent,
+                            needs_of(outputs.finishing));
+    extra_.accelerators = farm_.accelerators();
+    const JobId job = client_.submit(std::move(submission));
+    wait_until_done(client_, job, request_.following);
+    Picture picture = fetch_picture(client_, job, outputs);
+    add_channels(picture, extra_);
+    shown_.push_back(finished(picture, outputs.finishing));
+    shown_.back().written = shown_.back().traced = nullptr;  // of a picture that is gone
+    reports_.push_back({{"view", name_of(view)}});
+    reports_.back().update(picture.report);
+  }
+
+  void stop() { stop_interrupted(farm_); }
+  [[nodiscard]] Image sheet() const { return sheet_of(shown_, layout_); }
+  [[nodiscard]] const json& reports() const { return reports_; }
+
+ private:
+  const ViewsRequest& request_;
+  const OutputPaths& outputs_;
+  SteadyClock clock_;
+  ExtraChannels extra_;  ///< of the view that is being rendered
+  EmbeddedFarm farm_;
+  std::unique_ptr<Link> link_;
+  Client client_;
+  SheetLayout layout_;
+  std::vector<ShownPicture> shown_;
+  json reports_ = json::array();
+};
+
+/// Writes sheet and report, and says so.
+int deliver_sheet(const Views& views, const OutputPaths& outputs, double seconds) {
+  const Image sheet = views.sheet();
+  ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
+  std::string hashes;
+  std::uint64_t nonfinite = 0;
+  for (const json& report : views.reports()) {
+    const auto name = report.at("view").get<std::string>();
+    hashes += (hashes.empty() ? "" : ", ") + name + " " +
+              report.at("image_sha256").get<std::string>().substr(0, 16);
+    metadata.emplace_back("parray:view:" + name, report.at("image_sha256").get<std::string>());
+    nonfinite += report.at("nonfinite_samples").get<std::uint64_t>();
+  }
+  if (outputs.dpi > 0) metadata.emplace_back(dpi_key, outputs.dpi);
+  write_image(outputs.image, sheet, metadata, {}, check_interrupted);
+  if (!outputs.report.empty()) {
+    const json report = {{"width", sheet.width},
+                         {"height", sheet.height},
+                         {"views", views.reports()},
+                         {"seconds", {{"total", seconds}}}};
+    write_text_file(outputs.report, report.dump(2) + "\n");
+  }
+  std::cout << "wrote " << outputs.image.string() << ": " << sheet.width << " x " << sheet.height
+            << " pixels, " << counted(views.reports().size(), "view") << ", "
+            << duration_text(seconds) << ", image_sha256 " << hashes << "\n";
+  if (nonfinite == 0) return 0;
+  std::cerr << "parray: warning: " << nonfinite
+            << " samples were not finite and were left out of the sheet: please report the scene\n";
+  return 1;
+}
+
+}  // namespace
+
+std::vector<View> views_from(const std::string& text) {
+  std::vector<View> views;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const View view = view_from(text.substr(begin, end - begin));
+    if (std::find(views.begin(), views.end(), view) != views.end()) {
+      throw InputError("'" + std::string(name_of(view)) + "' stands there twice: leave one out");
+    }
+    views.push_back(view);
+    begin = end + 1;
+  }
+  if (views.size() > most_views) {
+    throw InputError("more than " + std::to_string(most_views) + " views: make two sheets");
+  }
+  return views;
+}
+
+int render_views(const ViewsRequest& request) {
+  const SteadyClock clock;
+  const Time started = clock.now();
+  const OutputPaths outputs = request.output.paths(request.following);
+  check_outputs(outputs, request.scene);
+  check(request, outputs);
+  const DeferredInterrupts deferred;
+  Views views(request, outputs);
+  try {
+    for (const View view : request.views) views.add(view, request.views.size());
+  } catch (const Interrupted&) {
+    views.stop();
+    throw;
+  }
+  return deliver_sheet(views, outputs, to_seconds(clock.now() - started));
+}
+
+}  // namespace parray

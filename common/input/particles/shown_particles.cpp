@@ -1,0 +1,71 @@
+#include "common/input/particles/shown_particles.h"
+
+#include <utility>
+
+#include "common/base/error.h"
+#include "common/input/particles/particle_spheres.h"
+#include "common/input/particles/source_error.h"
+#include "common/input/selection/number_source.h"
+#include "common/input/selection/selection.h"
+
+namespace parray {
+namespace {
+
+using Rule = ParticleMaterial::Rule;
+
+ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
+                           int threads) {
+  ParticleRequest request{
+      .frame = source.frame, .alternatives = source.alternatives, .threads = threads};
+  if (!source.topology.empty()) request.topology = folder / source.topology;
+  request.numbers = numbers_of(source.filter);
+  request.numbers.merge(numbers_of(source.coloring));
+  return request;
+}
+
+/// Does `work`; where it asks for a number that is not there, the error names those that are.
+template <typename Work>
+void with_remedy(const char* key, PackedFile& file, ParticleRequest request, const Work& work) {
+  try {
+    work();
+  } catch (const UnknownNumber& error) {
+    request.all = true;
+    throw SourceError(key, error.with_remedy(number_names(read_particles(file, request))));
+  }
+}
+
+}  // namespace
+
+ShownParticles shown_particles(PackedFile& file, const ParticleSource& source,
+                               const std::filesystem::path& folder, int threads) {
+  const ParticleRequest request = request_of(source, folder, threads);
+  ShownParticles shown{read_particles(file, request), {}};
+  with_remedy("select", file, request, [&] { apply(source.filter, shown.particles, threads); });
+  if (source.coloring.empty()) return shown;
+  with_remedy("color_by", file, request,
+              [&] { shown.paint = painted(source.coloring, shown.particles, threads); });
+  return shown;
+}
+
+ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles) {
+  if (source.coloring.empty()) return decided(source.material, particles);
+  const Rule rule = source.material.rule;
+  if (rule != Rule::automatic && rule != Rule::named && rule != Rule::painted) {
+    throw SourceError("color_by", "material is " + text_of(source.material) +
+                                      ", which says the colour, too: leave one of them out");
+  }
+  return {Rule::painted, source.material.name};
+}
+
+void append_shown(ShownParticles shown, const std::filesystem::path& path,
+                  const ParticleSource& source, SceneFile& file, int threads) {
+  file.particle_files.push_back({path, source, shown.particles.count(), shown.particles.facts});
+  if (!file.cell) file.cell = shown.particles.cell;
+  add_legend(file.legends, shown.paint.empty()
+                               ? legend_of(shown.particles, source.material, file.materials)
+                               : std::move(shown.paint.legend));
+  append_spheres(std::move(shown.particles), shown.paint, source, file.materials, file.scene,
+                 threads);
+}
+
+}  // namespace parray

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/input/particles/particles.h"
+
+/// The columns of particles as selections and messages call them.
+namespace parray {
+
+/// Of the words "type", "name", "resname" and "chain".
+const NameColumn& name_column(std::string_view word, const Particles& particles);
+
+/// "chains" for "chain"; of the words of name_column().
+std::string plural_of(std::string_view word);
+
+/// The columns that particles have: "elements, types and z"; positions are not spoken of.
+std::string columns_of(const Particles& particles);
+
+}  // namespace parray

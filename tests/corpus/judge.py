@@ -1,0 +1,113 @@
+"""Whether what ParRay says of a file is what the programs of the field say."""
+
+import dataclasses
+
+# Keys of notes that say that atoms of the file are not among the particles.
+LEFT_OUT = ("alternatives", "virtual", "hidden_virtual", "duplicates", "unplaced", "left_out", "sites_merged")
+KEPT = ("virtual", "hidden_virtual", "unknown_elements")
+GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
+EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
+
+
+@dataclasses.dataclass
+class Said:
+    """What `parray validate --json` says of one file of particles."""
+    particles: int
+    box: list
+    elements: dict = None  # count by symbol; "": unknown
+    frames: int = None
+    cell: list = None      # a, b, c, alpha, beta, gamma
+    notes: dict = None     # count by key
+
+    def noted(self, keys):
+        return sum(count for key, count in (self.notes or {}).items() if key.startswith(keys))
+
+
+def said(facts):
+    """Of the JSON."""
+    file = facts["particle_files"][0]
+    elements = file.get("elements")
+    if elements is not None:
+        elements = {"" if symbol == "unknown" else symbol: count for symbol, count in elements.items()}
+    cell = file.get("cell")
+    notes = {}
+    for note in file.get("notes", []):
+        notes[note["key"]] = notes.get(note["key"], 0) + note["count"]
+    return Said(file["particles"], [file["box"]["low"], file["box"]["high"]], elements, file.get("frames"),
+                cell and cell["lengths"] + cell["angles"], notes)
+
+
+def close(a, b):
+    """Files have three decimals, some programs single precision."""
+    return abs(a - b) <= 2e-3 + 2e-6 * max(abs(a), abs(b))
+
+
+def same_box(box, other, span_only):
+    """`span_only`: the program moves the origin."""
+    if span_only:
+        return all(close(h - l, oh - ol) for l, h, ol, oh in zip(*box, *other))
+    return all(close(x, y) for side, other_side in zip(box, other) for x, y in zip(side, other_side))
+
+
+def within(box, other):
+    return all(x >= y - 2e-3 for x, y in zip(box[0], other[0])) and all(x <= y + 2e-3 for x, y in zip(box[1], other[1]))
+
+
+def same_cell(cell, other):
+    return all(abs(x - y) <= 1e-3 * max(1, abs(y)) for x, y in zip(cell[:3], other[:3])) and all(
+        abs(x - y) <= 0.06 for x, y in zip(cell[3:], other[3:]))
+
+
+def otherwise_named(elements, other):
+    """Least number of atoms that have another element."""
+    symbols = {*elements, *other}
+    more = sum(max(0, elements.get(s, 0) - other.get(s, 0)) for s in symbols)
+    return max(more, sum(max(0, other.get(s, 0) - elements.get(s, 0)) for s in symbols))
+
+
+def compared(said, last, facts):
+    """By field: None (the same, or not said by either), or (whether a note accounts for it, the difference in words)."""
+    left_out = facts.particles - said.particles
+    # A program may leave out what ParRay keeps with a word: lone pairs and other virtual sites.
+    all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
+    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell"))
+
+    def differ(name, told, ours, theirs):
+        found[name] = (told, f"{ours}; {facts.program}: {theirs}")
+
+    if left_out:
+        differ("particles", all_told, said.particles, facts.particles)
+    if not same_box(said.box, facts.box, facts.span_only):
+        inside = within(said.box, facts.box) if left_out > 0 else within(facts.box, said.box)
+        differ("box", all_told and inside, rounded(said.box), rounded(facts.box))
+    if last and facts.last_box and not same_box(last.box, facts.last_box, facts.span_only):
+        missing = (facts.last_particles or 0) - last.particles
+        differ("last box", 0 < missing == last.noted(LEFT_OUT) and within(last.box, facts.last_box), rounded(last.box), rounded(facts.last_box))
+    if facts.elements is not None and said.elements is not None and said.elements != facts.elements:
+        others = otherwise_named(said.elements, facts.elements)
+        told = others <= said.noted(GUESSED) + (abs(left_out) if all_told else 0)
+        differ("elements", told, said.elements, facts.elements)
+    elif facts.elements is not None and said.elements is None and set(facts.elements) != {""}:
+        differ("elements", False, "none", facts.elements)
+    if None not in (facts.frames, said.frames) and facts.frames != said.frames:
+        differ("frames", said.frames - said.noted(EMPTY_FRAMES) == facts.frames, said.frames, facts.frames)
+    if facts.cell and (not said.cell or not same_cell(said.cell, facts.cell)):
+        differ("cell", False, said.cell and [round(x, 3) for x in said.cell], [round(x, 3) for x in facts.cell])
+    return found
+
+
+def rounded(box):
+    return [[round(x, 3) for x in side] for side in box]
+
+
+def verdict(said, last, facts):
+    """The verdict, and by field why it is not `same`. A field is right where one program says the same."""
+    if said is None:
+        return {"verdict": "refused alone" if facts else "refused by both", "why": {}}
+    if not facts:
+        return {"verdict": "read alone", "why": {}}
+    found = [compared(said, last, f) for f in facts]
+    why = {name: [f[name] for f in found] for name in found[0] if all(f[name] for f in found)}
+    untold = any(not any(told for told, _ in differences) for differences in why.values())
+    return {"verdict": "differs" if untold else "told" if why else "same",
+            "why": {name: " | ".join(words for _, words in differences) for name, differences in why.items()}}

