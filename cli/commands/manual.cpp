@@ -267,8 +267,8 @@ a line at the end and status 1; the others go on. The same command run again goe
     {"cameras": [{"frame": 0, "look_from": [9, 2, 3], "look_at": [0, 0, 0], "vfov": 40},
                  {"frame": 60, "look_from": [3, 2, 9], "look_at": [0, 0, 0], "vfov": 40}]}
 
-- A trajectory is an XYZ file, a LAMMPS dump or a PDB file of several models under `particles`;
-  frames count from 0. One with `"frame": N` of its own stays at that.
+- A trajectory is a file of several frames under `particles` (XYZ, LAMMPS dump, DCD, XTC, TRR,
+  AMBER netCDF, models of PDB), with its `topology` if it has no names of its own; frames count from 0. One with `"frame": N` of its own stays at that.
 
 # Several people
 Each user gets as much of the workers' time as the others, however many jobs each has. Of one user's

@@ -5,6 +5,7 @@
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"
+#include "tests/support/sample_trajectories.h"
 
 namespace parray::fuzz {
 namespace {
@@ -13,18 +14,14 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 12> formats{{{'n', "f"},  // the bytes say all
-                                          {'y', "f.ply"},
-                                          {'v', "f.csv"},
-                                          {'x', "f.xyz"},
-                                          {'l', "f.dump"},
-                                          {'p', "f.pdb"},
-                                          {'m', "f.cif"},
-                                          {'q', "f.pdbqt"},
-                                          {'r', "f.pqr"},
-                                          {'g', "f.gro"},
-                                          {'s', "f.sdf"},
-                                          {'2', "f.mol2"}}};
+constexpr std::array<Format, 20> formats{
+    {{'n', "f"},  // the bytes say all
+     {'y', "f.ply"},  {'v', "f.csv"},    {'x', "f.xyz"},   {'l', "f.dump"},
+     {'p', "f.pdb"},  {'m', "f.cif"},    {'q', "f.pdbqt"}, {'r', "f.pqr"},
+     {'g', "f.gro"},  {'s', "f.sdf"},    {'2', "f.mol2"},
+
+     {'D', "f.dcd"},  {'T', "f.xtc"},    {'R', "f.trr"},   {'C', "f.nc"},
+     {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},   {'O', "f.prmtop"}}};
 
 /// Of any letter, so that none is in vain.
 const char* file_for(char letter) {
@@ -43,10 +40,23 @@ void promise_portrait(const std::filesystem::path& path) {
   }
 }
 
+/// Every column, and every frame.
+void promise_names(const std::filesystem::path& path) {
+  try {
+    const Particles particles = read_names(path, {.all = true});
+    for (const NumberColumn& column : particles.numbers) {
+      promise(column.values.size() == particles.count(), "a number for each particle");
+    }
+  } catch (const InputError& error) {
+    promise_one_line(error.what());
+  }
+}
+
 bool run(std::string_view input) {
   static const test::ParticleFiles files;
   const char* const file = file_for(take_letter(input));
   const auto path = files.write(file, std::string(input));
+  promise_names(path);
   try {
     ParticleRequest request;
     request.all = true;
@@ -79,6 +89,12 @@ std::vector<std::string> seeds() {
       files.push_back('n' + test::packed(bytes, packing));
     }
   }
+  for (const auto& [name, bytes] : test::valid_simulation_files()) {
+    files.push_back(letter_for(name) + bytes);
+  }
+  files.push_back('S' + test::psf());
+  files.push_back('O' + test::prmtop());
+  files.push_back('T' + test::wide_xtc());
   files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
   files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");
   files.push_back("v\"x\";y;z;type\n1;2;3;\"a;b\"\n");

@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -184,6 +185,52 @@ inline std::string amber_netcdf(const std::vector<Frame>& frames, int version = 
     for (const double value : {10.0, 20.0, 30.0, 90.0, 90.0, 60.0}) text += xdr(value);
   }
   return text;
+}
+
+inline std::string lammps_data() {
+  return "a title\n\n2 atoms\n2 atom types\n0 9 xlo xhi\n0 8 ylo yhi\n0 7 zlo zhi\n1 0 0 xy xz "
+         "yz\n\n"
+         "Masses\n\n1 12.011 # C\n2 15.999\n\nAtoms # full\n\n2 1 1 -0.5 1 2 3 0 0 0\n"
+         "1 1 2 0.5 4 5 6 0 -1 0\n\nVelocities\n\n1 0.1 0.2 0.3\n2 0.4 0.5 0.6\n";
+}
+
+inline std::string inpcrd() {
+  return "water\n     2  0.1500000E+02\n"
+         "   1.0000000   2.0000000   3.0000000   4.0000000   5.0000000   6.0000000\n"
+         "  10.0000000  20.0000000  30.0000000  90.0000000  90.0000000  90.0000000\n";
+}
+
+inline std::string psf() {
+  return "PSF EXT\n\n       1 !NTITLE\n REMARKS water\n\n       3 !NATOM\n"
+         "  1 WAT  7    TIP3  OH2  OT  -0.834000  15.9994  0\n"
+         "  2 WAT  7    TIP3  H1   HT   0.417000   1.0080  0\n"
+         "  3 WAT  7    TIP3  H2   HT   0.417000   1.0080  0\n\n       2 !NBOND\n 1 2 1 3\n";
+}
+
+inline std::string prmtop() {
+  return "%VERSION  VERSION_STAMP = V0001.000\n%FLAG TITLE\n%FORMAT(a)\nwater\n%FLAG POINTERS\n"
+         "%FORMAT(10I8)\n"
+         "       3       2       0       0       0       0       0       0       0       0\n"
+         "       0       1\n%FLAG ATOM_NAME\n%FORMAT(20a4)\nO   H1  H2  \n%FLAG CHARGE\n"
+         "%FORMAT(5E16.8)\n -1.51973982E+01  7.59869910E+00  7.59869910E+00\n%FLAG MASS\n"
+         "%FORMAT(5E16.8)\n  1.60000000E+01  1.00800000E+00  1.00800000E+00\n%FLAG RESIDUE_LABEL\n"
+         "%FORMAT(20a4)\nWAT \n%FLAG RESIDUE_POINTER\n%FORMAT(10I8)\n       1\n"
+         "%FLAG AMBER_ATOM_TYPE\n%FORMAT(20a4)\nOW  HW  HW  \n";
+}
+
+/// A small file of every format of simulations, by name, but for those without positions.
+inline std::map<std::string, std::string> valid_simulation_files() {
+  const Frame one{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  const Frame two{{2, 2, 3}, {4, 6, 6}, {7, 8, 8}};
+  DcdParts fixed;
+  fixed.moving = {2};
+  fixed.cells = {{10, 60, 20, 90, 90, 30}, {10, 90, 20, 90, 90, 30}};
+  return {{"a.dcd", dcd_file({one, {{4, 4, 4}}}, fixed)},
+          {"a.xtc", packed_xtc() + plain_xtc_frame(two, 1)},
+          {"a.trr", trr_frame<float>(one, 0) + trr_frame<double>(two, 1)},
+          {"a.nc", amber_netcdf({one, two})},
+          {"a.data", lammps_data()},
+          {"a.inpcrd", inpcrd()}};
 }
 
 }  // namespace parray::test

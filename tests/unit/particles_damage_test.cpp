@@ -7,6 +7,7 @@
 #include "tests/support/memory.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"
+#include "tests/support/sample_trajectories.h"
 
 namespace parray {
 namespace {
@@ -15,6 +16,7 @@ using test::broken_promise;
 using test::Dice;
 using test::ParticleFiles;
 using test::valid_particle_files;
+using test::valid_simulation_files;
 
 /// One to three mild injuries: bytes changed, cut out, doubled, moved; or the end cut off.
 void damage(std::string& text, Dice& dice) {
@@ -87,6 +89,19 @@ TEST_CASE("files damaged in thousands of ways are read as valid particles or ref
     CHECK(refused > 100);
   }
   // A count that is believed takes gigabytes; the address sanitizer keeps 256 MiB of freed memory.
+  CHECK(test::peak_address_space() - before < 1'000'000'000);
+}
+
+TEST_CASE("files of simulations damaged in many ways are read as valid particles or refused") {
+  const std::uint64_t before = test::peak_address_space();
+  for (const auto& file : valid_simulation_files()) {
+    const std::string& name = file.first;
+    CAPTURE(name);
+    REQUIRE(ParticleFiles().message(name, file.second) == "no error");
+    const auto [read, refused] = read_damaged(name, file.second, 1000);
+    CHECK(read > 20);
+    CHECK(refused > 20);
+  }
   CHECK(test::peak_address_space() - before < 1'000'000'000);
 }
 

@@ -12,22 +12,8 @@ namespace {
 using test::message_of;
 using test::ParticleFiles;
 
-const std::string water_psf =
-    "PSF EXT\n\n       1 !NTITLE\n REMARKS water\n\n       3 !NATOM\n"
-    "  1 WAT  7    TIP3  OH2  OT  -0.834000  15.9994  0\n"
-    "  2 WAT  7    TIP3  H1   HT   0.417000   1.0080  0\n"
-    "  3 WAT  7    TIP3  H2   HT   0.417000   1.0080  0\n\n       2 !NBOND\n 1 2 1 3\n";
-
-const std::string water_prmtop =
-    "%VERSION  VERSION_STAMP = V0001.000\n%FLAG TITLE\n%FORMAT(a)\nwater\n%FLAG POINTERS\n"
-    "%FORMAT(10I8)\n       3       2       0       0       0       0       0       0       0       "
-    "0\n"
-    "       0       1\n%FLAG ATOM_NAME\n%FORMAT(20a4)\nO   H1  H2  \n%FLAG CHARGE\n"
-    "%FORMAT(5E16.8)\n -1.51973982E+01  7.59869910E+00  7.59869910E+00\n%FLAG MASS\n"
-    "%FORMAT(5E16.8)\n  1.60000000E+01  1.00800000E+00  1.00800000E+00\n%FLAG RESIDUE_LABEL\n"
-    "%FORMAT(20a4)\nWAT \n%FLAG RESIDUE_POINTER\n%FORMAT(10I8)\n       1\n%FLAG AMBER_ATOM_TYPE\n"
-    "%FORMAT(20a4)\nOW  HW  HW  \n";
-
+const std::string water_psf = test::psf();
+const std::string water_prmtop = test::prmtop();
 const std::string water_data =
     "water\n\n3 atoms\n2 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\nMasses\n\n"
     "1 1.008\n2 15.9994\n\nAtoms # full\n\n30 1 1 0.4 5 0 0\n10 1 2 -0.8 6 0 0\n20 1 1 0.4 7 0 0\n";

@@ -54,6 +54,11 @@ class AsciiReader {
     return number_field(texts_[property], "value", input_->place());
   }
 
+  /// The same; NaN for a text that is no number.
+  [[nodiscard]] double number(std::size_t property) const {
+    return number_or_nan(texts_[property]);
+  }
+
   /// Text is read line by line.
   static std::uint64_t add_blocks(const PlyElement&, const RowLayout&, ParticleColumns&, int) {
     return 0;
@@ -101,6 +106,8 @@ class BinaryReader {
 
   /// Of a property that is no list.
   [[nodiscard]] double value(std::size_t property) const { return values_[property]; }
+
+  [[nodiscard]] double number(std::size_t property) const { return values_[property]; }
 
   /// Adds vertices in blocks, side by side, as long as all of a block are good; returns how many.
   /// The others are left to be read one by one, which finds out what is wrong, and where.
@@ -188,13 +195,16 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
 /// How the properties of a vertex become a particle.
 class VertexLayout {
  public:
-  VertexLayout(const PlyElement& vertex, const FilePlace& place) {
+  VertexLayout(const PlyElement& vertex, const ParticleRequest& request, const FilePlace& place,
+               ParticleColumns& columns) {
     std::vector<std::string> names;
     for (const PlyProperty& property : vertex.properties) {
       names.push_back(property.list_size ? std::string() : property.name);
     }
     layout_ = layout_of(names, place);
     if (layout_.color) check_color(vertex, place);
+    for (std::string& name : names) name = lower_case(name);
+    want_numbers(other_fields(names, layout_), request, layout_, columns);
   }
 
   [[nodiscard]] const RowLayout& rows() const { return layout_; }
@@ -205,6 +215,9 @@ class VertexLayout {
     columns.position(vector_of(reader, layout_.position));
     if (layout_.radius) columns.radius(reader.value(*layout_.radius));
     if (layout_.color) columns.color(vector_of(reader, *layout_.color), layout_.color_scale);
+    for (std::size_t i = 0; i < layout_.numbers.size(); ++i) {
+      columns.number(i, reader.number(layout_.numbers[i].column));
+    }
   }
 
  private:
@@ -254,14 +267,16 @@ void note_other_elements(const PlyHeader& header, ParticleFacts& facts) {
 }
 
 template <typename Reader>
-Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader, int threads) {
+Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader,
+                        const ParticleRequest& request) {
   const PlyElement& vertex = vertex_of(header, input.place());
-  const VertexLayout layout(vertex, input.place());
   ParticleColumns columns(input.place());
   if (input.bytes_left()) columns.expect(vertex.count);  // check_size() has seen it
+  const VertexLayout layout(vertex, request, input.place(), columns);
   for (const PlyElement& element : header.elements) {
     const bool is_vertex = &element == &vertex;
-    std::uint64_t i = is_vertex ? reader.add_blocks(vertex, layout.rows(), columns, threads) : 0;
+    std::uint64_t i =
+        is_vertex ? reader.add_blocks(vertex, layout.rows(), columns, request.threads) : 0;
     for (; i < element.count; ++i) {
       reader.next(element);
       if (is_vertex) layout.add(reader, columns);
@@ -280,9 +295,9 @@ Particles read_ply(PackedFile& file, const ParticleRequest& request) {
   const PlyHeader header = read_ply_header(input);
   check_size(header, input);
   if (header.format == PlyFormat::ascii) {
-    return read_elements(header, input, AsciiReader(input), request.threads);
+    return read_elements(header, input, AsciiReader(input), request);
   }
-  return read_elements(header, input, BinaryReader(input, header.format), request.threads);
+  return read_elements(header, input, BinaryReader(input, header.format), request);
 }
 
 }  // namespace parray

@@ -56,6 +56,11 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
           good && read_property(*layout_.radius, from, some, limits::min_radius, limits::max_length,
                                 [&](std::size_t i, double value) { out.radii[at + i] = value; });
     }
+    for (std::size_t n = 0; n < layout_.numbers.size(); ++n) {
+      double* const to = out.numbers[n].values.data() + at;
+      read_property(layout_.numbers[n].column, from, some, 0, 0,
+                    [to](std::size_t i, double value) { to[i] = value; });
+    }
     if (!layout_.color) continue;
     const bool whole = layout_.color_scale == ColorScale::srgb8;
     good = good && read_vectors(*layout_.color, from, some, 0, whole ? 255 : 1, &out.colors[at]);

@@ -20,13 +20,17 @@ Particles read_ply(PackedFile& file, const ParticleRequest& request);
 Particles read_csv(PackedFile& file, const ParticleRequest& request);
 
 /// XYZ: a count, a comment, then a name and three numbers a line; what follows them is ignored.
-/// The name is a symbol, an atomic number or any other (element unknown).
-/// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:..., of which species, pos, radius and
-/// color count; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Lattice is ignored.
+/// The name is a symbol, an atomic number or any other (element unknown). Names that are numbers are
+/// types, told by a note, where the comment is LAMMPS's own or they go from 1 on without a gap.
+/// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:...; species (element, Z), pos, type,
+/// radius and color count; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Others are
+/// numbers on request: vectors as name_x, name_y, name_z, and their length as name. Lattice and
+/// Origin are the cell; Time, or the step, the time.
 Particles read_xyz(PackedFile& file, const ParticleRequest& request);
 
 /// LAMMPS text dump. Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the
-/// box, orthogonal or triclinic); radius or diameter; type; element.
+/// box: orthogonal, triclinic or general); radius or diameter; type; element; others are numbers on
+/// request. The time is that of TIME, or else TIMESTEP.
 Particles read_lammps(PackedFile& file, const ParticleRequest& request);
 
 /// LAMMPS data file: section Atoms of a style with fixed columns, which the hint behind "Atoms"

@@ -57,6 +57,7 @@ void ParticleColumns::resize(std::size_t count, bool have_radii, bool have_color
   resize_column(particles_.positions, count, expected_);
   if (have_radii) resize_column(particles_.radii, count, expected_);
   if (have_colors) resize_column(particles_.colors, count, expected_);
+  for (NumberColumn& column : particles_.numbers) resize_column(column.values, count, expected_);
 }
 
 void ParticleColumns::move(std::size_t index, const Vec3d& position) {

@@ -34,8 +34,9 @@ class ParticleColumns {
 
   void position(const Vec3d& position);
   /// Adds `count` particles at once: `write(particles, first)` puts their positions, and radii and
-  /// colours if they are to have any, into the columns from `first` on. False, and none is added,
-  /// when it returns false, which it does when one of them would be refused.
+  /// colours if they are to have any, into the columns from `first` on, and numbers into all of
+  /// theirs. False, and none is added, when it returns false, which it does when one of them would
+  /// be refused.
   template <typename Write>
   bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
     const std::size_t first = this->count();
