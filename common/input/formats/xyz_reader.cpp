@@ -37,12 +37,22 @@ bool are_numbers(const std::vector<std::string>& names) {
 }
 
 /// LAMMPS writes numbers of types where elements stand. Numbers are such in a frame with its
-/// comment, and where they go from 1 on without a gap: no chemistry has all of H, He, Li.
-void take_numbers_for_types(std::string_view comment, Particles& particles) {
+/// comment, and where they go from 1 on without a gap: no chemistry has all of H, He, Li. Others
+/// are atomic numbers.
+void tell_types_from_elements(std::string_view comment, Particles& particles) {
   const std::vector<std::string>& names = particles.types.names;
   if (particles.elements.empty() || names.empty()) return;
   const bool types = is_lammps_comment(comment) ? are_numbers(names) : count_from_one(names);
-  if (!types) return;
+  if (!types) {
+    const auto numbers = std::ranges::count_if(particles.types.index, [&](std::uint32_t name) {
+      return natural_in(names[name]).has_value();
+    });
+    if (numbers > 0) {
+      particles.facts.notes.push_back({"guessed_elements", static_cast<std::uint64_t>(numbers),
+                                       "elements told by atomic numbers"});
+    }
+    return;
+  }
   particles.elements = {};
   particles.facts.notes.push_back({"numbers_as_types", particles.count(),
                                    "names that are numbers taken for types, not for elements"});
@@ -88,7 +98,7 @@ class XyzFrames final : public FrameReader {
     }
     go_to_count();
     Particles particles = columns.finish_frame();
-    take_numbers_for_types(comment, particles);
+    tell_types_from_elements(comment, particles);
     particles.cell = xyz_cell(comment);
     particles.facts.time = xyz_time(comment);
     return particles;

@@ -73,6 +73,7 @@ class Shown {
     blaming("hide", [&] {
       if (word == hidden_by_default) {  // which every file can be asked for
         const ParticleMask sites = class_mask(ParticleClass::virtual_site, particles_);
+        if (count_of(sites) == particles_.count()) return;  // a model of beads: nothing else to see
         return take(sites, "hidden_virtual", "hidden (virtual)");
       }
       const Selection selection = Selection::any_of({word});
