@@ -177,6 +177,9 @@ TEST_CASE("PDB: END separates frames as ENDMDL does, CRYST1 is the cell of those
     CHECK(particles.cell->edges[2] == Vec3d{0, 0, 30});
     CHECK(particles.facts.frames == 3);
   }
+  const std::string behind =
+      pdb_line(" O", ' ', "HOH", 1, 1) + "ENDMDL\n" + text.substr(0, text.find('\n') + 1);
+  REQUIRE(files.read("a.pdb", behind).cell.has_value());
   const std::string none =
       "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00 P 1           1\n";
   CHECK(!files.read("a.pdb", none + pdb_line(" O", ' ', "HOH", 1, 1)).cell);
