@@ -123,11 +123,12 @@ void add_finishing(OutputPaths& outputs, const FinishOptions& options, const Sce
   outputs.finishing.insert(outputs.finishing.begin(), steps.begin(), steps.end());
 }
 
-void say_unfinished(const SceneFile& file, const std::string& name) {
-  if (file.finish == Finish{}) return;
+void say_unfinished(const Finish& finish, const std::string& name, const std::string& remedy) {
+  if (finish == Finish{}) return;
   std::cerr << "parray: " + name +
-                   ": outlines and depth cues are drawn where the scene is: fetch writes the "
-                   "picture without them, --wait -o IMAGE.png with them\n";
+                   ": outlines and depth cues are drawn where the scene is, not on fetched "
+                   "pictures: " +
+                   remedy + "\n";
 }
 
 }  // namespace parray

@@ -36,8 +36,8 @@ class FinishOptions {
 void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,
                    const std::shared_ptr<const Scene>& scene, const RenderSettings& settings);
 
-/// Says on stderr that whoever fetches the picture of the job gets it without them, if there are
-/// such steps: they need the scene.
-void say_unfinished(const SceneFile& file, const std::string& name);
+/// Says on stderr of the job `name` that its picture comes without them, if there are such steps:
+/// they need the scene. `remedy`: how to have them.
+void say_unfinished(const Finish& finish, const std::string& name, const std::string& remedy);
 
 }  // namespace parray

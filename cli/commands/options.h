@@ -148,7 +148,12 @@ class OutputOptions {
 
   /// With the preview of `following`.
   [[nodiscard]] OutputPaths paths(const Following& following = {}) const {
-    return {image_, report_, aovs_, denoise_, error_map_, following.preview};
+    return {.image = image_,
+            .report = report_,
+            .aovs = aovs_,
+            .denoise = denoise_,
+            .error_map = error_map_,
+            .preview = following.preview};
   }
 
  private:

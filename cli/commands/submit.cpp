@@ -47,6 +47,8 @@ int submit_frames(const SubmitCommand& command) {
   if (command.following.shows_picture()) {
     throw InputError("--preview and --display show one picture: leave them out of a series");
   }
+  say_unfinished(finish_of(command.render.portrait().viewing().style), command.scene,
+                 "render frames one by one to have them");
   FarmClient client(command.farm);
   return submit_series(*client, {command.scene, command.camera_path, *command.frames,
                                  command.render, command.output.paths(), command.priority,
@@ -71,7 +73,8 @@ int submit(const SubmitCommand& command) {
   outputs.notes = notes_json(file.particle_files);
   add_labels(outputs, command.output.labels(), file, submission.settings);
   add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
-  if (outputs.image.empty()) say_unfinished(file, submission.name);
+  if (outputs.image.empty())
+    say_unfinished(file.finish, submission.name, "add --wait -o IMAGE.png to have them");
   submission.max_failures = command.max_failures;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);

@@ -2,8 +2,8 @@
 
 import dataclasses
 
-# Keys of notes that say that atoms of the file are not among the particles.
-LEFT_OUT = ("alternatives", "virtual", "hidden_virtual", "duplicates", "unplaced", "left_out", "sites_merged")
+# Keys of notes that say that atoms of the file are not among the particles; those that are hidden later are.
+LEFT_OUT = ("alternatives", "duplicates", "unplaced", "left_out", "sites_merged")
 KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")

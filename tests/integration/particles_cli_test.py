@@ -203,13 +203,15 @@ class Conversions(ParticlesTest):
         self.refused("convert", self.path("atoms.xyz"), refused, *options, mentions="--hide: ")
         options[3] = "none"
         kept, expanded = self.path("kept.json"), self.path("expanded.json")
-        self.convert(self.path("atoms.xyz"), kept, *options)
+        told = run("convert", self.path("atoms.xyz"), kept, *options)
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertIn("atoms.xyz: 1 particle not selected", told.stderr)
         item = json.loads(kept.read_text())["particles"][0]
         self.assertEqual({key: item.get(key) for key in ("select", "hide", "color_by", "colormap", "range")},
                          {"select": "not element O", "hide": [], "color_by": "x", "colormap": "magma",
                           "range": "1%:99%"})
         self.assertNotIn("material", item)
-        self.convert(self.path("atoms.xyz"), expanded, *options, "--expand")
+        self.assertEqual(run("convert", self.path("atoms.xyz"), expanded, *options, "--expand").returncode, 0)
         self.assertEqual(self.facts(expanded)["spheres"], 2 + 2)
         self.assertEqual(self.identity(expanded), self.identity(kept))
 

@@ -65,7 +65,7 @@ std::vector<Step> steps_of(const TracedPicture<Real>& scene, const Linear<Real>&
                            std::uint32_t x, std::uint32_t y, const SampleRandom& random) {
   Ray<Real> ray = scene.view.template ray<Real>(x, y, random);
   InsideStack<Real> sides;
-  start_sides(scene, scene, ray.origin, sides);
+  start_sides(scene, scene, x, y, ray.origin, sides);
   std::vector<Step> steps;
   follow(scene, linear, ray, sides, random,
          [&steps](const Ray<Real>&, const Hit<Real>& hit, const Scattering<Real>& scattering) {

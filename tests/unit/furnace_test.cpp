@@ -117,7 +117,7 @@ template <typename Real, SphereSearch<Real> S>
 bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray,
                 const SampleRandom& random, std::uint64_t& crossings) {
   InsideStack<Real> sides;
-  start_sides(scene, scene, ray.origin, sides);
+  start_sides(scene, scene, 0, 0, ray.origin, sides);
   std::vector<bool> inside(scene.spheres.size(), false);
   for (const std::uint32_t index : sides.inside()) {
     inside[index] = true;

@@ -115,6 +115,16 @@ TEST_CASE("flat groups are seen face on, however they lie") {
   CHECK(std::abs(view(sheet(9, 5, x, y), true).frame.back.z) > 1 - 1e-12);
 }
 
+TEST_CASE("no camera has a negative zero, which its file would not keep") {
+  const std::vector<Sphere> flat = sheet(9, 5, normalize(Vec3d{3, 1, 0}), {0, 1, 0});
+  for (const bool molecule : {true, false}) {
+    const Camera camera = portrait_of(flat, 1.5, {}, {.molecule = molecule}).camera;
+    for (const Vec3d& v : {camera.look_from, camera.look_at, camera.up}) {
+      for (const double x : {v.x, v.y, v.z}) CHECK_FALSE((x == 0 && std::signbit(x)));
+    }
+  }
+}
+
 TEST_CASE("rods, balls and slabs are not flat: seen from above and aside") {
   const std::vector<Sphere> rod = sheet(20, 1, {1, 0, 0}, {0, 1, 0});
   const std::vector<Sphere> ball = cloud(500, {0, 0, 0}, {1, 1, 1}, 0.1, 5);

@@ -9,6 +9,7 @@
 #include "common/base/printable.h"
 #include "common/input/coloring/category_paint.h"
 #include "common/input/particles/source_error.h"
+#include "common/input/selection/column_names.h"
 #include "common/input/selection/number_source.h"
 #include "common/input/selection/selection.h"
 
@@ -177,13 +178,14 @@ ParticlePaint painted_by_number(const ParticleColoring& coloring, Particles& par
   paint.legend = {coloring.by, {}, scale.low, scale.high, samples_of(map, legend_stops), {}};
   if (misfits.unknown > 0) {
     paint.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
-    particles.facts.notes.push_back(
-        {"unknown_numbers", misfits.unknown,
-         "particles without a known " + printable(coloring.by) + ", in a colour of their own"});
+    particles.facts.notes.push_back({"unknown_numbers", misfits.unknown,
+                                     particles_word(misfits.unknown) + " without a known " +
+                                         printable(coloring.by) + ", in a colour of their own"});
   }
   if (misfits.clipped > 0) {
     particles.facts.notes.push_back({"clipped", misfits.clipped,
-                                     "particles with a " + printable(coloring.by) + " outside " +
+                                     particles_word(misfits.clipped) + " with a " +
+                                         printable(coloring.by) + " outside " +
                                          number_text(scale.low) + " to " + number_text(scale.high) +
                                          ", in the colour of the nearer end"});
   }

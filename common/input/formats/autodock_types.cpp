@@ -9,7 +9,7 @@
 namespace parray {
 namespace {
 
-using Type = std::pair<std::string_view, std::uint8_t>;
+using TypeElement = std::pair<std::string_view, std::uint8_t>;
 
 constexpr std::uint8_t hydrogen = 1;
 constexpr std::uint8_t carbon = 6;
@@ -18,23 +18,23 @@ constexpr std::uint8_t oxygen = 8;
 constexpr std::uint8_t sulphur = 16;
 
 /// Those that are no symbols, or other elements' symbols.
-constexpr std::array<Type, 17> types{{{"HD", hydrogen},
-                                      {"HS", hydrogen},
-                                      {"A", carbon},
-                                      {"CX", carbon},
-                                      {"NA", nitrogen},
-                                      {"NS", nitrogen},
-                                      {"NX", nitrogen},
-                                      {"OA", oxygen},
-                                      {"OS", oxygen},
-                                      {"OX", oxygen},
-                                      {"W", oxygen},
-                                      {"SA", sulphur},
-                                      {"G", carbon},
-                                      {"GA", carbon},
-                                      {"J", carbon},
-                                      {"Q", carbon},
-                                      {"CG", carbon}}};
+constexpr std::array<TypeElement, 17> elements_of_types{{{"HD", hydrogen},
+                                                         {"HS", hydrogen},
+                                                         {"A", carbon},
+                                                         {"CX", carbon},
+                                                         {"NA", nitrogen},
+                                                         {"NS", nitrogen},
+                                                         {"NX", nitrogen},
+                                                         {"OA", oxygen},
+                                                         {"OS", oxygen},
+                                                         {"OX", oxygen},
+                                                         {"W", oxygen},
+                                                         {"SA", sulphur},
+                                                         {"G", carbon},
+                                                         {"GA", carbon},
+                                                         {"J", carbon},
+                                                         {"Q", carbon},
+                                                         {"CG", carbon}}};
 
 }  // namespace
 
@@ -43,7 +43,7 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   const bool numbered = !type.empty() && ascii::is_digit(type.back());
   while (!type.empty() && ascii::is_digit(type.back())) type.remove_suffix(1);
   if (numbered && type == "G") return 0;
-  for (const auto& [name, element] : types) {
+  for (const auto& [name, element] : elements_of_types) {
     if (name == type) return element;
   }
   return atomic_number_of(type);

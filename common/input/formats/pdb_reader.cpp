@@ -18,9 +18,9 @@ struct Dialect {
   bool radii = false;
 };
 
-constexpr Dialect pdb{read_pdb_record, false};
-constexpr Dialect pdbqt{read_pdbqt_record, false};
-constexpr Dialect pqr{read_pqr_record, true};
+constexpr Dialect pdb_dialect{read_pdb_record, false};
+constexpr Dialect pdbqt_dialect{read_pdbqt_record, false};
+constexpr Dialect pqr_dialect{read_pqr_record, true};
 
 bool is_record(std::string_view line, std::string_view name) {
   return line.size() >= name.size() && lower_case(line.substr(0, name.size())) == name;
@@ -124,15 +124,15 @@ class PdbFrames final : public FrameReader {
 }  // namespace
 
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdb>>(file, request);
+  return read_frame<PdbFrames<pdb_dialect>>(file, request);
 }
 
 Particles read_pdbqt(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdbqt>>(file, request);
+  return read_frame<PdbFrames<pdbqt_dialect>>(file, request);
 }
 
 Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pqr>>(file, request);
+  return read_frame<PdbFrames<pqr_dialect>>(file, request);
 }
 
 }  // namespace parray

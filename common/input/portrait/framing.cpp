@@ -90,7 +90,7 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
   const Axes& frame = view.frame;
   camera.look_at = frame.center + horizontal.middle() * frame.right + vertical.middle() * frame.up;
   camera.look_from = camera.look_at + camera.focus_distance * frame.back;
-  camera.up = frame.up;
+  camera.up = frame.up + Vec3d{};  // a negative zero, which files do not keep, becomes zero
   camera.aperture = 0;
   return camera;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,11 @@ const NameColumn& name_column(std::string_view word, const Particles& particles)
 
 /// "chains" for "chain"; of the words of name_column().
 std::string plural_of(std::string_view word);
+
+/// "particle" or "particles", which stands behind that number.
+inline std::string particles_word(std::uint64_t count) {
+  return count == 1 ? "particle" : "particles";
+}
 
 /// The columns that particles have: "elements, types and z"; positions are not spoken of.
 std::string columns_of(const Particles& particles);

@@ -7,6 +7,7 @@
 #include "common/base/printable.h"
 #include "common/input/particles/particle_text.h"
 #include "common/input/particles/source_error.h"
+#include "common/input/selection/column_names.h"
 #include "common/input/selection/particle_classes.h"
 #include "common/input/selection/selection.h"
 
@@ -72,11 +73,10 @@ class Shown {
     blaming("hide", [&] {
       if (word == hidden_by_default) {  // which every file can be asked for
         const ParticleMask sites = class_mask(ParticleClass::virtual_site, particles_);
-        return take(sites, "hidden_virtual", "virtual sites hidden");
+        return take(sites, "hidden_virtual", "hidden (virtual)");
       }
       const Selection selection = Selection::any_of({word});
-      take(selection.mask(particles_, threads_), "hidden_" + word,
-           "particles hidden (" + word + ")");
+      take(selection.mask(particles_, threads_), "hidden_" + word, "hidden (" + word + ")");
     });
   }
 
@@ -94,11 +94,13 @@ class Shown {
   }
 
  private:
-  void take(const ParticleMask& mask, std::string key, std::string reason) {
+  void take(const ParticleMask& mask, std::string key, const std::string& reason) {
     if (mask.empty()) return;
     if (mask_.empty()) mask_.assign(particles_.count(), 1);
     const std::uint64_t taken = take_out(mask, mask_);
-    if (taken > 0) notes_.push_back({std::move(key), taken, std::move(reason)});
+    if (taken > 0) {
+      notes_.push_back({std::move(key), taken, particles_word(taken) + " " + reason});
+    }
   }
   [[nodiscard]] std::uint64_t left() const {
     return mask_.empty() ? particles_.count() : count_of(mask_);
@@ -176,10 +178,10 @@ void apply(const ParticleFilter& filter, Particles& particles, int threads) {
     shown.hide(word);
   }
   if (!filter.slice.empty()) {
-    shown.select("slice", slice_as_selection(filter.slice), "particles outside the slice");
+    shown.select("slice", slice_as_selection(filter.slice), "outside the slice");
   }
   if (!filter.select.empty()) {
-    shown.select("select", filter.select, "particles not selected");
+    shown.select("select", filter.select, "not selected");
   }
   shown.finish();
 }
