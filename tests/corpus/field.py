@@ -12,7 +12,7 @@ import gemmi
 import MDAnalysis
 import numpy
 import plyfile
-from MDAnalysis.coordinates import DCD, TRJ, TRR, XTC
+from MDAnalysis.coordinates import DCD, INPCRD, TRJ, TRR, XTC
 from MDAnalysis.guesser.default_guesser import DefaultGuesser
 from rdkit import Chem, RDLogger
 
@@ -292,6 +292,7 @@ READERS = {
     "dcd": (lambda p: of_trajectory(DCD.DCDReader, p),),
     "xtc": (lambda p: of_trajectory(XTC.XTCReader, p),),
     "trr": (lambda p: of_trajectory(TRR.TRRReader, p),),
+    "rst7": (lambda p: of_trajectory(INPCRD.INPReader, p),),
     "netcdf": (lambda p: of_trajectory(TRJ.NCDFReader, p),),
 }
 

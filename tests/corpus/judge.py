@@ -88,7 +88,7 @@ def compared(said, last, facts):
         told = others <= said.noted(GUESSED) + (abs(left_out) if all_told else 0)
         differ("elements", told, said.elements, facts.elements)
     elif facts.elements is not None and said.elements is None and set(facts.elements) != {""}:
-        differ("elements", False, "none", facts.elements)
+        differ("elements", said.noted(GUESSED) == said.particles, "none", facts.elements)
     if None not in (facts.frames, said.frames) and facts.frames != said.frames:
         differ("frames", said.frames - said.noted(EMPTY_FRAMES) == facts.frames, said.frames, facts.frames)
     if facts.cell and (not said.cell or not same_cell(said.cell, facts.cell)):

@@ -8,7 +8,7 @@ import re
 BY_ENDING = {
     "pdb": "pdb", "pdb1": "pdb", "ent": "pdb", "gro": "gro", "pqr": "pqr", "pdbqt": "pdbqt", "mol2": "mol2",
     "sdf": "sdf", "sd": "sdf", "mol": "mol", "xyz": "xyz", "extxyz": "xyz", "lammpstrj": "dump", "dump": "dump",
-    "data": "data", "data2": "data", "ply": "ply", "dcd": "dcd", "xtc": "xtc", "trr": "trr", "nc": "netcdf", "ncdf": "netcdf",
+    "data": "data", "data2": "data", "ply": "ply", "dcd": "dcd", "xtc": "xtc", "trr": "trr", "nc": "netcdf", "rst7": "rst7", "ncdf": "netcdf",
     "cif": "cif", "pdbx": "cif"}
 UNPACKERS = {b"\x1f\x8b": gzip.decompress, b"BZh": bz2.decompress}  # by what a file begins with
 ENDINGS = (".gz", ".bz2")

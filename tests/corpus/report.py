@@ -8,11 +8,11 @@ import re
 VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
 ACCEPTED = 0.98  # of what the programs read
 OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
-        "dcd", "xtc", "trr", "netcdf")
+        "dcd", "xtc", "trr", "netcdf", "rst7")
 # What a refusal has to name, by the ending of files that are none of ParRay's.
 FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM", "gsd": "GSD",
-           "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "rst7": "AMBER", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
-           "mdcrd": "AMBER", "inpcrd": "AMBER", "": "a DL_POLY|VASP", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
+           "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
+           "mdcrd": "AMBER", "inpcrd": "AMBER", "": "of DL_POLY|VASP", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
            "restart": "LAMMPS", "local": "LAMMPS"}
 PROGRAMS = ("gemmi", "ase", "MDAnalysis", "rdkit", "plyfile", "lammps")
 RESULTS = """# The corpus: results
