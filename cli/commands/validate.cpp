@@ -49,13 +49,15 @@ std::string format_text(const json& facts) {
 /// What the scene's files of particles hold, all of their columns, beside what it shows of them.
 json particle_files_of(PackedFile& opened, const SceneFile& file) {
   json list = json::array();
+  const bool portrait = is_portrait(opened, file);
+  const std::filesystem::path folder = portrait ? "" : opened.path().parent_path();
   const auto describe = [&](PackedFile& particles, const ParticleFile& shown) {
-    const ParticleRequest request{
-        .frame = shown.source.frame, .all = true, .threads = usable_cpus()};
+    ParticleRequest request{.frame = shown.source.frame, .all = true, .threads = usable_cpus()};
+    if (!shown.source.topology.empty()) request.topology = folder / shown.source.topology;
     list.push_back(particle_report(shown, read_particles(particles, request)));
   };
   for (const ParticleFile& shown : file.particle_files) {
-    if (is_portrait(opened, file)) {
+    if (portrait) {
       describe(opened, shown);
     } else {
       PackedFile particles(shown.path);

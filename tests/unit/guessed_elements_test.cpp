@@ -42,6 +42,7 @@ TEST_CASE("elements: in amino acids, nucleotides and water the first letter coun
     CHECK(guess("DOD", "D1", two_letters) == "H");
   }
   CHECK(guess("MSE", "SE") == "Se");
+  CHECK(guess("SEC", "SEG") == "Se");
 }
 
 TEST_CASE("elements: an ion is told by its residue, under the names of all force fields") {
@@ -72,7 +73,7 @@ TEST_CASE("elements: in other residues halogens and metals count where nothing e
   CHECK(guess("HEM", "FE") == "Fe");
   CHECK(guess("HEM", "NA") == "N");
   CHECK(guess("LIG", "HG1", true) == "H");
-  CHECK(guess("LIG", "Ca1") == "Ca");
+  CHECK(guess("LIG", "Ca1") == "C");  // an alpha carbon in any case
   CHECK(guess("LIG", "FAB") == "F");
   CHECK(guess("LIG", "I1") == "I");
   CHECK(guess("LIG", "K") == "K");

@@ -177,6 +177,9 @@ TEST_CASE("PDB: END separates frames as ENDMDL does, CRYST1 is the cell of those
     CHECK(particles.cell->edges[2] == Vec3d{0, 0, 30});
     CHECK(particles.facts.frames == 3);
   }
+  const std::string behind =
+      pdb_line(" O", ' ', "HOH", 1, 1) + "ENDMDL\n" + text.substr(0, text.find('\n') + 1);
+  REQUIRE(files.read("a.pdb", behind).cell.has_value());
   const std::string none =
       "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00 P 1           1\n";
   CHECK(!files.read("a.pdb", none + pdb_line(" O", ' ', "HOH", 1, 1)).cell);
@@ -256,8 +259,8 @@ TEST_CASE("PQR: where fields run together, the columns of PDB tell them apart") 
       "a.pqr", "ATOM  12345 HD11 LEU A1000    -110.123-100.456 -99.000  0.1000 1.2000\n");
   CHECK(particles.positions == std::vector<Vec3d>{{-110.123, -100.456, -99}});
   CHECK(particles.elements == Elements{1});
-  CHECK(files.message("a.pqr", "ATOM      1  N   ALA A   1       1.000   2.000   3.000\n") ==
-        "a.pqr:1: no charge and radius after the coordinates: add them");
+  const std::string whole = "ATOM 1 N ALA 1 1.0 2.0 3.0 0.5 1.5\n";
+  CHECK(files.message("a.pqr", whole + whole + "ATOM 2 C ALA 1 1.0 2.0 3.0 0.5\n") != "no error");
 }
 
 }  // namespace parray

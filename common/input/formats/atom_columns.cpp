@@ -193,7 +193,7 @@ Particles AtomColumns::complete(Particles particles) {
 Particles AtomColumns::finish_frame() {
   settle_doubtful(alternatives_, {residue_names_, atom_names_.column().index,
                                   chains_.column().index, residue_numbers_});
-  mend_elements();
+  if (doubt_elements_) mend_elements();
   guess_elements();
   name_types();
   return complete(columns_.finish_frame());

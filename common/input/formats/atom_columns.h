@@ -40,6 +40,8 @@ class AtomColumns {
   AtomColumns(const FilePlace& place, const ParticleRequest& request,
               std::initializer_list<const char*> names = {});
 
+  /// Elements that the file says are mended where they cannot be: of CA in ALA, "Ca".
+  void doubt_elements() { doubt_elements_ = true; }
   /// Room for so many, of which the reader knows that the file can hold them.
   void expect(std::uint64_t count) { columns_.expect(count); }
   void add(const Atom& atom);
@@ -73,6 +75,7 @@ class AtomColumns {
   NameIndex types_;
   bool own_types_ = false;
   bool flush_left_ = false;
+  bool doubt_elements_ = false;
   std::vector<std::int32_t> residue_numbers_;
   std::vector<std::uint8_t> two_letters_;  // by particle, up to the last that has them
   AlternativeColumns alternatives_;

@@ -183,7 +183,7 @@ bool read_mixed_number(std::string_view text, AtomRecord& record) {
   }
   const auto number = residue_number_in(text);
   record.residue_number = number.value_or(0);
-  return number.has_value();
+  return number.has_value() || text == "****";
 }
 
 /// "ALA12" is residue 12, an ALA.

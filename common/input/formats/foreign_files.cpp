@@ -23,6 +23,9 @@ constexpr std::string_view convert =
 constexpr std::string_view restart =
     "turn it into a data file or a dump (lmp -restart2data, -restart2dump)";
 constexpr std::string_view binary_dump = "turn it into text by binary2txt of LAMMPS";
+constexpr std::string_view hdf5 =
+    "convert netCDF-4 with nccopy -k 64-bit-offset, anything else to XYZ or PDB with the program "
+    "that made it";
 constexpr std::string_view utf16 = "save the file as UTF-8";
 
 struct Signature {
@@ -89,7 +92,7 @@ struct Unread {
   Recogniser looks;
 };
 constexpr std::array<Unread, 2> unread{{
-    {"an HDF5 file", convert, looks_like_hdf5},
+    {"an HDF5 file", hdf5, looks_like_hdf5},
     {"a GSD file", convert, looks_like_gsd},
 }};
 

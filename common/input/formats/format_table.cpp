@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 1> pqr_names{".pqr"};
 constexpr std::array<std::string_view, 1> gro_names{".gro"};
 constexpr std::array<std::string_view, 3> sdf_names{".sdf", ".mol", ".sd"};
 constexpr std::array<std::string_view, 1> mol2_names{".mol2"};
-constexpr std::array<std::string_view, 2> cif_names{".cif", ".mmcif"};
+constexpr std::array<std::string_view, 3> cif_names{".cif", ".mmcif", ".pdbx"};
 
 /// Of proteins or of crystals.
 Likeness looks_like_any_cif(const FileStart& start) {

@@ -33,8 +33,9 @@ class WideNumbers {
 
 /// Behind the positions come as many velocities, or none, and six numbers of the box, or none.
 std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t atoms) {
-  const std::size_t velocities = rest.size() >= 3 * atoms ? 3 * atoms : 0;
-  if (rest.size() != velocities + 6) return {};
+  constexpr std::size_t box_numbers = 6;
+  const std::size_t velocities = rest.size() > box_numbers ? 3 * atoms : 0;
+  if (rest.size() != velocities + box_numbers) return {};
   const double* const box = rest.data() + velocities;
   return cell_from({box[0], box[1], box[2]}, {box[3], box[4], box[5]});
 }

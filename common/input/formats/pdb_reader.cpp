@@ -70,6 +70,7 @@ class PdbFrames final : public FrameReader {
 
   Particles read() override {
     AtomColumns atoms(input_.place(), request_, {"occupancy", "b_factor", "charge"});
+    atoms.doubt_elements();
     AtomRecord record;
     while (go_to_atom()) {
       dialect.read(input_.line(), input_.place(), record);
@@ -80,6 +81,7 @@ class PdbFrames final : public FrameReader {
     Particles particles = atoms.finish_frame();
     particles.cell = cell_;
     go_to_frame();
+    if (!particles.cell) particles.cell = cell_;  // some programs write it behind the model
     return particles;
   }
 

@@ -52,20 +52,13 @@ bool is_bead(std::string_view letters, std::string_view name) {
 /// In residues whose atoms are known: H, C, N, O, P, S, and selenium in place of sulphur.
 std::uint8_t in_polymer(std::string_view name, const std::string& letters) {
   if (is_bead(letters, name)) return 0;
-  if (letters == "SE") return selenium;
+  if (letters.starts_with("SE")) return selenium;
   constexpr std::string_view symbols = "HDCNOSP";
   return symbols.find(letters[0]) == std::string_view::npos ? 0 : organic(letters[0]);
 }
 
 std::uint8_t pair_of(const std::string& letters) {
   return letters.size() < 2 ? 0 : atomic_number_of(std::string_view(letters).substr(0, 2));
-}
-
-/// What is written in both cases is a symbol: "Cl1", "Ca2+".
-std::uint8_t cased_pair(std::string_view name, const std::string& letters) {
-  const bool cased = name.size() > 1 && ascii::is_upper(name[0]) && ascii::is_lower(name[1]) &&
-                     (name.size() == 2 || !ascii::is_lower(name[2]));
-  return cased ? pair_of(letters) : 0;
 }
 
 /// PDB's columns say that two letters are the symbol. Hydrogen is often out of its column: only
@@ -135,7 +128,6 @@ std::uint8_t guess_element(const AtomName& atom) {
   if (atom.two_letters) {
     if (const std::uint8_t element = column_pair(name, letters)) return element;
   }
-  if (const std::uint8_t element = cased_pair(name, letters)) return element;
   return in_ligand(name, letters);
 }
 

@@ -15,9 +15,9 @@ struct AtomName {
 
 /// The element by residue and name, as programs of the field tell it: CA of an amino acid is carbon
 /// and CA in a residue CA is calcium, HG is hydrogen, CLA of the residue CLA is chlorine, "1HB2" is
-/// hydrogen. A symbol of two letters counts where the ion or the columns say so, where its letters
-/// are written as in "Cl1", or where no name of organic chemistry starts like it ("BR1", "ZN",
-/// "FE2"). 0: no element (a virtual site, a bead of a coarse model), or not known.
+/// hydrogen. A symbol of two letters counts where the ion or the columns say so, or where no
+/// name of organic chemistry starts like it ("BR1", "Cl1", "ZN", "FE2").
+/// 0: no element (a virtual site, a bead of a coarse model), or not known.
 std::uint8_t guess_element(const AtomName& atom);
 
 /// True where such a name of fewer than four characters, when it starts in column 13 of PDB, shows
