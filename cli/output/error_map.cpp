@@ -60,10 +60,10 @@ class LegendDrawing {
     write(word, places_.title_baseline, unknown);
     const double side = font_.cap_height();
     fill({word - places_.gap() - side, places_.title_baseline - side, side, side}, unknown_colour);
-    for (double x = left; x < right; ++x) {
-      const double share = (x - left) / (right - left);
-      fill({x, places_.bar_top, std::min(right - x, 1.0), places_.bar_height()},
-           error_colour(share));
+    // By whole pixels: two halves of one would let the background through.
+    for (double x = std::floor(left); x < right; ++x) {
+      const double share = std::clamp((x - left) / (right - left), 0.0, 1.0);
+      fill({x, places_.bar_top, 1, places_.bar_height()}, error_colour(share));
     }
     for (const double share : {0.0, 0.5, 1.0}) {
       const std::string value = formatted("%.2g", scale.at(share));

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <istream>
 #include <streambuf>
+#include <string>
 #include <vector>
 
 #include "common/input/particles/packed_file.h"
 #include "common/input/scene_builder.h"
 #include "common/input/scene_file.h"
+#include "common/scene/limits.h"
 
 namespace parray {
 namespace {
@@ -46,6 +48,10 @@ SceneFile read_scene(std::istream& input, const std::string& name, int threads) 
 }
 
 SceneFile read_scene_file(PackedFile& file, int threads) {
+  if (file.size().value_or(0) > limits::max_scene_file_bytes) {
+    FilePlace{file.name()}.fail("has " + std::to_string(*file.size()) + " bytes, more than " +
+                                std::to_string(limits::max_scene_file_bytes) + ": split it");
+  }
   file.rewind();
   FileBuffer buffer(file);
   std::istream input(&buffer);

@@ -40,15 +40,17 @@ void promise_portrait(const std::filesystem::path& path) {
   }
 }
 
-/// Every column, and every frame.
-void promise_names(const std::filesystem::path& path) {
+/// Every column, and every frame. True when the file is taken: some formats hold names alone.
+bool promise_names(const std::filesystem::path& path) {
   try {
     const Particles particles = read_names(path, {.all = true});
     for (const NumberColumn& column : particles.numbers) {
       promise(column.values.size() == particles.count(), "a number for each particle");
     }
+    return true;
   } catch (const InputError& error) {
     promise_one_line(error.what());
+    return false;
   }
 }
 
@@ -56,7 +58,7 @@ bool run(std::string_view input) {
   static const test::ParticleFiles files;
   const char* const file = file_for(take_letter(input));
   const auto path = files.write(file, std::string(input));
-  promise_names(path);
+  const bool named = promise_names(path);
   try {
     ParticleRequest request;
     request.all = true;
@@ -65,7 +67,7 @@ bool run(std::string_view input) {
   } catch (const InputError& error) {
     promise_one_line(error.what());
     promise(std::string_view(error.what()).starts_with(path.string()), "an error with its file");
-    return false;
+    return named;
   }
   promise_portrait(path);
   return true;

@@ -54,6 +54,9 @@ TEST_CASE("a file is what its contents say, whatever its name") {
     for (const char* name : {"dump.melt", "noname", "A.PDB", "a.pdb1", "a.ent", "a.xyz", "a.csv",
                              "a.ply", "a.cif", "a.json", "a.dump", "a.gz", "a.zip"}) {
       CAPTURE(name);
+      // Columns of PQR may be those of PDB: the next test.
+      const bool named_pdb = format_for("a.pdb") == (format_by_name(name) ? format_for(name) : "");
+      if (format == "PQR" && named_pdb) continue;
       CHECK(kind_of(files.write(name, bytes)) == format);
     }
   }
@@ -88,7 +91,7 @@ TEST_CASE("the name decides where the contents could be more than one format, or
       "ATOM      1  N   MET A   1      11.000   9.000  10.000  1.00 20.00\n";
   CHECK(kind_of(files.write("a", amber)) == "PDB");
   const std::string pqr = "ATOM      1  N   MET     1      11.000   9.000  10.000 -0.3000 1.8240\n";
-  CHECK(kind_of(files.write("a", pqr)).starts_with("looks like a PQR file"));
+  CHECK(kind_of(files.write("a", pqr)) == "PQR");
   CHECK(kind_of(files.write("a.pdb", pqr)) == "PDB");
   CHECK(kind_of(files.write("a.xyz", "3 atoms\n")) == "XYZ");
   CHECK(kind_of(files.write("a.csv", "a,b\n1,2\n")) == "CSV");
@@ -111,11 +114,7 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
       {"PK\x03\x04", "a zip archive"},
       {std::string(257, 'x') + "ustar", "a tar archive"},
       {"\x89HDF\r\n\x1a\n", "an HDF5 file"},
-      {"CDF\1"s, "a NetCDF file"},
       {"\xdf\x65\xdf\x65\xdf\x65\xdf\x65", "a GSD file"},
-      {"\0\0\7\xc9\0\0\0\x0d\0\0\0\x0cGMX_trn_file"s, "a TRR trajectory"},
-      {"\0\0\7\xcb\0\0\0\5"s + std::string(44, '\1') + "\0\0\0\5"s, "an XTC trajectory"},
-      {"\x54\0\0\0CORD"s, "a DCD trajectory"},
       {"\xf6\xff\xff\xff\xff\xff\xff\xff"
        "DUMPCUSTOM\1",
        "a binary dump of LAMMPS"},
@@ -132,15 +131,9 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
       {"* CRAMBIN\n*\n 327\n 1 1 THR N 17.0 14.1 3.6\n", "a CHARMM coordinate file"},
       {"TITLE\nwater\nEND\nPOSITION\n", "a GROMOS96 file"},
       {"title\n 2 3 27\n 7.3 0.0 0.0\n 0.0 7.3 0.0\n 0.0 0.0 7.3\n", "a file of DL_POLY"},
-      {"PSF EXT\n", "a PSF topology"},
-      {"%VERSION  VERSION_STAMP = V0001.000\n", "an AMBER topology"},
       {"LAMMPS (23 Jun 2022)\n", "a log of LAMMPS"},
       {"# melt\nunits lj\natom_style atomic\nlattice fcc 1\npair_style lj/cut 2\n",
        "an input script of LAMMPS"},
-      {"LAMMPS data\n\n2 atoms\n1 atom types\n\n0 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n",
-       "a data file of LAMMPS"},
-      {"title\n 2 0.5\n   1.0000000   2.0000000  -3.0000000   4.0000000   5.0000000   6.0000000\n",
-       "an AMBER restart file"},
       {"solid a\nfacet normal 0 0 1\n", "an STL mesh"},
       {"# obj\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "an OBJ mesh"},
       {"OFF\n3 1 0\n", "an OFF mesh"},

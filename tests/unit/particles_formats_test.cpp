@@ -64,11 +64,11 @@ TEST_CASE("a file's name says its format by its extension, whatever its case and
                                                     {"a.pdb.GZ", "PDB"},
                                                     {"a.ent", "PDB"},
                                                     {"a.pdb1", "PDB"},
-                                                    {"a.cif.zst", "mmCIF"},
+                                                    {"a.cif.zst", "CIF"},
                                                     {"a.ply.BZ2", "PLY"},
                                                     {"a.xyz.xz", "XYZ"},
-                                                    {"dir.x/a.cif", "mmCIF"},
-                                                    {"a.mmcif", "mmCIF"}};
+                                                    {"dir.x/a.cif", "CIF"},
+                                                    {"a.mmcif", "CIF"}};
   for (const auto& [name, format] : known) CHECK(format_by_name(name)->name == format);
   for (const char* name : {"a.json", "a", ".gz", "a.gz", "ply", "a.ply.lz4", "dir.ply/a"}) {
     CHECK(format_by_name(name) == nullptr);

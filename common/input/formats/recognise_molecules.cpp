@@ -92,6 +92,7 @@ Likeness looks_like_pdb(const FileStart& start) {
   if (atom.empty()) {
     const auto records = std::ranges::count_if(start.lines(), is_record_of_pdb);
     if (!is_record_of_pdb(start.line(0))) return Likeness::none;
+    if (trimmed(start.line(0)) == "TITLE") return Likeness::none;  // GROMOS96: PDB's has a text
     const bool most = records >= 3 && 2 * records > std::ssize(start.lines());
     return most ? Likeness::likely : Likeness::possible;
   }
