@@ -8,7 +8,7 @@
 namespace parray {
 namespace {
 
-using Fields = std::vector<std::string_view>;
+using Words = std::vector<std::string_view>;
 
 bool is_number_field(std::string_view text) { return number_in(trimmed(text)).has_value(); }
 
@@ -114,7 +114,7 @@ Likeness looks_like_pdbqt(const FileStart& start) {
 
 Likeness looks_like_pqr(const FileStart& start) {
   const std::string_view atom = first_atom(start);
-  Fields words;
+  Words words;
   split_at_blanks(atom, words);
   constexpr std::size_t least = 9;  // without chain and residue's name
   constexpr std::size_t most = 11;

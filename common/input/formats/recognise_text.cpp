@@ -7,10 +7,10 @@
 namespace parray {
 namespace {
 
-using Fields = std::vector<std::string_view>;
+using Words = std::vector<std::string_view>;
 
-Fields words_of(std::string_view line, std::string_view separators = " \t") {
-  Fields words;
+Words words_of(std::string_view line, std::string_view separators = " \t") {
+  Words words;
   while (true) {
     line.remove_prefix(std::min(line.find_first_not_of(separators), line.size()));
     if (line.empty()) return words;
@@ -23,7 +23,7 @@ Fields words_of(std::string_view line, std::string_view separators = " \t") {
 bool is_number(std::string_view word) { return number_in(word).has_value(); }
 
 /// Whether words `first` to `first + 2` are numbers.
-bool three_numbers(const Fields& words, std::size_t first) {
+bool three_numbers(const Words& words, std::size_t first) {
   return words.size() >= first + 3 &&
          std::all_of(words.begin() + static_cast<std::ptrdiff_t>(first),
                      words.begin() + static_cast<std::ptrdiff_t>(first) + 3, is_number);
@@ -32,8 +32,8 @@ bool three_numbers(const Fields& words, std::size_t first) {
 bool is_count(std::string_view line) { return natural_in(trimmed(line)).has_value(); }
 
 /// The first lines that are neither blank nor comments (#).
-Fields rows_of(const FileStart& start, std::size_t most) {
-  Fields rows;
+Words rows_of(const FileStart& start, std::size_t most) {
+  Words rows;
   for (const std::string_view line : start.lines()) {
     if (trimmed(line).empty() || trimmed(line).starts_with('#')) continue;
     rows.push_back(line);
@@ -49,15 +49,15 @@ Likeness looks_like_ply(const FileStart& start) {
 }
 
 Likeness looks_like_csv(const FileStart& start) {
-  const Fields rows = rows_of(start, 2);
+  const Words rows = rows_of(start, 2);
   if (rows.empty()) return Likeness::none;
   constexpr std::string_view separators = " \t,;\"";
   const std::string header = lower_case(rows[0]);
-  const Fields names = words_of(header, separators);
+  const Words names = words_of(header, separators);
   const auto has_name = [&](std::string_view name) { return std::ranges::count(names, name) > 0; };
   if (has_name("x") && has_name("y") && has_name("z")) return Likeness::likely;
   if (rows.size() < 2 || names.size() < 3) return Likeness::none;
-  const Fields fields = words_of(rows[1], separators);  // of a table whose columns have other names
+  const Words fields = words_of(rows[1], separators);  // of a table whose columns have other names
   const auto numbers = std::ranges::count_if(fields, is_number);
   return fields.size() == names.size() && numbers >= 3 ? Likeness::possible : Likeness::none;
 }
@@ -79,7 +79,7 @@ Likeness looks_like_lammps_data(const FileStart& start) {
   bool atoms = false;
   bool box = false;
   for (std::size_t i = 1; i < header_lines; ++i) {  // the first line is a title
-    const Fields words = words_of(start.line(i));
+    const Words words = words_of(start.line(i));
     atoms = atoms || (words.size() >= 2 && is_count(words[0]) && words[1] == "atoms");
     box = box || (words.size() >= 4 && (words[2] == "xlo" || words[3] == "avec"));
   }
@@ -106,7 +106,7 @@ Likeness looks_like_gro(const FileStart& start) {
 Likeness looks_like_inpcrd(const FileStart& start) {
   constexpr std::size_t width = 12;
   constexpr std::size_t whole = 4;  // of it before the point
-  const Fields head = words_of(start.line(1));
+  const Words head = words_of(start.line(1));
   if (head.empty() || head.size() > 3 || !is_count(head[0])) return Likeness::none;
   if (!std::ranges::all_of(head, is_number)) return Likeness::none;
   const std::string_view row = start.line(2);
