@@ -44,10 +44,16 @@ struct RayGroup {
 
 /// A ray's distance to a plane across an axis is plane x inverse + shift. `near` and `far` are
 /// the shifts for planes on its near and far side, moved by `margin` so that the first appear
-/// nearer and the second farther (see wide_bvh.h). Where a shift overflows or is not a number,
-/// because the ray runs along the planes, the axis constrains nothing. Rounding, of products that
-/// are fused or not, moves a plane by 4 roundoffs of its coordinate and the origin's at most: a
-/// part of what boxes and margins are grown by.
+/// nearer and the second farther (see wide_bvh.h). Rounding, of products that are fused or not,
+/// moves a plane by 4 roundoffs of its coordinate and the origin's at most: a part of what boxes
+/// and margins are grown by.
+///
+/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. With R for
+/// the largest coordinate of its origin and M for that of a box, in single precision, its new slope
+/// is 2^-102 max(R, 2^-24). A direction is about as long as 1, so the box is at a distance of
+/// 4 (R + M) at most, and the ray is off by 2^-100 max(R, 2^-24) (R + M) there: no part of a
+/// roundoff of R + M, R being far below 2^76. Shifts stay below 2^103. Where plane x inverse
+/// overflows, the plane is so far from the origin that the sign of infinity says on which side.
 template <typename B>
 struct Slab {
   using Store = typename B::Scalar;
@@ -55,16 +61,19 @@ struct Slab {
   B inverse, near, far;
   MaskOf<B> down;
 
-  PARRAY_INLINE Slab(const B& origin, const B& direction, const B& margin)
+  PARRAY_INLINE Slab(const B& origin, const B& direction, const B& margin, const B& steepest)
       : inverse(B(Store(1)) / direction), down(inverse < B(Store(0))) {
+    inverse = min_of(max_of(inverse, -steepest), steepest);
     const B shift = select(down, -margin, margin);
     near = -(origin + shift) * inverse;
     far = -(origin - shift) * inverse;
-    const B most(RealTraits<Store>::unit_roundoff / std::numeric_limits<Store>::min());
-    const auto sound = (max_of(near, -near) <= most) & (max_of(far, -far) <= most);
-    inverse = select(sound, inverse, B(Store(0)));
-    near = select(sound, near, B(-RealTraits<Store>::infinity));
-    far = select(sound, far, B(RealTraits<Store>::infinity));
+  }
+
+  /// What |inverse| is at most, for rays with this largest coordinate of their origins: finite.
+  static PARRAY_INLINE B steepest(const B& reach) {
+    constexpr Store roundoff = RealTraits<Store>::unit_roundoff;
+    constexpr Store most = roundoff / std::numeric_limits<Store>::min();
+    return B(most) / max_of(reach, B(roundoff));  // reach may be -0 or no number
   }
 };
 

@@ -78,15 +78,17 @@ class Traversal {
     const Vec3<B> d = load_store_lanes(rays_.direction, i);
     const B reach = max_of(max_of(max_of(o.x, -o.x), max_of(o.y, -o.y)), max_of(o.z, -o.z));
     const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
-    const Slab<B> x(o.x, d.x, margin);
-    const Slab<B> y(o.y, d.y, margin);
-    const Slab<B> z(o.z, d.z, margin);
+    const B steepest = Slab<B>::steepest(reach);
+    const Slab<B> x(o.x, d.x, margin, steepest);
+    const Slab<B> y(o.y, d.y, margin, steepest);
+    const Slab<B> z(o.z, d.z, margin, steepest);
     const B sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
-    const auto number = sum == sum;  // what is none meets nothing
-    queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z.inverse});
+    const auto number = sum == sum;  // what is none meets nothing, see enters_at: z comes last
     const B nowhere(infinity_stored);
-    queries_.near_shift.store(i, Vec3<B>{select(number, x.near, nowhere), y.near, z.near});
-    queries_.far_shift.store(i, Vec3<B>{select(number, x.far, -nowhere), y.far, z.far});
+    const B z_inverse = select(number, z.inverse, B(Store(0)));
+    queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z_inverse});
+    queries_.near_shift.store(i, Vec3<B>{x.near, y.near, select(number, z.near, nowhere)});
+    queries_.far_shift.store(i, Vec3<B>{x.far, y.far, select(number, z.far, -nowhere)});
     using Uint = typename B::Uint;
     const auto bit = [](const auto& down, std::uint32_t value) {
       return select(down, Uint(value), Uint(0U));
