@@ -113,7 +113,8 @@ OF_PORTRAIT = ("frame", "topology", "alternatives", "select", "slice", "hide", "
                "style", "projection")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PORTRAIT)
 
-_DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm", "dpi")
+_DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
+          "dpi")  # fmt: skip
 _FLAGS = ("denoise", "transparent", "opaque", "legend", "scale_bar", "time_stamp", "cell", "no_labels")
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
