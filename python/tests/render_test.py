@@ -87,13 +87,14 @@ class Options(Test):
         self.assertEqual(again.report["image_sha256"], picture.report["image_sha256"])
 
     def test_every_option_of_render_has_a_keyword(self):
-        """But for those that say where files go, which the package does itself."""
+        """But for those that say where files go, which the package does itself; --radius, which is `radii`; and --views,
+        which makes a sheet of several pictures, none of which has an error of its own."""
         text = command_line("render", "--help").stdout
         options = set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z-]+)", text))
-        own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--display", "--on-end", "--error-map"}
+        own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--display", "--on-end", "--error-map",
+               "--radius", "--views"}
         names = {"--" + name.replace("_", "-") for name in parray.options.names_of(parray.options.RenderOptions)}
-        of_scene = {"--elements", "--camera", "--sky", "--material", "--frame"}
-        self.assertEqual(options - own, names - of_scene)
+        self.assertEqual(options - own, names - {"--elements", "--camera", "--sky"})
 
     def test_an_unknown_keyword_names_the_nearest(self):
         self.refused(TypeError, "no option 'widht': did you mean width?", parray.render, SCENE, widht=3)
@@ -140,6 +141,59 @@ class Options(Test):
         self.assertNotEqual(first.report["scene_sha256"], second.report["scene_sha256"])
         self.refused(parray.InputError, "no frame 2", parray.render, self.folder / "both.xyz", frame=2, **SMALL)
         self.refused(parray.InputError, "has one frame only", parray.render, np.zeros((1, 3)), frame=2)
+
+    def test_particles_are_chosen_coloured_and_seen_as_by_the_command_line(self):
+        file = self.folder / "table.csv"
+        file.write_text("x,y,z,speed\n" + "".join(f"{i % 4},{i // 4},{i * 0.3},{i * i}\n" for i in range(16)))
+        for options, words in (({"color_by": "speed", "colormap": "magma", "range": (0, 100)},
+                                ["--color-by", "speed", "--colormap", "magma", "--range", "0:100"]),
+                               ({"select": "x > 0", "slice": ["y=0:2", "z=0:3"]}, ["--select", "x > 0", "--slice", "y=0:2,z=0:3"]),
+                               ({"view": "top", "style": "night", "projection": "perspective"},
+                                ["--view", "top", "--style", "night", "--projection", "perspective"]),
+                               ({"radii": 0.3, "frame": 0, "hide": ["virtual"]},
+                                ["--radius", 0.3, "--frame", 0, "--hide", "virtual"])):
+            with self.subTest(options=options):
+                report = self.folder / "report.json"
+                done = command_line("render", file, "-o", self.folder / "a.png", "--report", report, "--width", 60,
+                                    "--height", 40, "--spp", 8, *words)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                picture = parray.render(file, **options, **SMALL)
+                self.assertEqual(picture.report["image_sha256"], json.loads(report.read_text())["image_sha256"])
+        self.refused(parray.InputError, "unknown view 'frnt': did you mean 'front'", parray.render, file, view="frnt")
+        self.refused(parray.InputError, "view, style: for particles", parray.render, SCENE, view="top", style="flat")
+
+    def test_arrays_are_chosen_and_coloured_like_files(self):
+        positions, radii, _ = cloud()
+        plain, part = (parray.render(positions, radii, **SMALL, **o) for o in ({}, {"select": "x > 0", "color_by": "z"}))
+        self.assertLess(part.report["spheres"], plain.report["spheres"])
+        self.assertEqual(part.report["legends"][0]["title"], "z")
+
+    def test_a_topology_beside_a_scene_of_its_own_is_found(self):
+        """The portrait lies in another folder than the files that it names."""
+        (self.folder / "names.pdb").write_bytes(HELIX.read_bytes())
+        (self.folder / "atoms.pdb").write_bytes(HELIX.read_bytes())
+        here = os.getcwd()
+        self.addCleanup(os.chdir, here)
+        os.chdir(self.folder)
+        picture = parray.render("atoms.pdb", topology="names.pdb", color_by="element", **SMALL)
+        self.assertEqual(picture.report["legends"][0]["entries"][0]["name"], "C")
+
+    def test_labels_and_outlines_are_on_the_png_as_the_command_line_draws_it(self):
+        size = {"width": 360, "height": 240, "spp": 4}
+        words = ["--width", 360, "--height", 240, "--spp", 4]
+        for options, more in (({"legend": True, "scale_bar": True, "text": "helix", "outline": True, "dpi": 100.0},
+                               ["--legend", "--scale-bar", "--text", "helix", "--outline", "on", "--dpi", 100]),
+                              ({"style": "publication"}, ["--style", "publication"])):
+            with self.subTest(options=options):
+                done = command_line("render", HELIX, "-o", self.folder / "a.png", *words, *more)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                picture = parray.render(HELIX, **options, **size)
+                picture.save(self.folder / "b.png")
+                self.assertEqual(*((self.folder / name).read_bytes() for name in ("a.png", "b.png")))
+                digest = hashlib.sha256(picture.pixels.astype("<f4").tobytes()).hexdigest()
+                self.assertEqual(digest, picture.report["image_sha256"])
+        self.refused(parray.InputError, "--legend", parray.render, SCENE, legend=True, **SMALL)
+        self.refused(parray.InputError, "--aov", parray.render, HELIX, legend=True, aov="depth", **size)
 
     def test_denoised_pixels_state_their_own_error(self):
         raw = parray.render(SCENE, width=60, height=40, spp=16)

@@ -40,11 +40,15 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--transparent", "--opaque"]
 LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
                  "--width-mm", "--dpi", "--no-labels"]
+FINISHING_OPTIONS = ["--outline", "--depth-cue"]
+PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--material", "--radius", "--select", "--slice", "--hide",
+                    "--color-by", "--colormap", "--range", "--view", "--style", "--projection"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
-    "render": RENDER_OPTIONS + LABEL_OPTIONS + ["--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
+    "render": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + [
+                                "--views", "--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
                                 "--preview", "--display", "--on-end"],
-    "submit": RENDER_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
+    "submit": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
                                               "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
@@ -59,8 +63,8 @@ OPTIONS = {
     "replay": COORDINATOR + ["--json"],
     "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map"],
     "workers": COORDINATOR + ["--host", "--json"],
-    "validate": RENDER_OPTIONS + ["--json"],
-    "convert": ["--material", "--radius", "--width", "--height", "--expand"],
+    "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--json"],
+    "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],
     "compare": ["--output", "--json"],
     "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
     "doctor": ["--json"],
@@ -121,6 +125,9 @@ class Refusals(CliTest):
         output = ["-o", self.path("a.png")]
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
                                     ("--isa", "avx215", "avx2"),
+                                    ("--view", "frnt", "front"), ("--style", "publicaton", "publication"),
+                                    ("--colormap", "virids", "viridis"), ("--projection", "ortografic", "orthographic"),
+                                    ("--hide", "watr", "water"), ("--outline", "onn", "on"),
                                     ("--schedule", "guidd", "guided"),
                                     ("--row-order", "sequentially", "sequential"),
                                     ("--aov", "depth,normls", "normal")):

@@ -192,7 +192,7 @@ class Examples(PagesTest):
         self.assertEqual(result.returncode, 0, (words, result.stderr))
 
     def smaller(self, command, words):
-        extra = {"plan": [*SMALL, "--probe-seconds", "0.2"], "render": [*SMALL, "--time-limit", "0.5"],
+        extra = {"plan": [*SMALL, "--probe-seconds", "0.2"], "render": [*SMALL, "--spp", "2"],
                  "tradeoff": ["--width", "12", "--height", "8", "--time-budget", "2"]}
         if command == "submit":
             return [*words, *SMALL, "--spp", "2"]

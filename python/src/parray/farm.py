@@ -47,7 +47,8 @@ class Farm:
     ) -> Job:
         """Hands a scene to the farm, which renders it whether you wait or not. Arguments of parray.render(), but for those
         of this machine, and name, priority, max_failures, webhook and progressive as in the farm's document. Particles
-        with `camera`, `sky`, `material` or `frame` need the program `parray` here, too, to make a scene of them."""
+        with `camera`, `sky`, `material`, or what chooses and colours them, need the program `parray` here, too, to make a
+        scene of them."""
         scene_options, settings = split(options, SubmitOptions)
         with tempfile.TemporaryDirectory(prefix="parray-") as folder:
             work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert)

@@ -40,7 +40,19 @@ class PictureOptions(TypedDict, total=False):
     camera: Camera
     sky: Sky
     material: Union[str, Mapping[str, Any]]
-    frame: int
+    # Which particles of a file are shown, and how.
+    frame: Union[int, Literal["last"]]
+    topology: Union[str, os.PathLike[str]]
+    alternatives: str
+    select: str
+    slice: Union[str, Sequence[str]]
+    hide: Union[str, Sequence[str]]
+    color_by: str
+    colormap: Literal["viridis", "magma", "inferno", "plasma", "cividis", "blue-red", "grey", "violet-yellow"]
+    range: Union[str, tuple[float, float]]
+    view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
+    style: Literal["studio", "publication", "flat", "night"]
+    projection: Literal["perspective", "orthographic"]
     # Settings of the picture.
     width: int
     height: int
@@ -65,15 +77,26 @@ class PictureOptions(TypedDict, total=False):
 class RenderOptions(PictureOptions, total=False):
     """What is for this machine only."""
 
-    view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
-    style: Literal["studio", "publication", "flat", "night"]
-    projection: Literal["perspective", "orthographic"]
     threads: int
     denoise: bool
     transparent: bool
     opaque: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
+    # Drawn on the PNG picture.
+    outline: Union[bool, float, str]
+    depth_cue: Union[bool, float, str]
+    legend: bool
+    scale_bar: bool
+    unit: str
+    time_stamp: bool
+    cell: bool
+    text: str
+    font_size: float
+    width_mm: float
+    dpi: float
+    no_labels: bool
+
 
 class SubmitOptions(PictureOptions, total=False):
     """What is for a farm only."""
@@ -86,7 +109,13 @@ class SubmitOptions(PictureOptions, total=False):
 
 
 # Those that make the scene; all others are handed on by their names.
-_OF_SCENE = ("elements", "camera", "sky", "material", "frame")
+OF_PORTRAIT = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
+               "style", "projection")  # fmt: skip
+OF_SCENE = ("elements", "camera", "sky", "material", *OF_PORTRAIT)
+
+_DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
+          "dpi")  # fmt: skip
+_FLAGS = ("denoise", "transparent", "opaque", "legend", "scale_bar", "time_stamp", "cell", "no_labels")
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -117,8 +146,13 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
             hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
             raise TypeError(f"no option {name!r}: {hint}")
     asked = {name: value for name, value in given.items() if value is not None}
-    scene = {name: asked.pop(name) for name in _OF_SCENE if name in asked}
+    scene = {name: asked.pop(name) for name in OF_SCENE if name in asked}
     return scene, asked
+
+
+def is_drawn_on(options: Mapping[str, Any]) -> bool:
+    """Whether the PNG picture shows more than was traced."""
+    return any(options.get(name, False) is not False for name in _DRAWN)
 
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:
@@ -126,12 +160,12 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name in ("denoise", "transparent", "opaque"):
+        if name in _FLAGS:
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]
         elif isinstance(value, (str, os.PathLike)) or not hasattr(value, "__iter__"):
             arguments += [option, os.fspath(value) if isinstance(value, os.PathLike) else str(value)]
         else:
-            arguments += [option, ",".join(map(str, value))]
+            arguments += [option, (":" if name == "range" else ",").join(map(str, value))]
     return arguments

@@ -127,13 +127,15 @@ def _check(name: str, good: npt.NDArray[np.bool_], values: npt.NDArray[Any], wan
     raise InputError(f"{name}[{', '.join(map(str, place))}] is {values[place]}: give what is {wanted}")
 
 
-def particles_of(source: Any, frame: Optional[int] = None) -> Optional[Particles]:
+def particles_of(source: Any, frame: Union[int, str, None] = None) -> Optional[Particles]:
     """The particles of an array of positions, ASE Atoms, an MDAnalysis Universe or AtomGroup, an OVITO Pipeline or
     DataCollection; None: it is none of them. `frame` of those that have several."""
     if isinstance(source, Particles):
         found = source
     elif isinstance(source, (str, os.PathLike, dict)):
         return None
+    elif isinstance(frame, str):
+        raise InputError(f"frame: {frame!r} is for files: give a number")
     elif hasattr(source, "get_atomic_numbers") and hasattr(source, "get_positions"):  # ASE
         found = Particles(source.get_positions(), elements=source.get_atomic_numbers())
     elif hasattr(source, "trajectory") and hasattr(source, "atoms"):  # MDAnalysis, a universe

@@ -50,13 +50,15 @@ class Picture:
     recipe: dict[str, Attribute]
     """All that decides the bits, as the file has it (`parray:...`); `parray verify` looks at it."""
 
-    def __init__(self, exr: bytes, report: dict[str, Any]) -> None:
+    def __init__(self, exr: bytes, report: dict[str, Any], png: Optional[bytes] = None) -> None:
+        """`png`: the file to show and save, where more is drawn on it than the pixels have."""
         channels, attributes = read_exr(exr)
         self.pixels = np.stack([channels.pop(name) for name in "RGB"], axis=-1)
         self.channels = channels
         self.report = report
         self.recipe = {name: value for name, value in attributes.items() if name.startswith("parray:")}
         self._exr = exr
+        self._png = png
 
     @property
     def error(self) -> Optional[Error]:
@@ -76,14 +78,14 @@ class Picture:
 
     def srgb(self) -> npt.NDArray[np.uint8]:
         """As screens show it: 8-bit sRGB, (height, width, 3), of a transparent picture with alpha, (height, width, 4).
-        For matplotlib's `imshow`, too."""
+        For matplotlib's `imshow`, too. Without what is drawn on a PNG file."""
         if "A" in self.channels:
             return transparent_bytes(self.pixels, self.channels["A"])
         return srgb_bytes(self.pixels)
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:
-        """Writes it as EXR (the very floats, all channels) or PNG (`srgb()`), both with the recipe, or as NPY
-        (`pixels`), by the extension."""
+        """Writes it as EXR (the very floats, all channels) or PNG (`srgb()`, and what is drawn on it, such as a legend),
+        both with the recipe, or as NPY (`pixels`), by the extension."""
         path = Path(file)
         extension = path.suffix.lower()
         if extension == ".npy":
@@ -94,6 +96,8 @@ class Picture:
             raise InputError(f"{path}: pictures are .exr, .png or .npy: change its extension")
 
     def _repr_png_(self) -> bytes:
+        if self._png is not None:
+            return self._png
         pixels = self.srgb()
         digest = hashlib.sha256(pixels.tobytes()).hexdigest()
         recipe = as_texts({**self.recipe, "parray:pixels_sha256": digest}) if self.recipe else {}

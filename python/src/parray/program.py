@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy.typing as npt
 
 from .errors import Interrupted, InputError, ParRayError, ParRayWarning, ProgramNotFound, RenderError
-from .options import RenderOptions, as_arguments, shows_keywords, split
+from .options import RenderOptions, as_arguments, is_drawn_on, shows_keywords, split
 from .picture import Picture
 from .progress import PreviewFile, Progress, ProgressOption, Shower, shower_for
 from .scene import prepare
@@ -67,16 +67,21 @@ class _Render:
         program = find_program()
         self._folder = folder
         self._shower = shower
-        self._preview = PreviewFile(folder / "preview.png")
+        self._exr = folder / "picture.exr"
+        self._png = folder / "picture.png"
+        # Only a PNG picture is drawn on; the preview beside it ends as its floats. A style may draw, too.
+        self._drawn = is_drawn_on(options) or (scene.get("style", "studio") != "studio" and "aov" not in options)
+        self._preview = PreviewFile(self._exr if self._drawn else self._png)
         self._said: list[str] = []
         # Not where preview() makes its files: one of them may have any name.
         inputs = folder / "input"
         inputs.mkdir()
         file = prepare(source, radii, colors, scene, options, inputs, convert).local_file(inputs)
-        self.command = [program, "render", str(file), "-o", str(folder / "picture.exr"),
+        output, preview = (self._png, self._exr) if self._drawn else (self._exr, self._png)
+        self.command = [program, "render", str(file), "-o", str(output),
                         "--report", str(folder / "report.json"), "--progress", "json", *as_arguments(options)]  # fmt: skip
-        if shower.wants_preview:
-            self.command += ["--preview", str(folder / "preview.png")]
+        if shower.wants_preview or self._drawn:
+            self.command += ["--preview", str(preview)]
 
     def hear(self, line: str) -> None:
         """A line of stderr."""
@@ -84,9 +89,9 @@ class _Render:
             self._said.append(line)
             return
         self._shower.show(Progress.of(json.loads(line)))
-        png = self._preview.changed() if self._shower.wants_preview else None
-        if png:
-            self._shower.preview(png)
+        picture = self._preview.changed() if self._shower.wants_preview else None
+        if picture:
+            self._shower.preview(Picture(picture, {})._repr_png_() if self._drawn else picture)
 
     def picture(self, status: int) -> Picture:
         said = "".join(self._said).strip()
@@ -95,7 +100,7 @@ class _Render:
         if said:
             warnings.warn(said, ParRayWarning, stacklevel=3)
         report = json.loads((self._folder / "report.json").read_bytes())
-        return Picture((self._folder / "picture.exr").read_bytes(), report)
+        return Picture(self._exr.read_bytes(), report, self._png.read_bytes() if self._drawn else None)
 
 
 @shows_keywords(RenderOptions)
@@ -118,7 +123,15 @@ def render(
     camera, sky   members of a scene's `camera` and `sky`, which replace those of the scene or portrait
     material  of particles: "by-element", "by-type", "column", "plain", or a material of a scene file, for all:
               {"type": "metal", "albedo": [0.8, 0.6, 0.2]}
-    frame     of a particle file, Universe or Pipeline with several, from 0
+    frame     of a particle file, Universe or Pipeline with several, from 0; of a file also "last"
+    select, slice, hide, alternatives   which particles are shown: select="z > 10", slice="z=40%:60%"
+    topology  file with the elements and names of a trajectory that has none
+    color_by, colormap, range   colours by a number or category of the particles; range: (low, high), or "1%:99%"
+    view, style, projection   the side that they are seen from, what is around them, and how far things look
+    legend, scale_bar, unit, time_stamp, cell, text   drawn on the PNG picture, what is shown and saved as .png
+    outline, depth_cue        done to it: True, False, or how much
+    font_size, width_mm, dpi  its size in print
+    no_labels True: none of the labels that a scene asks for
     aov       extra channels, see Picture.channels: "depth,normal" or a list
     like      a picture file of ParRay: the same picture again
     progress  False: show none; a function: called with a Progress, up to five times a second; otherwise a bar, at a

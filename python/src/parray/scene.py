@@ -13,6 +13,7 @@ from typing import Any, Callable, NamedTuple, Optional, Union
 import numpy.typing as npt
 
 from .errors import InputError
+from .options import OF_PORTRAIT, as_arguments
 from .particles import Particles, particles_of
 
 Scene = dict[str, Any]
@@ -49,9 +50,10 @@ class Work(NamedTuple):
             scene = copy.deepcopy(self.source)
         files: dict[str, Path] = {}
         for item in _particle_items(scene):
-            path = Path(item["file"])
-            item["file"] = f"{len(files)}-{_safe(path.name)}"
-            files[item["file"]] = path
+            for key in _files_of(item):
+                path = Path(item[key])
+                item[key] = f"{len(files)}-{_safe(path.name)}"
+                files[item[key]] = path
         return scene_bytes(scene), files
 
 
@@ -90,25 +92,27 @@ def prepare(
     columns = {"radii": radii, "colors": colors, "elements": options.get("elements")}
     columns = {name: value for name, value in columns.items() if value is not None}
     changes = {name: options[name] for name in ("camera", "sky") if name in options}
-    frame = options.get("frame")
+    asked = {name: options[name] for name in OF_PORTRAIT if name in options}
     if isinstance(source, Mapping) or (isinstance(source, (str, os.PathLike)) and _is_scene(Path(source))):
-        refused = [*columns, *(name for name in ("material", "frame") if name in options)]
+        refused = [*columns, *(name for name in ("material", *OF_PORTRAIT) if name in options)]
         if refused:
             raise InputError(f"{', '.join(refused)}: for particles; a scene says that itself")
         if isinstance(source, Mapping):
             return Work(_changed(_with_files(source, folder), changes))
         path = Path(source)
         return Work(_changed(_read(path), changes)) if changes else Work(path)
-    particles = particles_of(source, frame)
+    particles = particles_of(source, asked.get("frame"))
     rules: list[str] = []
     if particles is None:
         path = Path(source)
         rules = _radius_rule(columns)
     else:
-        path, frame = _with_columns(particles, columns).write(folder), None
-    if not (changes or rules or frame is not None or "material" in options):
+        path = _with_columns(particles, columns).write(folder)
+        asked.pop("frame", None)
+    rules += as_arguments(asked)
+    if not (changes or rules or "material" in options):
         return Work(path)
-    return Work(_portrait(path, folder, rules, options.get("material"), frame, changes, settings, convert))
+    return Work(_portrait(path, folder, rules, options.get("material"), changes, settings, convert))
 
 
 def _portrait(
@@ -116,7 +120,6 @@ def _portrait(
     folder: Path,
     rules: list[str],
     material: Union[str, Mapping[str, Any], None],
-    frame: Optional[int],
     changes: Mapping[str, Any],
     settings: Mapping[str, Any],
     convert: Convert,
@@ -133,8 +136,6 @@ def _portrait(
     convert(path, file, rules)
     scene = _read(file)
     item = scene["particles"][0]
-    if frame is not None:
-        item["frame"] = frame
     if material is not None and not isinstance(material, str):
         item["material"] = "particles"
         scene["materials"]["particles"] = material
@@ -150,7 +151,9 @@ def _with_columns(particles: Particles, columns: Mapping[str, Any]) -> Particles
 
 def _radius_rule(columns: Mapping[str, Any]) -> list[str]:
     """Of a file `parray` can take one radius for all."""
-    refused = [name for name, value in columns.items() if name != "radii" or hasattr(value, "__len__")]
+    refused = [
+        name for name, value in columns.items() if name != "radii" or (hasattr(value, "__len__") and not isinstance(value, str))
+    ]
     if refused:
         raise InputError(f"{', '.join(refused)}: a file has its own; give one radius for all, or arrays instead of the file")
     return ["--radius", str(columns["radii"])] if columns else []
@@ -165,6 +168,11 @@ def _particle_items(scene: Any) -> list[Any]:
     items = scene.get("particles") if isinstance(scene, dict) else None
     named = items if isinstance(items, list) else []
     return [item for item in named if isinstance(item, dict) and isinstance(item.get("file"), str)]
+
+
+def _files_of(item: Mapping[str, Any]) -> list[str]:
+    """The keys of such an item that name files."""
+    return [key for key in ("file", "topology") if isinstance(item.get(key), str)]
 
 
 def _text(path: Path) -> bytes:
@@ -188,7 +196,8 @@ def _parsed(text: bytes, path: Path) -> Scene:
     """A scene file, its particle files with absolute paths. ValueError: no JSON."""
     scene: Scene = json.loads(text)
     for item in _particle_items(scene):
-        item["file"] = str((path.parent / item["file"]).absolute())
+        for key in _files_of(item):
+            item[key] = str((path.parent / item[key]).absolute())
     return scene
 
 
