@@ -184,6 +184,21 @@ TEST_CASE("colours by number are the same for any number of threads, and few") {
   CHECK(std::set<std::uint32_t>(one.index.begin(), one.index.end()).size() == color_levels + 1);
 }
 
+TEST_CASE("types have their colours in every frame, whichever atom comes first") {
+  Particles first;
+  Particles second;
+  for (const char* name : {"2", "10", "1", "X"}) add(first.types, name);
+  for (const char* name : {"X", "1", "2", "10"}) add(second.types, name);
+  first.positions.resize(4);
+  second.positions.resize(4);
+  const ParticlePaint a = painted({"type", {}, {}}, first);
+  const ParticlePaint b = painted({"type", {}, {}}, second);
+  CHECK(a.legend == b.legend);
+  std::vector<std::string> names;
+  for (const LegendEntry& entry : a.legend.entries) names.push_back(entry.name);
+  CHECK(names == std::vector<std::string>{"1", "2", "10", "X"});
+}
+
 TEST_CASE("categories have colours of their own, which a selection does not change") {
   Particles particles;
   for (const char* name : {"B", "A", "B", "C", ""}) {
@@ -192,16 +207,17 @@ TEST_CASE("categories have colours of their own, which a selection does not chan
   }
   const ParticlePaint paint = painted({"chain", {}, {}}, particles);
   CHECK(paint.index == std::vector<std::uint32_t>{0, 1, 0, 2, 3});
+  CHECK(paint.colors[0] == category_color(1));  // A comes before it, in whichever order they stand
   CHECK(paint.colors[2] == category_color(2));
   REQUIRE(paint.legend.entries.size() == 4);
   CHECK(paint.legend.title == "chain");
-  CHECK(paint.legend.entries[0] == LegendEntry{"B", category_color(0), 2});
+  CHECK(paint.legend.entries[0] == LegendEntry{"A", category_color(0), 1});
   CHECK(paint.legend.entries[3].name == "no name");
   keep(particles, {0, 1, 0, 1, 0});
   const ParticlePaint some = painted({"chain", {}, {}}, particles);
   CHECK(some.index == std::vector<std::uint32_t>{1, 2});
   REQUIRE(some.legend.entries.size() == 2);
-  CHECK(some.legend.entries[0] == LegendEntry{"A", category_color(1), 1});
+  CHECK(some.legend.entries[0] == LegendEntry{"A", category_color(0), 1});
   CHECK(message_of<SourceError>([&] {
           (void)painted({"residue", {}, {}}, particles);
         }) == "the file has no residue names: it has chains, x, y, z, fx, fy, fz, index");

@@ -6,6 +6,7 @@
 #include "common/input/coloring/category_colors.h"
 #include "common/input/coloring/residue_groups.h"
 #include "common/input/particles/elements.h"
+#include "common/input/particles/particle_text.h"
 #include "common/input/particles/source_error.h"
 #include "common/input/selection/column_names.h"
 
@@ -55,12 +56,28 @@ ParticlePaint by_element(const Particles& particles) {
                   reading);
 }
 
+/// Numbers by value, before texts by their letters; without a name last.
+bool reads_before(const std::string& a, const std::string& b) {
+  if (a.empty() != b.empty()) return b.empty();
+  const std::optional<double> number_a = number_in(a);
+  const std::optional<double> number_b = number_in(b);
+  if (number_a && number_b && *number_a != *number_b) return *number_a < *number_b;
+  if (number_a.has_value() != number_b.has_value()) return number_a.has_value();
+  return a < b;
+}
+
+/// In reading order, so that a name has its colour whichever particle comes first: frames of a
+/// trajectory may have them in any order.
 ParticlePaint by_name(std::string title, const NameColumn& column) {
-  std::vector<Category> categories;
-  for (const std::string& name : column.names) {
-    categories.push_back({name, category_color(categories.size())});
+  std::vector<std::size_t> reading = as_they_come(column.names.size());
+  std::ranges::sort(reading, [&](std::size_t a, std::size_t b) {
+    return reads_before(column.names[a], column.names[b]);
+  });
+  std::vector<Category> categories(column.names.size());
+  for (std::size_t i = 0; i < reading.size(); ++i) {
+    categories[reading[i]] = {column.names[reading[i]], category_color(i)};
   }
-  return paint_of(std::move(title), categories, column.index, as_they_come(categories.size()));
+  return paint_of(std::move(title), categories, column.index, reading);
 }
 
 /// Residues of no group are categories of their own.
