@@ -23,7 +23,7 @@ Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place) 
 }
 
 ParticleNote nm_note(const Particles& particles) {
-  return {"length_unit", particles.count(), "positions in nm read as angstrom"};
+  return {"length_unit", particles.count(), "positions given in nm, turned into angstrom"};
 }
 
 }  // namespace parray

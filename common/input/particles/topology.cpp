@@ -97,6 +97,9 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   take(std::move(from.residue_names), order, particles.residue_names);
   take(std::move(from.chains), order, particles.chains);
   take_numbers(from, order, request, particles);
+  // Its positions are not used.
+  std::erase_if(from.facts.notes,
+                [](const ParticleNote& note) { return note.key == "length_unit"; });
   std::ranges::move(from.facts.notes, std::back_inserter(particles.facts.notes));
 }
 
