@@ -4,7 +4,6 @@
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
-#include "cli/commands/printing.h"
 #include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
 #include "cli/farm/embedded.h"
@@ -40,12 +39,8 @@ int render(const RenderCommand& command) {
   Display::check(command.following.display);
   SceneFile file;
   Submission submission =
-      load_submission(command.scene, command.render, 50, {}, NamedFiles::anywhere, &file);
-  outputs.notes = notes_json(file.particle_files);
-  add_labels(outputs, command.output.labels(), file, submission.settings);
-  add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
+      load_for_outputs(command.scene, command.render, 50, command.output, outputs, file);
   check_isa(submission.settings.isa);
-  outputs.transparent = submission.transparent;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, true);
   const DeferredInterrupts deferred;

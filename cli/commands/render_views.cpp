@@ -83,14 +83,11 @@ class Views {
     OutputPaths outputs = outputs_;
     SceneFile file;
     Submission submission =
-        load_submission(request_.scene, render, 50, {}, NamedFiles::anywhere, &file);
-    add_labels(outputs, request_.output.labels(), file, submission.settings);
-    add_finishing(outputs, request_.output.finish(), file, submission.scene, submission.settings);
+        load_for_outputs(request_.scene, render, 50, request_.output, outputs, file);
     check_isa(submission.settings.isa);
     layout_ = sheet_layout(count, submission.settings.width, submission.settings.height);
     check_size(layout_, submission.settings);
     if (outputs.denoise) ask_for_denoising(submission.settings, true);
-    outputs.transparent = submission.transparent;
     extra_ = extra_channels(outputs.aovs, submission.settings, submission.scene,
                             static_cast<int>(request_.threads), outputs.transparent,
                             needs_of(outputs.finishing));

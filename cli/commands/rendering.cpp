@@ -8,6 +8,9 @@
 #include <utility>
 
 #include "cli/commands/end_command.h"
+#include "cli/commands/finish_options.h"
+#include "cli/commands/label_options.h"
+#include "cli/commands/printing.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
@@ -39,6 +42,18 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
 }
 
 }  // namespace
+
+Submission load_for_outputs(const std::string& scene_file, const RenderOptions& options,
+                            std::uint32_t priority, const OutputOptions& output,
+                            OutputPaths& outputs, SceneFile& rest) {
+  Submission submission =
+      load_submission(scene_file, options, priority, {}, NamedFiles::anywhere, &rest);
+  outputs.notes = notes_json(rest.particle_files);
+  outputs.transparent = submission.transparent;
+  add_labels(outputs, output.labels(), rest, submission.settings);
+  add_finishing(outputs, output.finish(), rest, submission.scene, submission.settings);
+  return submission;
+}
 
 Client::Options embedded_client(const EmbeddedFarm& farm) {
   return {.address = "this process",

@@ -26,6 +26,12 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
                            std::uint32_t priority, const FrameChange& change = {},
                            NamedFiles named = NamedFiles::anywhere, SceneFile* rest = nullptr);
 
+/// The same for a command that may write the picture: `outputs` get what the scene asks for beside
+/// the options, notes, labels and finishing, and whether the background is taken out.
+Submission load_for_outputs(const std::string& scene_file, const RenderOptions& options,
+                            std::uint32_t priority, const OutputOptions& output,
+                            OutputPaths& outputs, SceneFile& rest);
+
 /// Of a client of a farm in this process.
 Client::Options embedded_client(const EmbeddedFarm& farm);
 

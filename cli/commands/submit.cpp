@@ -5,7 +5,6 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
-#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "common/base/cpu_count.h"
@@ -62,17 +61,13 @@ int submit(const SubmitCommand& command) {
   check_outputs(outputs, command.scene);
   Display::check(command.following.display);
   SceneFile file;
-  Submission submission = load_submission(command.scene, command.render, command.priority, {},
-                                          NamedFiles::anywhere, &file);
+  Submission submission = load_for_outputs(command.scene, command.render, command.priority,
+                                           command.output, outputs, file);
   if (outputs.image.empty()) {
     refuse_transparency(submission,
                         "the background is taken out by whoever has the scene and writes the "
                         "picture: add --wait -o IMAGE, or --opaque");
   }
-  outputs.transparent = submission.transparent;
-  outputs.notes = notes_json(file.particle_files);
-  add_labels(outputs, command.output.labels(), file, submission.settings);
-  add_finishing(outputs, command.output.finish(), file, submission.scene, submission.settings);
   if (outputs.image.empty())
     say_unfinished(file.finish, submission.name, "add --wait -o IMAGE.png to have them");
   submission.max_failures = command.max_failures;

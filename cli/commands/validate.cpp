@@ -9,6 +9,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
 #include "common/input/particles/packed_file.h"
+#include "common/input/particles/shown_particles.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/tracer.h"
@@ -52,8 +53,8 @@ json particle_files_of(PackedFile& opened, const SceneFile& file) {
   const bool portrait = is_portrait(opened, file);
   const std::filesystem::path folder = portrait ? "" : opened.path().parent_path();
   const auto describe = [&](PackedFile& particles, const ParticleFile& shown) {
-    ParticleRequest request{.frame = shown.source.frame, .all = true, .threads = usable_cpus()};
-    if (!shown.source.topology.empty()) request.topology = folder / shown.source.topology;
+    ParticleRequest request = request_of(shown.source, folder, usable_cpus());
+    request.all = true;
     list.push_back(particle_report(shown, read_particles(particles, request)));
   };
   for (const ParticleFile& shown : file.particle_files) {

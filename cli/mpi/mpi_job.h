@@ -17,9 +17,8 @@ struct MpiJob {
   RenderSettings settings;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
-  std::string fingerprint;   ///< of rank 0's kernels
-  std::string scene_bytes;   ///< elsewhere than in rank 0
-  bool transparent = false;  ///< the picture that rank 0 writes; elsewhere unknown
+  std::string fingerprint;  ///< of rank 0's kernels
+  std::string scene_bytes;  ///< elsewhere than in rank 0
 
   /// Only rank 0 takes part.
   [[nodiscard]] bool alone() const {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <thread>
 
-#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/mpi_report.h"
@@ -189,10 +188,7 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   Display::check(options.following.display);
   SceneFile file;
   Submission submission =
-      load_submission(options.scene, options.render, 50, {}, NamedFiles::anywhere, &file);
-  outputs.notes = notes_json(file.particle_files);
-  add_labels(outputs, options.output.labels(), file, submission.settings);
-  add_finishing(outputs, options.output.finish(), file, submission.scene, submission.settings);
+      load_for_outputs(options.scene, options.render, 50, options.output, outputs, file);
   check_isa(submission.settings.isa);
   submission.settings.progressive = options.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);
@@ -204,7 +200,6 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
     submission.reserved_seconds =
         reserve_time(outputs, submission.settings, to_seconds(SteadyClock().now() - started));
   }
-  const bool transparent = submission.transparent;
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
       std::move(submission), options.tile,
@@ -218,7 +213,6 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   job.mode = options.mode;
   job.tile = kept->record().tile;
   job.fingerprint = trace_fingerprint();
-  job.transparent = transparent;
   return job;
 }
 
@@ -345,10 +339,10 @@ int finish(const OutputPaths& outputs, CheckpointedJob& kept, const MpiJob& job,
   kept.keep_picture(rendered.picture);
   const Aovs needed = needs_of(outputs.finishing);
   const bool needs_scene =
-      !outputs.aovs.empty() || !needed.empty() || job.settings.replicates || job.transparent;
+      !outputs.aovs.empty() || !needed.empty() || job.settings.replicates || outputs.transparent;
   add_channels(rendered.picture, extra_channels(outputs.aovs, job.settings,
                                                 needs_scene ? kept.scene_again() : nullptr,
-                                                rendered.threads, job.transparent, needed));
+                                                rendered.threads, outputs.transparent, needed));
   const int status = deliver(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
   kept.forget();
   if (rendered.mismatches > 0) {

@@ -15,8 +15,8 @@ SMALL = pathlib.Path(__file__).resolve().parents[1] / "corpus" / "small"
 
 
 class Habits(CliTest):
-    def said(self, path):
-        result = run("validate", path, "--json")
+    def said(self, path, *options):
+        result = run("validate", path, "--json", *options)
         self.assertEqual(result.returncode, 0, result.stderr)
         return json.loads(result.stdout)["particle_files"][0]
 
@@ -38,6 +38,10 @@ class Habits(CliTest):
 
     def test_alternatives_left_out_are_counted(self):
         self.holds("alternatives.pdb", 3, {"C": 1, "N": 1, "O": 1}, {"alternatives": 2})
+
+    def test_all_alternatives_are_counted_where_all_are_asked_for(self):
+        said = self.said(SMALL / "alternatives.pdb", "--alternatives", "all")
+        self.assertEqual((said["particles"], said["notes"]), (5, []))
 
     def test_blanks_and_tabs_between_the_columns_of_pdb_are_read(self):
         self.holds("tabs.pdb", 1, {"C": 1}, {"guessed_elements": 1})

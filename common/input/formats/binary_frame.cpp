@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "common/input/formats/readers.h"
 #include "common/input/particles/particle_columns.h"
 #include "common/scene/limits.h"
 
@@ -23,7 +24,7 @@ Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place) 
 }
 
 ParticleNote nm_note(const Particles& particles) {
-  return {"length_unit", particles.count(), "positions given in nm, turned into angstrom"};
+  return {"length_unit", particles.count(), nm_text};
 }
 
 }  // namespace parray

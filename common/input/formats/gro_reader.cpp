@@ -110,7 +110,7 @@ class GroFrames final : public FrameReader {
     }
     go_on(count_);
     const auto cell = gro_box_in(input_.line(), input_.place());
-    atoms.note("length_unit", count_, "positions given in nm, turned into angstrom");
+    atoms.note("length_unit", count_, nm_text);
     Particles particles = atoms.finish_frame();
     particles.cell = cell;
     particles.facts.time = time_in(title_);

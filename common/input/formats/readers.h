@@ -7,6 +7,9 @@
 /// several frames read the one that the request chooses.
 namespace parray {
 
+/// What is told of files whose lengths are in nm.
+inline constexpr const char* nm_text = "positions given in nm, turned into angstrom";
+
 /// PLY 1.0, ascii and binary of both byte orders. Element "vertex" with x, y, z of any scalar type;
 /// radius (or r, where there is no g and b); red, green, blue (or r, g, b): uchar is 8-bit sRGB,
 /// float and double are linear from 0 to 1. Other properties and elements are passed over. `scale`
@@ -20,8 +23,8 @@ Particles read_ply(PackedFile& file, const ParticleRequest& request);
 Particles read_csv(PackedFile& file, const ParticleRequest& request);
 
 /// XYZ: a count, a comment, then a name and three numbers a line; what follows them is ignored.
-/// The name is a symbol, an atomic number or any other (element unknown). Names that are numbers are
-/// types, told by a note, where the comment is LAMMPS's own or they go from 1 on without a gap.
+/// The name is a symbol, an atomic number or any other (element unknown). Names that are numbers
+/// are types, told by a note, where the comment is LAMMPS's own or they go from 1 on without a gap.
 /// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:...; species (element, Z), pos, type,
 /// radius and color count; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Others are
 /// numbers on request: vectors as name_x, name_y, name_z, and their length as name. Lattice and

@@ -9,9 +9,6 @@
 #include "common/input/selection/selection.h"
 
 namespace parray {
-namespace {
-
-using Rule = ParticleMaterial::Rule;
 
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads) {
@@ -22,6 +19,10 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
   request.numbers.merge(numbers_of(source.coloring));
   return request;
 }
+
+namespace {
+
+using Rule = ParticleMaterial::Rule;
 
 /// Does `work`; where it asks for a number that is not there, the error names those that are.
 template <typename Work>

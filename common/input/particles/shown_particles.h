@@ -15,6 +15,11 @@ struct ShownParticles {
   ParticlePaint paint;
 };
 
+/// What has to be read of the file of `source`, whose topology is in `folder` unless its name is
+/// absolute.
+ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
+                           int threads = 1);
+
 /// Reads the file of `source`, which is open, its topology in `folder` unless that is
 /// absolute, leaves out what its filter does not show, and colours the rest. What a source does not
 /// ask for is not read.
