@@ -13,6 +13,10 @@ namespace {
 
 constexpr std::size_t bin_count = 16;
 constexpr std::uint32_t one_axis_from = 1U << 13;
+/// Trees of so many spheres have full blocks, for their memory: ranges up to a size are cut at
+/// whole blocks. Smaller trees are cut where the heuristic says, which is up to 5 % faster.
+constexpr std::size_t filled_from = 1U << 12;
+constexpr std::uint32_t filled_range = 1U << 10;
 /// Ranges of more spheres are split by tasks of their own.
 constexpr std::uint32_t task_size = 1U << 15;
 /// From this depth on ranges are halved, which ends within 30 levels.
@@ -63,12 +67,7 @@ class Builder {
   }
 
   BinaryTree<Store> run(int threads) {
-    Range all{0, static_cast<std::uint32_t>(spheres_.size()), {}, {}};
-    for (const Sphere& sphere : spheres_) {
-      const Vec4<Store> values = load(sphere);
-      all.box.include_sphere(values);
-      all.centers.include(values, values);
-    }
+    const Range all = measured(0, static_cast<std::uint32_t>(spheres_.size()));
 #pragma omp parallel num_threads(threads) if (threads > 1)
 #pragma omp single
     {
@@ -209,6 +208,41 @@ class Builder {
     for (std::size_t b = 0; b < bin_count; ++b) {
       (b < best.bin ? left : right).box.include(chosen[b].box);
     }
+    if (spheres_.size() >= filled_from && range.count() <= filled_range) {
+      fill_blocks(best.axis, left, right);
+    }
+  }
+
+  /// Moves a cut where that saves a block: the spheres next to it that one side has beyond whole
+  /// blocks go to the other side, whose last block has room for them.
+  void fill_blocks(int axis, Range& left, Range& right) {
+    const std::uint32_t left_more = left.count() % leaf_size_;
+    const std::uint32_t right_more = right.count() % leaf_size_;
+    if (left_more == 0 || right_more == 0 || left_more + right_more > leaf_size_) {
+      return;
+    }
+    const bool to_left =
+        left.count() == left_more || (right.count() > right_more && right_more < left_more);
+    const std::uint32_t middle = to_left ? left.end + right_more : left.end - left_more;
+    const auto before = [axis](const Sphere& a, const Sphere& b) {
+      return load(a)[axis] < load(b)[axis];
+    };
+    const Range& giving = to_left ? right : left;
+    std::nth_element(spheres_.begin() + giving.begin, spheres_.begin() + middle,
+                     spheres_.begin() + giving.end, before);
+    left = measured(left.begin, middle);
+    right = measured(middle, right.end);
+  }
+
+  /// A range with the bounds of its spheres.
+  [[nodiscard]] Range measured(std::uint32_t begin, std::uint32_t end) const {
+    Range range{begin, end, {}, {}};
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const Vec4<Store> values = load(spheres_[i]);
+      range.box.include_sphere(values);
+      range.centers.include(values, values);
+    }
+    return range;
   }
 
   /// Moves the spheres that go left before the others and notes the bounds of both sides' centres;
@@ -239,16 +273,10 @@ class Builder {
   }
 
   void halve(const Range& range, Range& left, Range& right) const {
-    const std::uint32_t middle = range.begin + range.count() / 2;
-    left = {range.begin, middle, {}, {}};
-    right = {middle, range.end, {}, {}};
-    for (Range* side : {&left, &right}) {
-      for (std::uint32_t i = side->begin; i < side->end; ++i) {
-        const Vec4<Store> values = load(spheres_[i]);
-        side->box.include_sphere(values);
-        side->centers.include(values, values);
-      }
-    }
+    const std::uint32_t blocks_left = (range.count() / 2 + leaf_size_ - 1) / leaf_size_;
+    const std::uint32_t middle = range.begin + blocks_left * leaf_size_;
+    left = measured(range.begin, middle);
+    right = measured(middle, range.end);
   }
 
   void fill(const Range& range, const Binning& binning, std::array<Bins, 3>& bins) const {

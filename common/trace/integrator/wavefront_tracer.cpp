@@ -27,6 +27,17 @@ KernelFeatures features_of(const Scene& scene) {
   return features;
 }
 
+/// MaterialRef of each sphere, side by side: spheres in the order of a tree's slots lie far apart.
+std::vector<std::uint32_t> references_of(const Scene& scene) {
+  std::vector<std::uint32_t> references(scene.spheres.size());
+  std::transform(
+      scene.spheres.begin(), scene.spheres.end(), references.begin(), [&](const Sphere& sphere) {
+        const auto type = static_cast<std::uint32_t>(scene.materials[sphere.material].type);
+        return sphere.material << MaterialRef::type_bits | type;
+      });
+  return references;
+}
+
 /// The kernels of one instruction set: see isa_kernels.h.
 template <typename Real, typename Store, int W>
 struct Kernels {
@@ -53,12 +64,7 @@ class WavefrontAccelerator final : public Accelerator {
     if (bits + MaterialRef::type_bits > spheres_.tag_bits()) {
       material_of_.resize(spheres_.slot_count());
     }
-    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
-      const std::uint32_t index = spheres_.input_index(slot);
-      if (index != no_sphere) {
-        note_material(slot, scene, scene.spheres[index].material);
-      }
-    }
+    note_materials(references_of(scene), options.threads);
   }
 
   [[nodiscard]] std::size_t bytes() const override {
@@ -82,13 +88,17 @@ class WavefrontAccelerator final : public Accelerator {
             [this](std::uint32_t slot) { return sphere_at<Store>(spheres_.blocks(), slot); }};
   }
 
-  void note_material(std::uint32_t slot, const Scene& scene, std::uint32_t material) {
-    const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
-    const std::uint32_t reference = material << MaterialRef::type_bits | type;
-    if (material_of_.empty()) {
-      spheres_.set_tag(slot, reference);
-    } else {
-      material_of_[slot] = reference;
+  /// `references`: MaterialRef of each sphere of the input.
+  void note_materials(const std::vector<std::uint32_t>& references, int threads) {
+#pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
+    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
+      const std::uint32_t index = spheres_.input_index(slot);
+      if (index == no_sphere) continue;
+      if (material_of_.empty()) {
+        spheres_.set_tag(slot, references[index]);
+      } else {
+        material_of_[slot] = references[index];
+      }
     }
   }
 
