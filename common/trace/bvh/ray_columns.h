@@ -10,7 +10,7 @@
 /// initialised.
 namespace parray {
 
-inline constexpr std::uint32_t most_rays = 512;               ///< that are traced side by side
+inline constexpr std::uint32_t most_rays = 1024;              ///< that are traced side by side
 inline constexpr std::uint32_t column_size = most_rays + 16;  ///< whole vectors are read
 
 template <typename T>
