@@ -284,9 +284,26 @@ TEST_CASE_TEMPLATE("100 000 spheres make the same tables with one thread and wit
   const typename F::Tables two(spheres, true, 2);
   CHECK_UNARY(same_tables<F>(one, two));
   CHECK(one.depth() < 20);
-  const double each = static_cast<double>(one.bytes()) / static_cast<double>(spheres.size());
-  if (sizeof(Store) == sizeof(float)) {
-    CHECK(each < (F::width == 4 ? 50 : 40));  // nodes of 4 are padded by a third
+}
+
+TEST_CASE_TEMPLATE("large trees have full blocks, whether spheres are scattered or coincide", F,
+                   PARRAY_FORMS) {
+  using Store = typename F::Store;
+  Dice dice(5);
+  Spheres<Store> scattered;
+  for (int i = 0; i < 20'000; ++i) {
+    scattered.push_back(shape<Store>(dice.in_cube(100), dice.between(0.1, 0.5)));
+  }
+  for (const Spheres<Store>& spheres : {scattered, coincident<Store>(20'000)}) {
+    const typename F::Tables tables(spheres, true, 1);
+    const auto count = static_cast<double>(spheres.size());
+    CHECK(tables.slot_count() < 1.02 * count);
+    if (sizeof(Store) == sizeof(float)) {  // nodes of 4 are padded by a third
+      CHECK(static_cast<double>(tables.bytes()) < (F::width == 4   ? 41
+                                                   : F::width == 8 ? 30
+                                                                   : 24) *
+                                                      count);
+    }
   }
 }
 

@@ -65,6 +65,7 @@ struct BvhView {
   std::uint32_t node_count = 0;
   std::uint32_t open_spheres = 0;  ///< in the first blocks, in input order
   std::uint32_t stack_size = 0;    ///< pending children that a ray can have
+  Store extent = 0;                ///< largest coordinate of the tree's spheres, radii included
 };
 
 }  // namespace parray

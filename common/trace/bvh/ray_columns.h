@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "common/math/vec.h"
 #include "common/trace/inside_lists.h"
@@ -61,6 +62,23 @@ struct RayColumns {
   Column<std::uint32_t> inside;  ///< head in InsideLists
 };
 
+/// What screening spheres needs to know of each ray: see screen.h.
+template <typename Store>
+struct ScreenColumns {
+  VecColumns<Store> origin, direction;
+  Column<Store> inverse_square;
+  Column<Store> margin;  ///< what radii grow by
+  Column<Store> behind;  ///< centres whose vector times the direction is less are behind the ray
+};
+
+/// Those spheres of a block that pass.
+template <typename Store>
+struct Candidates {
+  static constexpr int most = 16;
+  alignas(64) Store x[most], y[most], z[most], radius[most];
+  std::uint32_t slot[most];
+};
+
 /// What finding the next surface needs to know of each ray besides, and what it finds.
 template <typename Real, typename Store>
 struct Queries {
@@ -74,12 +92,15 @@ struct Queries {
   Column<Real> t;                  ///< nearest crossing so far
   Column<std::uint32_t> slot;      ///< its sphere, or no_sphere
   Column<std::uint32_t> leaving;
+  struct None {};
+  std::conditional_t<sizeof(Real) == sizeof(Store), None, ScreenColumns<Store>> screen;
 };
 
 template <typename Real, typename Store>
 struct TraversalSpace {
   Queries<Real, Store> queries;
   InsideLists inside;
+  Candidates<Store> candidates;
   /// Rays traverse in groups; a ray's pending children lie one after the other.
   static constexpr std::uint32_t stack_entries = 16384;
   alignas(64) Store stack_t[stack_entries];

@@ -6,6 +6,7 @@
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/bvh/ray_groups.h"
+#include "common/trace/bvh/screen.h"
 
 /// Finding the next surface of many rays. Each ray is tested against all children of a node, or all
 /// spheres of a block, at once; and the rays of a group advance in turns, one step each, so that no
@@ -31,6 +32,7 @@ class Traversal {
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
         stack_size_(bvh.stack_size),
+        extent_(bvh.extent),
         rays_(rays),
         queries_(space.queries),
         space_(space) {}
@@ -56,6 +58,8 @@ class Traversal {
   }
 
  private:
+  /// Whether paths are of a wider type than what is stored.
+  static constexpr bool screened = sizeof(Real) != sizeof(Store);
   static constexpr std::uint32_t group_size = Waiting::most;
   static constexpr std::uint32_t bar_bits = 32;
   static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
@@ -89,6 +93,9 @@ class Traversal {
     queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z_inverse});
     queries_.near_shift.store(i, Vec3<B>{x.near, y.near, select(number, z.near, nowhere)});
     queries_.far_shift.store(i, Vec3<B>{x.far, y.far, select(number, z.far, -nowhere)});
+    if constexpr (screened) {
+      prepare_screen(queries_.screen, i, o, d, reach, extent_);
+    }
     using Uint = typename B::Uint;
     const auto bit = [](const auto& down, std::uint32_t value) {
       return select(down, Uint(value), Uint(0U));
@@ -205,12 +212,13 @@ class Traversal {
     return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
-  /// Where a ray's line passes the spheres of a block, kept between test_block() and
-  /// take_nearest().
+  /// Which spheres of a block a ray may enter, and where its line passes them, kept between
+  /// test_block() and take_nearest(). Where the stored type is narrower, blocks are screened: the
+  /// line is not asked for until take_nearest().
   struct Passages {
-    L foot[width / L::count];
-    L depth_squared[width / L::count];
-    std::uint32_t candidates;  ///< which it may enter, as bits
+    L foot[screened ? 1 : width / L::count];
+    L depth_squared[screened ? 1 : width / L::count];
+    std::uint32_t candidates;  ///< as bits
     std::uint32_t first_slot;
   };
 
@@ -219,47 +227,84 @@ class Traversal {
   template <bool InsideStack>
   PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
     const SphereBlock<Store, width>& block = blocks_[index];
-    const Ray<L> r = ray<L>(i);
     std::uint32_t met = 0;
-    for (std::uint32_t k = 0; k < width; k += L::count) {
-      const SphereShape<L> spheres{
-          {L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
-          L::load(block.radius + k)};
-      const ClosestApproach<L> passage(r, spheres);
-      out.foot[k / L::count] = passage.foot;
-      out.depth_squared[k / L::count] = passage.depth_squared;
-      met |= bits_of(passage.approaches()) << k;
+    if constexpr (screened) {
+      met = may_enter<B>(queries_.screen, i, block);
+    } else {
+      const Ray<L> r = ray<L>(i);
+      for (std::uint32_t k = 0; k < width; k += L::count) {
+        const ClosestApproach<L> passage(r, lanes_of(block.x, block.y, block.z, block.radius, k));
+        out.foot[k / L::count] = passage.foot;
+        out.depth_squared[k / L::count] = passage.depth_squared;
+        met |= bits_of(passage.approaches()) << k;
+      }
     }
     out.first_slot = index * width;
     out.candidates = met & ~cannot_enter<InsideStack, width>(i, out.first_slot);
   }
 
+  static PARRAY_INLINE SphereShape<L> lanes_of(const Store* x, const Store* y, const Store* z,
+                                               const Store* radius, std::uint32_t k) {
+    return {{L::load(x + k), L::load(y + k), L::load(z + k)}, L::load(radius + k)};
+  }
+
   /// Improves the ray's nearest crossing; returns it in every lane.
   PARRAY_INLINE L take_nearest(std::uint32_t i, const Passages& passages) {
+    if constexpr (screened) {
+      return take_nearest_screened(i, passages);
+    }
     L nearest(queries_.t[i]);
     const L inverse_square(queries_.inverse_square[i]);
     for (std::uint32_t k = 0; k < width; k += L::count) {
       const L t = entry_distance(passages.foot[k / L::count], passages.depth_squared[k / L::count],
                                  inverse_square);
-      nearest = take_nearest(i, t, passages.candidates >> k, nearest, passages.first_slot + k);
+      const std::uint32_t first = passages.first_slot + k;
+      nearest = take_nearest(i, t, passages.candidates >> k, nearest,
+                             [=](std::uint32_t lane) { return first + lane; });
     }
     return nearest;
   }
 
+  /// The same with the candidates alone, side by side.
+  PARRAY_INLINE L take_nearest_screened(std::uint32_t i, const Passages& passages) {
+    Candidates<Store>& few = space_.candidates;
+    const SphereBlock<Store, width>& block = blocks_[passages.first_slot / width];
+    const std::uint32_t set = passages.candidates;
+    compress_store(few.x, set, B::load(block.x));
+    compress_store(few.y, set, B::load(block.y));
+    compress_store(few.z, set, B::load(block.z));
+    compress_store(few.radius, set, B::load(block.radius));
+    compress_store(few.slot, set, counting_from<typename B::Uint>(passages.first_slot));
+    const auto count = static_cast<std::uint32_t>(__builtin_popcount(set));
+    const Ray<L> r = ray<L>(i);
+    L nearest(queries_.t[i]);
+    for (std::uint32_t k = 0; k < count; k += L::count) {
+      const ClosestApproach<L> passage(r, lanes_of(few.x, few.y, few.z, few.radius, k));
+      const std::uint32_t present = count - k < L::count ? (1U << (count - k)) - 1 : all_lanes;
+      const L t = entry_distance(passage.foot, passage.depth_squared, r.inverse_square);
+      const std::uint32_t* const slots = few.slot + k;
+      nearest = take_nearest(i, t, bits_of(passage.approaches()) & present, nearest,
+                             [=](std::uint32_t lane) { return slots[lane]; });
+    }
+    return nearest;
+  }
+
+  /// `slot_of(lane)`: the sphere's slot.
+  template <typename SlotOf>
   PARRAY_INLINE L take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
-                               const L& before, std::uint32_t first_slot) {
+                               const L& before, const SlotOf& slot_of) {
     const L valid = select_bits(candidates, t, L(infinity));
     const L nearest = least_of(valid);
     const std::uint32_t equal = bits_of(valid == nearest) & candidates;
     const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
     if (tied != 0) [[unlikely]] {
-      take_tied(i, first_of(nearest), equal, first_slot);
+      take_tied(i, first_of(nearest), equal, slot_of);
       return L(queries_.t[i]);
     }
     // Bits instead of a branch, because nobody could predict it.
     const std::uint32_t better = -(bits_of(nearest < before) & 1U);
     const std::uint32_t slot =
-        first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << 31));
+        slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << (L::count - 1))));
     const L after = min_of(nearest, before);
     queries_.t[i] = first_of(after);
     queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
@@ -268,9 +313,10 @@ class Traversal {
   }
 
   /// The same where several spheres are equally near.
-  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, std::uint32_t first_slot) {
+  template <typename SlotOf>
+  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
     for (; equal != 0; equal &= equal - 1) {
-      const std::uint32_t slot = first_slot + static_cast<std::uint32_t>(__builtin_ctz(equal));
+      const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal)));
       const Real before = queries_.t[i];
       if (nearest < before || (nearest == before && wins_tie(slot, queries_.slot[i]))) {
         queries_.t[i] = nearest;
@@ -467,6 +513,7 @@ class Traversal {
   std::uint32_t node_count_;
   std::uint32_t open_spheres_;
   std::uint32_t stack_size_;
+  Store extent_;
   const RayColumns<Real>& rays_;
   Queries<Real, Store>& queries_;
   Space& space_;

@@ -24,14 +24,19 @@ Store middling_radius(const std::vector<SphereShape<Store>>& shapes) {
   return *middle;
 }
 
-/// The box with its spheres' share of the rounding (see WideBvh).
+/// The largest coordinate of a box's corners.
 template <typename Store>
-Bounds<Store> inflated(const Bounds<Store>& box) {
+Store extent_of(const Bounds<Store>& box) {
   const auto largest = [](const Vec3<Store>& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   };
-  const Store margin =
-      Store(32) * RealTraits<Store>::unit_roundoff * std::max(largest(box.lo), largest(box.hi));
+  return std::max(largest(box.lo), largest(box.hi));
+}
+
+/// The box with its spheres' share of the rounding (see WideBvh).
+template <typename Store>
+Bounds<Store> inflated(const Bounds<Store>& box) {
+  const Store margin = Store(32) * RealTraits<Store>::unit_roundoff * extent_of(box);
   const Vec3<Store> grow{margin, margin, margin};
   return {box.lo - grow, box.hi + grow};
 }
@@ -93,7 +98,7 @@ WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool t
 
 template <typename Store, int W>
 BvhView<Store, W> WideBvh<Store, W>::view() const {
-  return {nodes(), blocks(), labels(), node_count(), open_spheres(), stack_size()};
+  return {nodes(), blocks(), labels(), node_count(), open_spheres(), stack_size(), extent_};
 }
 
 template <typename Store, int W>
@@ -109,6 +114,7 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
   }
   const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
   const BinaryTree<Store> tree = build_binary_tree<Store>(in_tree, W, threads);
+  extent_ = extent_of(tree.nodes[0].box);
   const Collapse<Store, W> collapse(tree, threads);
   count_wide(tree, collapse, 0);
   const std::uint32_t block_count = open_blocks + next_block_;

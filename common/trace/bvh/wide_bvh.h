@@ -71,6 +71,7 @@ class WideBvh {
   int index_bits_;                      ///< 1 .. 27
   std::uint32_t open_spheres_ = 0;
   std::uint32_t depth_ = 0;
+  Store extent_ = 0;  ///< see BvhView
   std::uint32_t next_block_ = 0;
   std::uint32_t next_node_ = 0;
 };

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/ray_columns.h"
+
+/// Which spheres of a block a ray may enter, told in the type that spheres are stored in, where
+/// paths are of a wider one: many lanes at once, and never fewer than those that it enters.
+///
+/// With u for the roundoff of the stored type and X for the largest coordinates of the ray's origin
+/// and of the tree's spheres, radii included, added up: rounding the ray, then the vector to the
+/// centre, its foot on the ray and the difference of both moves the perpendicular by 2, 2, 6 and 4
+/// roundoffs of that vector's length at most, which is less than 2 X, that is by 28 u X. Radii
+/// grow by 32 u X: what is left, 4 u X, is more than squaring loses, 7 u / 2 of a radius below X.
+/// The foot is off by less than 20 u X. Lengths are below 1e15 (see limits.h): squares are finite.
+namespace parray {
+
+/// Rays i, i + 1, ... of a vector. `reach`: the largest coordinates of their origins; `extent`: of
+/// the tree's spheres.
+template <typename B>
+PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::uint32_t i,
+                                  const Vec3<B>& origin, const Vec3<B>& direction, const B& reach,
+                                  typename B::Scalar extent) {
+  using Store = typename B::Scalar;
+  constexpr Store share = Store(32) * RealTraits<Store>::unit_roundoff;
+  constexpr auto least = static_cast<Store>(0x1p-60);  // above where squares lose bits
+  const B square = dot(direction, direction);
+  const B margin = max_of(B(share) * (reach + B(extent)), B(least));
+  to.origin.store(i, origin);
+  to.direction.store(i, direction);
+  (B(Store(1)) / square).store(&to.inverse_square[i]);
+  margin.store(&to.margin[i]);
+  (B(Store(-2)) * margin * max_of(square, B(Store(1)))).store(&to.behind[i]);
+}
+
+/// Lanes of the spheres that ray `i` may enter, as bits; none without a sphere (NaN).
+template <typename B, int W>
+PARRAY_INLINE std::uint32_t may_enter(const ScreenColumns<typename B::Scalar>& rays,
+                                      std::uint32_t i,
+                                      const SphereBlock<typename B::Scalar, W>& block) {
+  const B dx(rays.direction.x[i]);
+  const B dy(rays.direction.y[i]);
+  const B dz(rays.direction.z[i]);
+  const B x = B::load(block.x) - B(rays.origin.x[i]);
+  const B y = B::load(block.y) - B(rays.origin.y[i]);
+  const B z = B::load(block.z) - B(rays.origin.z[i]);
+  const B along = multiply_add(x, dx, multiply_add(y, dy, z * dz));
+  const B back = -along * B(rays.inverse_square[i]);
+  const B off_x = multiply_add(back, dx, x);
+  const B off_y = multiply_add(back, dy, y);
+  const B off_z = multiply_add(back, dz, z);
+  const B square = multiply_add(off_x, off_x, multiply_add(off_y, off_y, off_z * off_z));
+  const B radius = B::load(block.radius) + B(rays.margin[i]);
+  return bits_of((square <= radius * radius) & (B(rays.behind[i]) <= along));
+}
+
+}  // namespace parray
