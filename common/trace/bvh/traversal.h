@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/nearest_crossings.h"
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/bvh/ray_groups.h"
 #include "common/trace/bvh/screen.h"
@@ -28,13 +29,13 @@ class Traversal {
                           Space& space)
       : nodes_(bvh.nodes),
         blocks_(bvh.blocks),
-        labels_(bvh.labels),
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
         stack_size_(bvh.stack_size),
         extent_(bvh.extent),
         rays_(rays),
         queries_(space.queries),
+        nearest_(bvh.labels, space.queries),
         space_(space) {}
 
   /// Sets queries.t, .slot and .leaving for every ray. `InsideStack`: rays can be inside something.
@@ -182,16 +183,12 @@ class Traversal {
       const Ray<Real> r = ray<Real>(i);
       const Real t = slot == rays_.surface[i] ? chord_from_surface(r, sphere(slot), rays_.normal[i])
                                               : exit_distance(r, sphere(slot));
-      if (t < queries_.t[i] || (t == queries_.t[i] && wins_tie(slot, queries_.slot[i]))) {
+      if (t < queries_.t[i] || (t == queries_.t[i] && nearest_.wins_tie(slot, queries_.slot[i]))) {
         queries_.t[i] = t;
         queries_.slot[i] = slot;
         queries_.leaving[i] = 1;
       }
     }
-  }
-
-  PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    return other == no_sphere || labels_.index(slot) < labels_.index(other);
   }
 
   /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
@@ -259,8 +256,8 @@ class Traversal {
       const L t = entry_distance(passages.foot[k / L::count], passages.depth_squared[k / L::count],
                                  inverse_square);
       const std::uint32_t first = passages.first_slot + k;
-      nearest = take_nearest(i, t, passages.candidates >> k, nearest,
-                             [=](std::uint32_t lane) { return first + lane; });
+      nearest = nearest_.take(i, t, passages.candidates >> k, nearest,
+                              [=](std::uint32_t lane) { return first + lane; });
     }
     return nearest;
   }
@@ -283,47 +280,10 @@ class Traversal {
       const std::uint32_t present = count - k < L::count ? (1U << (count - k)) - 1 : all_lanes;
       const L t = entry_distance(passage.foot, passage.depth_squared, r.inverse_square);
       const std::uint32_t* const slots = few.slot + k;
-      nearest = take_nearest(i, t, bits_of(passage.approaches()) & present, nearest,
-                             [=](std::uint32_t lane) { return slots[lane]; });
+      nearest = nearest_.take(i, t, bits_of(passage.approaches()) & present, nearest,
+                              [=](std::uint32_t lane) { return slots[lane]; });
     }
     return nearest;
-  }
-
-  /// `slot_of(lane)`: the sphere's slot.
-  template <typename SlotOf>
-  PARRAY_INLINE L take_nearest(std::uint32_t i, const L& t, std::uint32_t candidates,
-                               const L& before, const SlotOf& slot_of) {
-    const L valid = select_bits(candidates, t, L(infinity));
-    const L nearest = least_of(valid);
-    const std::uint32_t equal = bits_of(valid == nearest) & candidates;
-    const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
-    if (tied != 0) [[unlikely]] {
-      take_tied(i, first_of(nearest), equal, slot_of);
-      return L(queries_.t[i]);
-    }
-    // Bits instead of a branch, because nobody could predict it.
-    const std::uint32_t better = -(bits_of(nearest < before) & 1U);
-    const std::uint32_t slot =
-        slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << (L::count - 1))));
-    const L after = min_of(nearest, before);
-    queries_.t[i] = first_of(after);
-    queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
-    queries_.leaving[i] &= ~better;
-    return after;
-  }
-
-  /// The same where several spheres are equally near.
-  template <typename SlotOf>
-  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
-    for (; equal != 0; equal &= equal - 1) {
-      const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal)));
-      const Real before = queries_.t[i];
-      if (nearest < before || (nearest == before && wins_tie(slot, queries_.slot[i]))) {
-        queries_.t[i] = nearest;
-        queries_.slot[i] = slot;
-        queries_.leaving[i] = 0;
-      }
-    }
   }
 
   /// All rays of an octant through the tree, in groups.
@@ -509,13 +469,13 @@ class Traversal {
   // Copies, so that they stay in registers whatever is stored.
   const WideNode<Store, width>* nodes_;
   const SphereBlock<Store, width>* blocks_;
-  SlotLabels labels_;
   std::uint32_t node_count_;
   std::uint32_t open_spheres_;
   std::uint32_t stack_size_;
   Store extent_;
   const RayColumns<Real>& rays_;
   Queries<Real, Store>& queries_;
+  NearestCrossings<L, Store> nearest_;
   Space& space_;
 };
 

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/ray_columns.h"
+
+namespace parray {
+
+/// The nearest crossing of each ray so far, made nearer by lanes of spheres at a time. `L` are
+/// lanes of the real type.
+template <typename L, typename Store>
+class NearestCrossings {
+ public:
+  using Real = typename L::Scalar;
+
+  PARRAY_INLINE NearestCrossings(const SlotLabels& labels, Queries<Real, Store>& queries)
+      : labels_(labels), queries_(queries) {}
+
+  /// Whether, of two spheres at the same distance, the first is met: the input's order says.
+  PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
+    return other == no_sphere || labels_.index(slot) < labels_.index(other);
+  }
+
+  /// Ray `i` enters the spheres of some lanes, whose bits are set, at `t`; `before`: its nearest
+  /// crossing, in every lane. Returns what that is then. `slot_of(lane)`: a sphere's slot.
+  template <typename SlotOf>
+  PARRAY_INLINE L take(std::uint32_t i, const L& t, std::uint32_t candidates, const L& before,
+                       const SlotOf& slot_of) {
+    const L valid = select_bits(candidates, t, L(infinity));
+    const L nearest = least_of(valid);
+    const std::uint32_t equal = bits_of(valid == nearest) & candidates;
+    const std::uint32_t tied = (equal & (equal - 1)) | (equal & bits_of(nearest == before));
+    if (tied != 0) [[unlikely]] {
+      take_tied(i, first_of(nearest), equal, slot_of);
+      return L(queries_.t[i]);
+    }
+    // Bits instead of a branch, because nobody could predict it.
+    const std::uint32_t better = -(bits_of(nearest < before) & 1U);
+    const std::uint32_t slot =
+        slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << (L::count - 1))));
+    const L after = min_of(nearest, before);
+    queries_.t[i] = first_of(after);
+    queries_.slot[i] = (slot & better) | (queries_.slot[i] & ~better);
+    queries_.leaving[i] &= ~better;
+    return after;
+  }
+
+ private:
+  /// The same where several spheres are equally near.
+  template <typename SlotOf>
+  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
+    for (; equal != 0; equal &= equal - 1) {
+      const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal)));
+      const Real before = queries_.t[i];
+      if (nearest < before || (nearest == before && wins_tie(slot, queries_.slot[i]))) {
+        queries_.t[i] = nearest;
+        queries_.slot[i] = slot;
+        queries_.leaving[i] = 0;
+      }
+    }
+  }
+
+  static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+  SlotLabels labels_;
+  Queries<Real, Store>& queries_;
+};
+
+}  // namespace parray
