@@ -29,6 +29,16 @@ struct NamedSpheres {
   Spheres<Store> spheres;
 };
 
+/// One more than a block holds; without the two giants they fit into one.
+template <typename Store>
+Spheres<Store> fewer_than_a_block(Dice& dice, std::size_t width) {
+  Spheres<Store> spheres = coincident<Store>(width - 1);
+  for (int i = 0; i < 2; ++i) {
+    spheres.push_back(shape<Store>(dice.in_cube(10), 1e3));
+  }
+  return spheres;
+}
+
 template <typename Store>
 std::vector<NamedSpheres<Store>> collections() {
   Dice dice(1);
@@ -42,6 +52,9 @@ std::vector<NamedSpheres<Store>> collections() {
           {"tiny and far", tiny_far<Store>(dice)},
           {"every size", every_size<Store>(dice)},
           {"three giants", touching_giants<Store>(dice, 3)},
+          {"two giants and 3", fewer_than_a_block<Store>(dice, 4)},
+          {"two giants and 7", fewer_than_a_block<Store>(dice, 8)},
+          {"two giants and 15", fewer_than_a_block<Store>(dice, 16)},
           {"40 giants", touching_giants<Store>(dice, 40)},
           {"ever farther", ever_farther<Store>()}};
 }

@@ -71,6 +71,10 @@ template <typename Store, int W>
 typename Collapse<Store, W>::Children Collapse<Store, W>::children(std::uint32_t root) const {
   Children found;
   const BinaryNode<Store>& node = tree_.nodes[root];
+  if (node.left == 0) {
+    add(root, 1, found);
+    return found;
+  }
   const int left = shares_[root][0];
   add(node.left, left, found);
   add(node.right, W - left, found);

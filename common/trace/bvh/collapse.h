@@ -26,7 +26,8 @@ class Collapse {
     std::array<std::uint32_t, W> node;  ///< of the binary tree
     int count = 0;
   };
-  /// Of the wide node that inner node `root` becomes.
+  /// Of the wide node that node `root` becomes; a leaf, the root of a small tree, is its only
+  /// child.
   [[nodiscard]] Children children(std::uint32_t root) const;
 
  private:

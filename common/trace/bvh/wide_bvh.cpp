@@ -1,6 +1,7 @@
 #include "common/trace/bvh/wide_bvh.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -70,6 +71,12 @@ void set_order(WideNode<Store, W>& node, int children) {
   }
 }
 
+/// How a parent names a child that is written at the next place.
+template <typename Store, typename Places>
+std::uint32_t reference(const BinaryNode<Store>& child, const Places& next) {
+  return child.left == 0 ? next.block | ChildRef::is_block : next.node;
+}
+
 }  // namespace
 
 template <typename Store, int W>
@@ -113,18 +120,11 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
     return;
   }
   const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
-  const BinaryTree<Store> tree = build_binary_tree<Store>(in_tree, W, threads);
+  const Tree tree = build_binary_tree<Store>(in_tree, W, threads);
   extent_ = extent_of(tree.nodes[0].box);
-  const Collapse<Store, W> collapse(tree, threads);
-  count_wide(tree, collapse, 0);
-  const std::uint32_t block_count = open_blocks + next_block_;
-  blocks_ = AlignedArray<SphereBlock<Store, W>>(block_count);
-  nodes_ = AlignedArray<WideNode<Store, W>>(next_node_);
-  labels_ = AlignedArray<std::uint32_t>(std::size_t{block_count} * W);
+  const Wide wide(tree, threads);
+  emit(tree, wide, in_tree.data(), {1, open_blocks, 1}, threads);
   fill_open_blocks(spheres);
-  next_block_ = open_blocks;
-  next_node_ = 0;
-  emit(tree, collapse, 0, in_tree.data(), 1);
 }
 
 template <typename Store, int W>
@@ -150,47 +150,86 @@ void WideBvh<Store, W>::fill_block(std::uint32_t index, const BuildSphere<Store>
   }
 }
 
-/// Counts nodes and blocks below a binary node that becomes a wide one.
+/// Counts the nodes and blocks that a binary node and what is below it become.
 template <typename Store, int W>
-void WideBvh<Store, W>::count_wide(const BinaryTree<Store>& tree,
-                                   const Collapse<Store, W>& collapse, std::uint32_t root) {
-  ++next_node_;
-  const auto children = collapse.children(root);
+void WideBvh<Store, W>::count(const Tree& tree, const Wide& wide, std::uint32_t below,
+                              Places& places) {
+  if (tree.nodes[below].left == 0) {
+    ++places.block;
+    return;
+  }
+  ++places.node;
+  const auto children = wide.children(below);
   for (int k = 0; k < children.count; ++k) {
-    if (tree.nodes[children.node[k]].left == 0) {
-      ++next_block_;
-    } else {
-      count_wide(tree, collapse, children.node[k]);
-    }
+    count(tree, wide, children.node[k], places);
   }
 }
 
+/// All nodes and the blocks in them; those below the root begin at `next`: one child of the root
+/// after the other, each from a place that the counts of those before it tell, and therefore side
+/// by side.
 template <typename Store, int W>
-std::uint32_t WideBvh<Store, W>::emit(const BinaryTree<Store>& tree,
-                                      const Collapse<Store, W>& collapse, std::uint32_t root,
-                                      const BuildSphere<Store>* spheres, std::uint32_t level) {
+void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
+                             Places next, int threads) {
+  const auto children = wide.children(0);
+  std::array<Places, W> places;
+#pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
+  for (int k = 0; k < children.count; ++k) {
+    count(tree, wide, children.node[k], places[k]);
+  }
+  for (int k = 0; k < children.count; ++k) {
+    const Places counted = places[k];
+    places[k] = next;
+    next.node += counted.node;
+    next.block += counted.block;
+  }
+  blocks_ = AlignedArray<SphereBlock<Store, W>>(next.block);
+  nodes_ = AlignedArray<WideNode<Store, W>>(next.node);
+  labels_ = AlignedArray<std::uint32_t>(std::size_t{next.block} * W);
+  set_children(nodes_[0], tree, children);
+#pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
+  for (int k = 0; k < children.count; ++k) {
+    nodes_[0].child[k] = reference(tree.nodes[children.node[k]], places[k]);
+    emit(tree, wide, spheres, children.node[k], 2, places[k]);
+  }
+  for (int k = 0; k < children.count; ++k) {
+    depth_ = std::max(depth_, places[k].depth);
+  }
+}
+
+/// A binary node and what is below it, from `next` on.
+template <typename Store, int W>
+void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
+                             std::uint32_t below, std::uint32_t level, Places& next) {
+  const BinaryNode<Store>& here = tree.nodes[below];
+  if (here.left == 0) {
+    fill_block(next.block++, spheres + here.begin, here.end - here.begin);
+    return;
+  }
+  next.depth = std::max(next.depth, level);
+  WideNode<Store, W>& node = nodes_[next.node++];
+  const auto children = wide.children(below);
+  set_children(node, tree, children);
+  for (int k = 0; k < children.count; ++k) {
+    node.child[k] = reference(tree.nodes[children.node[k]], next);
+    emit(tree, wide, spheres, children.node[k], level + 1, next);
+  }
+}
+
+/// All of a node but the numbers of its children.
+template <typename Store, int W>
+void WideBvh<Store, W>::set_children(WideNode<Store, W>& node, const Tree& tree,
+                                     const typename Wide::Children& children) {
   constexpr Store most = std::numeric_limits<Store>::max();
-  depth_ = std::max(depth_, level);
-  const std::uint32_t made = next_node_++;
-  WideNode<Store, W>& node = nodes_[made];
-  const auto children = collapse.children(root);
   for (int k = 0; k < W; ++k) {
-    if (k >= children.count) {
+    if (k < children.count) {
+      set_bounds(node, k, inflated(tree.nodes[children.node[k]].box));
+    } else {
       set_bounds(node, k, {{most, most, most}, {-most, -most, -most}});
       node.child[k] = ChildRef::is_end;  // nothing gets here
-      continue;
-    }
-    const BinaryNode<Store>& child = tree.nodes[children.node[k]];
-    set_bounds(node, k, inflated(child.box));
-    if (child.left == 0) {
-      node.child[k] = next_block_ | ChildRef::is_block;
-      fill_block(next_block_++, spheres + child.begin, child.end - child.begin);
-    } else {
-      node.child[k] = emit(tree, collapse, children.node[k], spheres, level + 1);
     }
   }
   set_order(node, children.count);
-  return made;
 }
 
 template class WideBvh<float, 4>;

@@ -60,10 +60,22 @@ class WideBvh {
   void build(Spheres& spheres, std::size_t open, int threads);
   void fill_open_blocks(const Spheres& spheres);
   void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
-  void count_wide(const BinaryTree<Store>& tree, const Collapse<Store, W>& collapse,
-                  std::uint32_t root);
-  std::uint32_t emit(const BinaryTree<Store>& tree, const Collapse<Store, W>& collapse,
-                     std::uint32_t root, const BuildSphere<Store>* spheres, std::uint32_t level);
+  /// The next node and block to be written, and the most levels that have been.
+  struct Places {
+    std::uint32_t node = 0;
+    std::uint32_t block = 0;
+    std::uint32_t depth = 0;
+  };
+  using Tree = BinaryTree<Store>;
+  using Wide = Collapse<Store, W>;
+
+  static void count(const Tree& tree, const Wide& wide, std::uint32_t below, Places& places);
+  void emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres, Places next,
+            int threads);
+  void emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
+            std::uint32_t below, std::uint32_t level, Places& next);
+  void set_children(WideNode<Store, W>& node, const Tree& tree,
+                    const typename Wide::Children& children);
 
   AlignedArray<SphereBlock<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
@@ -72,8 +84,6 @@ class WideBvh {
   std::uint32_t open_spheres_ = 0;
   std::uint32_t depth_ = 0;
   Store extent_ = 0;  ///< see BvhView
-  std::uint32_t next_block_ = 0;
-  std::uint32_t next_node_ = 0;
 };
 
 }  // namespace parray
