@@ -319,7 +319,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
        "for a part of the cell"},
       {"\"color_by\": \"speed\"",
        "6: /particles/0/color_by: the file has no numbers 'speed': "
-       "known: x, y, z, fx, fy, fz, index, vx, q"},
+       "known: element, type, chain, residue, atom, x, y, z, fx, fy, fz, index, vx, q"},
       {"\"color_by\": \"chain\"",
        "6: /particles/0/color_by: the file has no chains: it has "
        "elements, types, x, y, z, fx, fy, fz, index"},

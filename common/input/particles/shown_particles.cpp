@@ -1,6 +1,10 @@
 #include "common/input/particles/shown_particles.h"
 
+#include <span>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.h"
 #include "common/input/particles/particle_spheres.h"
@@ -24,14 +28,19 @@ namespace {
 
 using Rule = ParticleMaterial::Rule;
 
-/// Does `work`; where it asks for a number that is not there, the error names those that are.
+/// Does `work`; where it asks for a number that is not there, the error names those that are, after
+/// the `words` that `key` takes besides.
 template <typename Work>
-void with_remedy(const char* key, PackedFile& file, ParticleRequest request, const Work& work) {
+void with_remedy(const char* key, std::span<const std::string_view> words, PackedFile& file,
+                 ParticleRequest request, const Work& work) {
   try {
     work();
   } catch (const UnknownNumber& error) {
     request.all = true;
-    throw SourceError(key, error.with_remedy(number_names(read_particles(file, request))));
+    std::vector<std::string> known(words.begin(), words.end());
+    const auto numbers = number_names(read_particles(file, request));
+    known.insert(known.end(), numbers.begin(), numbers.end());
+    throw SourceError(key, error.with_remedy(known));
   }
 }
 
@@ -41,9 +50,9 @@ ShownParticles shown_particles(PackedFile& file, const ParticleSource& source,
                                const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   ShownParticles shown{read_particles(file, request), {}};
-  with_remedy("select", file, request, [&] { apply(source.filter, shown.particles, threads); });
+  with_remedy("select", {}, file, request, [&] { apply(source.filter, shown.particles, threads); });
   if (source.coloring.empty()) return shown;
-  with_remedy("color_by", file, request,
+  with_remedy("color_by", color_by_words, file, request,
               [&] { shown.paint = painted(source.coloring, shown.particles, threads); });
   return shown;
 }
