@@ -41,7 +41,16 @@ TEST_CASE("a trajectory takes elements, names and charges from PSF and PRMTOP") 
     CHECK(water.residue_numbers.size() == 3);
     REQUIRE(water.numbers.size() == 1);
     CHECK(std::abs(water.numbers[0].values[0] + 0.834) < 1e-6);
+    for (const ParticleNote& note : water.facts.notes) CHECK(note.key != "nameless");
   }
+}
+
+TEST_CASE("a trajectory without a topology says that its particles are nameless") {
+  const ParticleFiles files;
+  const Particles bare = read_particles(files.write("a.dcd", three_atoms()), {});
+  REQUIRE(bare.facts.notes.size() == 1);
+  CHECK(bare.facts.notes[0].key == "nameless");
+  CHECK(bare.facts.notes[0].count == 3);
 }
 
 TEST_CASE("a topology whose atoms are numbered is taken in the order of the numbers") {

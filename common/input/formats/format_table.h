@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -16,7 +17,12 @@ struct ParticleFormat {
   bool frames = false;                           ///< a file may hold several
   Recogniser looks = nullptr;
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
-  bool positions = true;  ///< false: names and elements only, for the topology of a trajectory
+  enum class Holds : std::uint8_t {
+    all,
+    names,      ///< and elements only, for the topology of a trajectory
+    positions,  ///< only: what is there, a topology says
+  };
+  Holds holds = Holds::all;
 };
 
 /// All of them.

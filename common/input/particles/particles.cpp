@@ -34,12 +34,20 @@ Particles read_particles(const std::filesystem::path& path, const ParticleReques
 
 Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   const ParticleFormat& format = format_of(file);
-  if (!format.positions) {
+  if (format.holds == ParticleFormat::Holds::names) {
     FilePlace{file.name()}.fail("a " + std::string(format.name) +
                                 " file has no positions: name a trajectory, and this file as its "
                                 "topology");
   }
-  if (request.topology.empty()) return read(file, format, request);
+  if (request.topology.empty()) {
+    Particles particles = read(file, format, request);
+    if (format.holds == ParticleFormat::Holds::positions) {
+      particles.facts.notes.push_back(
+          {"nameless", particles.count(),
+           "particles of which the file says only where they are: a topology names them"});
+    }
+    return particles;
+  }
   ParticleRequest with_ids = request;
   with_ids.numbers.emplace("id");
   Particles particles = read(file, format, with_ids);
