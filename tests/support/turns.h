@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <stdexcept>
@@ -27,12 +28,13 @@ class Turns final : public Clock {
   /// Runs all of them, and returns when they have.
   void run(const std::vector<std::function<void(std::size_t)>>& tasks) {
     wakes_.assign(tasks.size(), Time(0));
+    woken_.resize(tasks.size());
     std::vector<std::thread> threads;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       threads.emplace_back([this, i, &tasks] {
         {
           std::unique_lock lock(mutex_);
-          changed_.wait(lock, [&] { return turn_ == i; });
+          woken_[i].wait(lock, [&] { return turn_ == i; });
         }
         tasks[i](i);
         const std::scoped_lock lock(mutex_);
@@ -54,7 +56,7 @@ class Turns final : public Clock {
     std::unique_lock lock(mutex_);
     wakes_[self] = now_ + time;
     pass_on();
-    changed_.wait(lock, [&] { return turn_ == self; });
+    woken_[self].wait(lock, [&] { return turn_ == self; });
     if (now_ > end_) {
       throw Over();
     }
@@ -68,15 +70,19 @@ class Turns final : public Clock {
         next = i;
       }
     }
-    turn_ = wakes_[next] == never ? wakes_.size() : next;
-    now_ = wakes_[next] == never ? now_ : std::max(now_, wakes_[next]);
-    changed_.notify_all();
+    if (wakes_[next] == never) {
+      turn_ = wakes_.size();
+      return;
+    }
+    turn_ = next;
+    now_ = std::max(now_, wakes_[next]);
+    woken_[next].notify_one();
   }
 
   const Time end_;
   Time now_{};  // written by whoever has the turn, under mutex_
   std::mutex mutex_;
-  std::condition_variable changed_;
+  std::deque<std::condition_variable> woken_;  ///< one each: only whose turn it is wakes up
   std::size_t turn_ = SIZE_MAX;
   std::vector<Time> wakes_;
 };
