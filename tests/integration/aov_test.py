@@ -96,7 +96,7 @@ class Channels(AovTest):
     @unittest.skipIf(why_not(), why_not())
     def test_a_picture_of_parray_mpi_gets_the_same_channels(self):
         report, expected, _ = self.channels("--aov", ALL)
-        with MpiRun(2, self.scene, "--threads", "1", "--aov", ALL) as job:
+        with MpiRun(2, self.scene, "--threads", "1", "--aov", ALL, picture="a.exr") as job:
             self.assertEqual(job.finish()["aovs"], report["aovs"])
             self.assertEqual(read_exr(job.picture)[0], expected)
 

@@ -31,7 +31,7 @@ ENDLESS = size(1000000)
 
 def render_report(scene, *options):
     with tempfile.TemporaryDirectory() as directory:
-        result = run("render", scene, "-o", f"{directory}/a.exr", "--report", f"{directory}/a.json",
+        result = run("render", scene, "-o", f"{directory}/a.png", "--report", f"{directory}/a.json",
                      *options)
         assert result.returncode == 0, result.stderr
         with open(f"{directory}/a.json") as file:

@@ -152,7 +152,7 @@ class Who(TransparentTest):
     @unittest.skipIf(why_not(), why_not())
     def test_a_picture_of_parray_mpi_is_the_same(self):
         _, expected = self.picture("--transparent")
-        with MpiRun(2, self.scene, "--threads", "1", "--transparent") as job:
+        with MpiRun(2, self.scene, "--threads", "1", "--transparent", picture="a.exr") as job:
             job.finish()
             self.assertEqual(read_exr(job.picture)[0], expected)
 

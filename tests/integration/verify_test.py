@@ -268,7 +268,8 @@ class Like(VerifyTest):
         with Farm() as farm:
             farm.start_worker("one")
             report = farm.finish(farm.submit(self.scene, *ADAPTIVE))
-            self.path("a.exr").write_bytes((farm.directory / "1.exr").read_bytes())
+            fetched = farm.client("fetch", 1, "-o", self.path("a.exr"))
+            self.assertEqual(fetched.returncode, 0, fetched.stderr)
             again = farm.finish(farm.submit(self.scene, "--like", self.path("a.exr")))
         self.assertEqual(again["image_sha256"], report["image_sha256"])
         self.again(report)
@@ -276,7 +277,7 @@ class Like(VerifyTest):
     @unittest.skipIf(why_not(), why_not())
     def test_parray_mpi_makes_the_same_bits_again(self):
         report, _ = self.rendered(*ADAPTIVE)
-        with MpiRun(2, self.scene, "--threads", "1", "--like", self.path("a.exr")) as job:
+        with MpiRun(2, self.scene, "--threads", "1", "--like", self.path("a.exr"), picture="a.exr") as job:
             self.assertEqual(job.finish()["image_sha256"], report["image_sha256"])
             self.assertIn("samples", read_exr(job.picture)[1])
 
