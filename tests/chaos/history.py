@@ -41,7 +41,7 @@ def expected_facts(kind):
     """The picture that `parray render` makes."""
     scene, *options = plans.SPECS[kind]
     with tempfile.TemporaryDirectory() as directory:
-        done = run("render", SCENES / scene, *plans.SIZE, *options, "--quiet", "-o", f"{directory}/a.exr",
+        done = run("render", SCENES / scene, *plans.SIZE, *options, "--quiet", "-o", f"{directory}/a.png",
                    "--report", f"{directory}/a.json")
         if done.returncode != 0:
             raise Wrong(f"parray render: {done.stderr}")
@@ -186,7 +186,7 @@ class History:
         number = len(self.submits)
         report = self.farm.directory / f"submit-{number}.json"
         if job.waits:
-            options += ["--wait", "-o", self.farm.directory / f"submit-{number}.exr", "--report", report, "--quiet"]
+            options += ["--wait", "-o", self.farm.directory / f"submit-{number}.png", "--report", report, "--quiet"]
         self.note(f"submit {job.kind}")
         self.submits.append((job, self.farm.start_submit(scene, *options, "--priority", job.priority), report))
 

@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integra
 from farm import SCENES, run, wait_for  # noqa: E402
 
 SCENE = SCENES / "one-weekend-20.json"
-SETTINGS = ("--width", "160", "--height", "100", "--spp", "3000")  # some seconds for two threads
+SETTINGS = ("--width", "160", "--height", "100", "--spp", "1500")  # a second or two for two threads
 SMALL = ("--width", "60", "--height", "40", "--spp", "16")
 PORT = 7400
 
@@ -70,7 +70,7 @@ class Farms(unittest.TestCase):
         report = self.directory / "report.json"
         watched = self.client("watch", job)
         self.assertEqual(watched.returncode, 0, watched.stderr)
-        fetched = self.client("fetch", job, "-o", self.directory / "a.exr", "--report", report)
+        fetched = self.client("fetch", job, "-o", self.directory / "a.png", "--report", report)
         self.assertEqual(fetched.returncode, 0, fetched.stderr)
         return json.loads(report.read_text())
 
@@ -114,7 +114,7 @@ class Links(Farms):
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as directory:
-            done = run("render", SCENE, *SETTINGS, "-q", "-o", f"{directory}/a.exr", "--report",
+            done = run("render", SCENE, *SETTINGS, "-q", "-o", f"{directory}/a.png", "--report",
                        f"{directory}/a.json")
             assert done.returncode == 0, done.stderr
             cls.expected = json.loads(pathlib.Path(directory, "a.json").read_text())["image_sha256"]

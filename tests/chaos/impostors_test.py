@@ -27,7 +27,7 @@ class Impostors(unittest.TestCase):
         for settings in (SETTINGS, ("--width", "64", "--height", "48", "--target-error", "0.004")):
             with self.subTest(settings), Farm("--spot-checks", 1) as farm:
                 expected = farm.directory / "expected.json"
-                rendered = run("render", SCENE, *settings, "-q", "-o", farm.directory / "a.exr", "--report", expected)
+                rendered = run("render", SCENE, *settings, "-q", "-o", farm.directory / "a.png", "--report", expected)
                 self.assertEqual(rendered.returncode, 0, rendered.stderr)
                 liar = impostors.Liar(1, 1)
                 self.start(farm, liar)

@@ -24,7 +24,7 @@ def size(spp):
 
 
 SIZE = size(150)
-LONG_SPP = 4000  # some seconds of work, even for a fast machine
+LONG_SPP = 2000  # some seconds of a core
 LONG = size(LONG_SPP)  # long enough to be interrupted
 ENDLESS = size(1000000)
 

@@ -422,7 +422,7 @@ class Listener:
 
 class Events(Test):
     def test_a_stream_tells_of_jobs_and_workers_until_the_end(self):
-        with Web() as farm:
+        with Web("--heartbeat", "0.2") as farm:  # a killed worker is missed after five
             listener = Listener(farm, "/api/v1/events")
             self.assertEqual(listener.response.headers["Content-Type"], "text/event-stream")
             farm.start_worker("one")

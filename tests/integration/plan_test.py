@@ -11,7 +11,7 @@ import unittest
 from farm import BIN, Farm, SCENES, run
 
 SCENE = SCENES / "one-weekend-20.json"
-SMALL = ["--width", 96, "--height", 64, "--probe-seconds", 0.3]
+SMALL = ["--width", 96, "--height", 64]
 
 
 class Plan(unittest.TestCase):
@@ -22,8 +22,9 @@ class Plan(unittest.TestCase):
         self.image = self.directory / "it's a picture.exr"
         self.report = self.directory / "report.json"
 
-    def plan(self, *options, scene=SCENE):
-        done = run("plan", scene, *SMALL, "-o", self.image, "--json", *options)
+    def plan(self, *options, scene=SCENE, probe=0.1):
+        """`probe`: longer where numbers are compared with what comes of them."""
+        done = run("plan", scene, *SMALL, "--probe-seconds", probe, "-o", self.image, "--json", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)
 
@@ -37,14 +38,14 @@ class Plan(unittest.TestCase):
         return json.loads(self.report.read_text())
 
     def refused(self, words, *options, scene=SCENE):
-        done = run("plan", scene, *SMALL, *options)
+        done = run("plan", scene, *SMALL, "--probe-seconds", 0.1, *options)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         for word in words:
             self.assertIn(word, done.stderr)
 
     def test_every_choice_for_an_error_runs_and_has_about_that_error(self):
-        plan = self.plan("--error", 0.01)
+        plan = self.plan("--error", 0.01, probe=0.3)
         self.assertEqual(plan["recommended"], plan["choices"][0])
         ways = {(choice["sampler"], choice["adaptive"]) for choice in plan["choices"]}
         self.assertEqual(ways, {(s, a) for s in ("independent", "sobol") for a in (False, True)})
@@ -96,12 +97,12 @@ class Plan(unittest.TestCase):
                 for choice in plan["choices"]:
                     if choice["keeps_goal"] >= confidence:
                         self.assertLessEqual(best[cost]["value"], choice[cost]["value"])
-        done = run("plan", SCENE, *SMALL, "--error", 0.02)
+        done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
         self.assertRegex(done.stdout, r"keeps +the error asked for with 9[5-9][.0-9]* %, by its interval\n")
 
     def test_a_farm_is_planned_for_and_its_command_is_taken_by_submit(self):
-        alone = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1)
-        farm = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5")
+        alone = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1, probe=0.3)
+        farm = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
         self.assertEqual((alone["workers"], farm["workers"]), ([], [1, 2, 0.5]))
         self.assertEqual(self.plan("--error", 0.1, "--workers", 3)["workers"], [1, 1, 1])
         # Two probes differ; that one is 3.5 times as fast shows all the same.
@@ -126,7 +127,7 @@ class Plan(unittest.TestCase):
             self.refused(["--confidence"], "--error", 0.1, "--confidence", confidence)
 
     def test_text_has_the_command_and_a_table(self):
-        done = run("plan", SCENE, *SMALL, "--error", 0.02)
+        done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"  parray render {shlex.quote(str(SCENE))} -o one-weekend-20.exr", done.stdout)
         self.assertEqual(done.stdout.count("uniform"), 2)

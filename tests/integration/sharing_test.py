@@ -9,7 +9,7 @@ from farm import SCENES, Farm, run, wait_for
 
 SCENE = SCENES / "one-weekend-20.json"
 QUICK = ["--width", "60", "--height", "40", "--spp", "4"]
-LONG = ["--width", "160", "--height", "100", "--spp", "4000"]
+LONG = ["--width", "160", "--height", "100", "--spp", "2000"]
 ENDLESS = ["--width", "160", "--height", "100", "--spp", "1000000"]
 
 
@@ -45,20 +45,19 @@ class Sharing(unittest.TestCase):
             self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1))
             self.assertIn("cancel it first", refused.stderr)
             report = farm.finish(job)
-            picture = farm.directory / "again.exr"
+            picture = farm.directory / "again.png"
             rendered = run("render", SCENE, *LONG, "-o", picture)
             self.assertIn(report["image_sha256"][:16], rendered.stdout)
             self.assertEqual(farm.client("forget", job).returncode, 0)
             self.assertEqual(farm.client("show", job).returncode, 2)
 
     def test_a_drained_worker_gets_no_more_and_an_idle_one_leaves(self):
-        with Farm("--heartbeat", "0.1") as farm:
+        with Farm("--heartbeat", "0.2") as farm:
+            job = farm.submit(SCENE, *ENDLESS)  # first: a worker is not idle before it has begun
             farm.start_worker("w1")
             leaving = farm._start("parray-worker", "--coordinator", farm.address, "--threads", "1",
-                                  "--name", "w2", "--idle-exit", "0.5")
-            wait_for(lambda: len(farm.workers()) == 2, "two workers")
-            job = farm.submit(SCENE, *ENDLESS)
-            wait_for(lambda: all(w["leases"] > 0 for w in farm.workers()), "leases")
+                                  "--name", "w2", "--idle-exit", "1")
+            wait_for(lambda: [w["leases"] > 0 for w in farm.workers()] == [True, True], "leases of both")
             drained = farm.client("workers", "drain", "w2", "--json")
             self.assertIn(json.loads(drained.stdout)[0]["state"], ("draining", "drained"))
             self.assertEqual(leaving.wait(timeout=60), 0)

@@ -123,7 +123,7 @@ class BetweenHosts(unittest.TestCase):
             farm.standby.send_signal(signal.SIGKILL)
             farm.standby.wait()
             submit = farm.start_client("submit", SCENE, *LONG)
-            time.sleep(5)
+            time.sleep(2)  # two beats of the replication
             self.assertIsNone(submit.poll(), "acknowledged what the standby has not")
             farm.start_standby("third")
             self.assertEqual(submit.wait(timeout=30), 0, submit.log.read_text())
@@ -138,7 +138,7 @@ class BetweenHosts(unittest.TestCase):
         with Twins() as farm:
             lonely = farm._start("parray-coordinator", "--coordinator", free_address(), "--standby", free_address(),
                                  "--state", farm.directory / "lonely", "--takeover-after", "1")
-            time.sleep(3)
+            time.sleep(2)  # twice what it waits for
             self.assertNotIn("serving", lonely.log.read_text())
             lonely.send_signal(signal.SIGTERM)
             self.assertEqual(lonely.wait(timeout=10), 130)
@@ -153,7 +153,7 @@ class BetweenHosts(unittest.TestCase):
             stranger.standby_options += ["--keys", f"{directory}/ours"]
             stranger.options += ["--keys", f"{directory}/others"]
             with stranger as farm:
-                time.sleep(4)
+                time.sleep(2)
                 self.assertNotIn("in step", farm.standby.log.read_text())
 
 

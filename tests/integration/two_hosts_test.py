@@ -21,7 +21,7 @@ def report_of(command, folder):
     """The report that a rendering command writes, and what it says on stderr."""
     report = pathlib.Path(folder) / "report.json"
     done = subprocess.run(
-        [*command, SCENE, *SETTINGS, "-o", pathlib.Path(folder) / "picture.exr", "--report", report],
+        [*command, SCENE, *SETTINGS, "-o", pathlib.Path(folder) / "picture.png", "--report", report],
         capture_output=True, text=True, timeout=120, check=False)
     if done.returncode == SKIPPED:
         raise unittest.SkipTest(done.stderr.strip() or "two_hosts")

@@ -240,7 +240,7 @@ class Forgeries(VerifyTest):
 
 class Like(VerifyTest):
     def again(self, expected, name="a.exr"):
-        report, _ = self.rendered("--like", self.path(name), name="b.exr")
+        report, _ = self.rendered("--like", self.path(name), name="b.png")
         self.assertEqual(report["image_sha256"], expected["image_sha256"])
         self.assertEqual(report["samples"], expected["samples"])
         return report
@@ -256,7 +256,7 @@ class Like(VerifyTest):
                 again = self.again(report)
                 self.assertEqual(again["precision"], report["precision"])
         # A picture that was made again has a recipe as good.
-        self.again(report, name="b.exr")
+        self.again(report, name="b.png")
 
     def test_what_is_no_part_of_the_bits_stays_free(self):
         report, _ = self.rendered(*ADAPTIVE)
