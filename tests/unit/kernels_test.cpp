@@ -125,7 +125,7 @@ std::vector<NamedScene> scenes() {
 RenderSettings settings_of(Precision precision) {
   RenderSettings settings;
   settings.width = 37;  // no multiple of any width of lanes
-  settings.height = 31;
+  settings.height = 17;
   settings.samples_per_pixel = 5;
   settings.max_depth = 12;
   settings.seed = 0x123456789ABCDEF;
