@@ -76,7 +76,7 @@ REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed pr
 
 
 class CliTest(unittest.TestCase):
-    picture = "a.exr"
+    default_name = "a.exr"
 
     def setUp(self):
         temporary = tempfile.TemporaryDirectory(prefix="parray-cli-")
@@ -102,7 +102,7 @@ class CliTest(unittest.TestCase):
             self.assertEqual(self.files(), self.before)
 
     def rendered(self, *options, name=None):
-        name = name or self.picture
+        name = name or self.default_name
         report = self.path("report.json")
         result = run("render", self.scene, "-o", self.path(name), "--report", report, "-q", *options)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -197,7 +197,7 @@ class Refusals(CliTest):
 
 
 class Pictures(CliTest):
-    picture = "a.png"  # a fifth of the time that .exr takes
+    default_name = "a.png"  # a fifth of the time that .exr takes
 
     def test_the_bits_do_not_depend_on_how_the_work_is_done(self):
         report, _ = self.rendered()
@@ -253,7 +253,7 @@ class Pictures(CliTest):
         self.assertEqual((report["threads"], report["workers"], report["spheres"]), (2, 1, 6))
         self.assertEqual(report["nonfinite_samples"], 0)
         self.assertEqual(stdout.count("\n"), 1)
-        self.assertIn(str(self.path(self.picture)), stdout)
+        self.assertIn(str(self.path(self.default_name)), stdout)
         self.assertIn(report["image_sha256"][:16], stdout)
 
     def test_only_the_picture_and_the_report_are_left(self):
