@@ -30,7 +30,7 @@ class FilledPictures(unittest.TestCase):
         return json.loads(report.read_text()), picture
 
     def test_it_is_the_same_for_any_portions_threads_schedule_and_on_a_farm(self):
-        first, _ = self.render("a.exr", *SIZE, "--passes", PASSES)
+        first, _ = self.render("a.png", *SIZE, "--passes", PASSES)
         self.assertEqual(first["samples"], 30_000)
         self.assertEqual(first["filled_pixels"], 60_000 - 30_000)
         self.assertEqual(first["fill_block"], 2)
@@ -39,7 +39,7 @@ class FilledPictures(unittest.TestCase):
         for options in (["--passes", "30000"], ["--passes", PASSES, "--threads", "3"],
                         ["--passes", "3750,26250", "--schedule", "guided", "--isa", "scalar"],
                         ["--passes", PASSES, "--adaptive", "off", "--row-order", "sequential"]):
-            again, _ = self.render("b.exr", *SIZE, *options)
+            again, _ = self.render("b.png", *SIZE, *options)
             self.assertEqual(again["image_sha256"], first["image_sha256"], options)
         with Farm() as farm:
             farm.start_worker("a")
@@ -62,7 +62,7 @@ class FilledPictures(unittest.TestCase):
                     if samples[corner] == 1:
                         for name in "RGB":
                             self.assertEqual(channels[name][y * 300 + x], channels[name][corner])
-        again, _ = self.render("b.exr", "--like", picture)
+        again, _ = self.render("b.png", "--like", picture)
         self.assertEqual(again["image_sha256"], report["image_sha256"])
         self.assertEqual(again["filled_pixels"], report["filled_pixels"])
 
@@ -84,7 +84,7 @@ class FilledPictures(unittest.TestCase):
         self.assertGreater(report["filled_pixels"], 0)
         done = run("verify", picture, SCENE)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        again, _ = self.render("b.exr", "--like", picture)
+        again, _ = self.render("b.png", "--like", picture)
         self.assertEqual(again["image_sha256"], report["image_sha256"])
 
 

@@ -35,7 +35,7 @@ class FrameCase(unittest.TestCase):
         """What `parray render` makes of one frame."""
         path = write(self.directory / f"{name}.json", document)
         report = self.directory / f"{name}-report.json"
-        result = run("render", path, *SIZE, "-o", self.directory / f"{name}.exr", "--report", report)
+        result = run("render", path, *SIZE, "-o", self.directory / f"{name}.png", "--report", report)
         self.assertEqual(result.returncode, 0, result.stderr)
         return json.loads(report.read_text())["image_sha256"]
 

@@ -305,6 +305,26 @@ TEST_CASE("what a file is, its contents say and not its name") {
                  "a.ppm: neither EXR nor PNG"));
 }
 
+TEST_CASE("a PNG file that is cut off or changed is refused wherever that is") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory.path() / "a.png";
+  write_image(path, random_image(4, 3), {});
+  const std::string whole = read_text(path);
+  const auto refusal_of = [&](const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    return message_of<InputError>([&] { read_image(path); });
+  };
+  constexpr std::size_t signature = 8;
+  for (std::size_t place = signature; place < whole.size(); ++place) {
+    CAPTURE(place);
+    CHECK(contains(refusal_of(whole.substr(0, place)), "a.png: a PNG file that is cut off"));
+    std::string changed = whole;
+    changed[place] = static_cast<char>(changed[place] ^ 4);
+    CHECK(contains(refusal_of(changed), "a.png: a PNG file that is "));
+  }
+  CHECK(refusal_of(whole) == "no error");
+}
+
 TEST_CASE("a picture with a side beyond the limit is refused before its pixels are read") {
   const TemporaryDirectory directory;
   const fs::path path = directory.path() / "wide.png";

@@ -32,7 +32,7 @@ class Spread(unittest.TestCase):
         cls.scene = pathlib.Path(cls.directory.name) / "dust.csv"
         rows = (f"{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},0.05" for _ in range(60000))
         cls.scene.write_text("x,y,z,radius\n" + "\n".join(rows) + "\n")
-        picture = pathlib.Path(cls.directory.name) / "a.exr"
+        picture = pathlib.Path(cls.directory.name) / "a.png"
         report = pathlib.Path(cls.directory.name) / "a.json"
         result = run("render", cls.scene, "-o", picture, "--report", report, *SIZE)
         assert result.returncode == 0, result.stderr
