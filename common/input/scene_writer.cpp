@@ -45,8 +45,9 @@ std::string members_text(const ParticleFilter& filter) {
   if (!filter.slice.empty()) text += R"(, "slice":)" + json_text(filter.slice);
   if (!filter.hide) return text;
   std::string words;
-  for (const std::string& word : *filter.hide)
+  for (const std::string& word : *filter.hide) {
     words += (words.empty() ? "" : ",") + json_text(word);
+  }
   return text + R"(, "hide":[)" + words + "]";
 }
 

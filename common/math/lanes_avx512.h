@@ -57,11 +57,11 @@ struct Uint16 {
   friend PARRAY_INLINE Uint16 operator*(Uint16 a, Uint16 b) {
     return Uint16(_mm512_mullo_epi32(a.v, b.v));
   }
-  friend PARRAY_INLINE Uint16 operator>>(Uint16 a, unsigned count) {
-    return Uint16(_mm512_srli_epi32(a.v, count));
+  friend PARRAY_INLINE Uint16 operator>>(Uint16 a, int count) {
+    return Uint16(_mm512_srli_epi32(a.v, static_cast<unsigned>(count)));
   }
-  friend PARRAY_INLINE Uint16 operator<<(Uint16 a, unsigned count) {
-    return Uint16(_mm512_slli_epi32(a.v, count));
+  friend PARRAY_INLINE Uint16 operator<<(Uint16 a, int count) {
+    return Uint16(_mm512_slli_epi32(a.v, static_cast<unsigned>(count)));
   }
 };
 PARRAY_INLINE WideProduct<Uint16> multiply_wide(Uint16 a, Uint16 b) {

@@ -49,9 +49,10 @@ TextRange range_in(const JsonValue& value, const JsonPlace& place) {
 
 std::string color_by_from(std::string_view text) {
   std::string by = lower_case(trimmed(text));
-  if (by.empty())
+  if (by.empty()) {
     throw InputError("nothing to colour by: write " + list_names(color_by_words) +
                      ", or the name of a number");
+  }
   return by;
 }
 

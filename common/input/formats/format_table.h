@@ -32,8 +32,9 @@ std::span<const ParticleFormat> particle_formats();
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
 /// The format that the file's first bytes show: one that is certain, the one of its name if that is
-/// possible, one that is likely, the one of its name, one that is possible, in this order. nullptr: a scene file, which begins with a brace.
-/// Throws InputError "FILE: problem: remedy", with what the file seems to be, for any other.
+/// possible, one that is likely, the one of its name, one that is possible, in this order. nullptr:
+/// a scene file, which begins with a brace. Throws InputError "FILE: problem: remedy", with what
+/// the file seems to be, for any other.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray

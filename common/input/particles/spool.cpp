@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path temporary_folder() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const chosen = std::getenv("TMPDIR");
   return chosen == nullptr || *chosen == '\0' ? fs::path("/tmp") : fs::path(chosen);
 }

@@ -86,8 +86,9 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   const std::vector<double>* const ids = ids_of(from);
   Order order(from.count());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (ids != nullptr)
+  if (ids != nullptr) {
     order = own_ids == nullptr ? by_number(*ids) : same_numbers(*own_ids, *ids, topology);
+  }
   take(from.elements, order, particles.elements);
   take(from.radii, order, particles.radii);
   take(from.colors, order, particles.colors);

@@ -113,8 +113,9 @@ View view_from(std::string_view name) {
   const auto* const found = std::ranges::find(view_names, name);
   if (found != view_names.end()) return static_cast<View>(found - view_names.begin());
   const auto* const axis = std::ranges::find(view_axes, name);
-  if (axis != view_axes.end())
+  if (axis != view_axes.end()) {
     return views_of_axes[static_cast<std::size_t>(axis - view_axes.begin())];
+  }
   std::vector<std::string_view> known(view_names.begin(), view_names.end());
   known.insert(known.end(), view_axes.begin(), view_axes.end());
   throw InputError("unknown view '" + printable(name) + "': " + remedy_for_name(name, known));

@@ -100,8 +100,9 @@ void Condition::bind_names() {
   if (column.empty()) fail_without(plural_of(expression_->word));
   std::vector<std::uint8_t> table;
   for (const std::string& name : column.names) {
-    table.push_back(std::ranges::any_of(
-        expression_->words, [&](const std::string& pattern) { return matches(pattern, name); }));
+    const bool matched = std::ranges::any_of(
+        expression_->words, [&](const std::string& pattern) { return matches(pattern, name); });
+    table.push_back(matched ? 1 : 0);
   }
   take_table(column, table);
 }

@@ -24,10 +24,10 @@ class SelectionScanner {
   bool next_is_digit();
   bool next_is_letter();
   bool take_sign(std::string_view sign);
-  /// `word` is in lower case; what is taken may be in any.
-  bool take_word(std::string_view word);
+  /// `known` is in lower case; what is taken may be in any.
+  bool take_word(std::string_view known);
   /// Fails unless that word comes: "'of' is missing: write FORM".
-  void expect_word(std::string_view word, std::string_view form);
+  void expect_word(std::string_view known, std::string_view form);
 
   /// A word in lower case, with the index that LAMMPS writes: c_stress[1]. A letter comes next.
   std::string word();

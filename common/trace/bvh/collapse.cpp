@@ -48,8 +48,8 @@ typename Collapse<Store, W>::Costs Collapse<Store, W>::solve(std::uint32_t node,
   costs.fill(std::numeric_limits<Store>::infinity());
   Shares& shares = shares_[node];
   shares.fill(1);  // where areas overflow
-  for (int k = 1; k < W; ++k) {
-    for (int i = k + 1; i <= W; ++i) {
+  for (std::size_t k = 1; k < W; ++k) {
+    for (std::size_t i = k + 1; i <= W; ++i) {
       const Store cost = left[k - 1] + right[i - k - 1];
       const bool better = cost < costs[i - 1];
       costs[i - 1] = better ? cost : costs[i - 1];
@@ -58,7 +58,7 @@ typename Collapse<Store, W>::Costs Collapse<Store, W>::solve(std::uint32_t node,
   }
   shares[0] = shares[W - 1];
   costs[0] = area + costs[W - 1];
-  for (int i = 2; i <= W; ++i) {
+  for (std::size_t i = 2; i <= W; ++i) {
     if (costs[0] < costs[i - 1]) {
       costs[i - 1] = costs[0];
       shares[i - 1] = 0;
@@ -75,16 +75,16 @@ typename Collapse<Store, W>::Children Collapse<Store, W>::children(std::uint32_t
     add(root, 1, found);
     return found;
   }
-  const int left = shares_[root][0];
+  const std::size_t left = shares_[root][0];
   add(node.left, left, found);
   add(node.right, W - left, found);
   return found;
 }
 
 template <typename Store, int W>
-void Collapse<Store, W>::add(std::uint32_t node, int trees, Children& to) const {
+void Collapse<Store, W>::add(std::uint32_t node, std::size_t trees, Children& to) const {
   const BinaryNode<Store>& here = tree_.nodes[node];
-  const int left = here.left == 0 || trees == 1 ? 0 : shares_[node][trees - 1];
+  const std::size_t left = here.left == 0 || trees == 1 ? 0 : shares_[node][trees - 1];
   if (left == 0) {
     to.node[to.count++] = node;
     return;

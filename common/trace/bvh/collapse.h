@@ -23,7 +23,7 @@ class Collapse {
   Collapse(const BinaryTree<Store>& tree, int threads);
 
   struct Children {
-    std::array<std::uint32_t, W> node;  ///< of the binary tree
+    std::uint32_t node[W];  ///< of the binary tree
     int count = 0;
   };
   /// Of the wide node that node `root` becomes; a leaf, the root of a small tree, is its only
@@ -38,7 +38,7 @@ class Collapse {
   using Shares = std::array<std::uint8_t, W>;
 
   Costs solve(std::uint32_t node, std::uint32_t task_levels);
-  void add(std::uint32_t node, int trees, Children& to) const;
+  void add(std::uint32_t node, std::size_t trees, Children& to) const;
 
   const BinaryTree<Store>& tree_;
   std::unique_ptr<Shares[]> shares_;  ///< by node; those of leaves are never touched

@@ -112,12 +112,14 @@ class Builder {
       }
       if (range.count() > one_axis_from) {
         longest = 0;
-        for (int axis = 1; axis < 3; ++axis)
+        for (std::size_t axis = 1; axis < 3; ++axis) {
           longest = extent[axis] > extent[longest] ? axis : longest;
-        for (int axis = 0; axis < 3; ++axis) useful[axis] = useful[axis] && axis == longest;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) useful[axis] = useful[axis] && axis == longest;
       }
     }
-    int longest = -1;
+    static constexpr std::size_t none = 3;
+    std::size_t longest = none;  ///< the only axis to look along; none: all three
 
     /// Bins of a sphere along x, y and z.
     [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
@@ -280,7 +282,7 @@ class Builder {
   }
 
   void fill(const Range& range, const Binning& binning, std::array<Bins, 3>& bins) const {
-    if (binning.longest >= 0) {
+    if (binning.longest != Binning::none) {
       for (std::uint32_t i = range.begin; i < range.end; ++i) {
         const Vec4<Store> values = load(spheres_[i]);
         const Vec4<Store> at = binning.bins_of(values);
