@@ -133,7 +133,7 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
                                const RenderFacts& facts) {
   auto [image, fill] = shown_image(picture);
   const auto samples = picture.framebuffer().samples();
-  ErrorEstimate estimate = estimate_error(picture.view());
+  ErrorEstimate estimate = picture.error();
   const json report = make_report(picture, record, facts, image_sha256(image), estimate, fill);
   estimate.half_width.resize(image.rgb.size(), std::numeric_limits<float>::infinity());
   PictureStatistics statistics{{samples.begin(), samples.end()}, std::move(estimate.half_width)};

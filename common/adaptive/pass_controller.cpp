@@ -116,7 +116,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   if (!settings_.in_passes()) {
     return next_undecided(framebuffer);
   }
-  Placement placement(framebuffer.view(largest_radiance_), settings_);
+  Placement placement(framebuffer.view(largest_radiance_), settings_, &noise_weights_);
   repeats_ = passes_ < begun_.size();
   PassSize size;
   if (repeats_) {
@@ -129,6 +129,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   }
   stopped_by_ = size.stop;
   if (size.samples == 0) {
+    final_error_ = std::move(size.error);
     return {};
   }
   auto pass = pass_of(framebuffer, placement, size.samples);
