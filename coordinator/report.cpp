@@ -103,7 +103,8 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"seconds",
            {{"load", record.load_seconds},
             {"build", facts.build_seconds},
-            {"render", facts.render_seconds}}},
+            {"render", facts.render_seconds},
+            {"deciding", facts.deciding_seconds}}},
           {"flag", record.flag},
           {"trace_version", trace_version},
           {"version", PARRAY_VERSION}};

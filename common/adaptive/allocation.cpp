@@ -46,8 +46,9 @@ void expect(const NoiseNearby& row, const NoiseForecast& forecast, double larges
 Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride) {
   const NeighbourhoodSize horizon =
       stride > 1 ? NeighbourhoodSize::neighbours : NeighbourhoodSize::windows;
-  const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
-                                      : NoiseModel(state, horizon);
+  // Weights need not be as exact as what is stated.
+  constexpr std::size_t asked = std::size_t{1} << 15;
+  const NoiseModel model(state, horizon, std::min(asked, state.pixels.size() / stride));
   // Of squares, which float has room for then, whatever the scene's radiance.
   const double unit = state.largest_radiance * state.largest_radiance;
   const std::size_t bands = noise_bands(state.height);

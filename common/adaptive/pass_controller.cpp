@@ -103,6 +103,9 @@ std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer, Plac
   if (!stages.empty()) {
     return Pass{std::move(stages), {}};
   }
+  if (const auto [now, then] = placement.even_counts(samples); then > now) {
+    return Pass{{{now, then}}, {}};
+  }
   return pass_to(framebuffer, placement.counts(samples));
 }
 
@@ -129,7 +132,9 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   }
   stopped_by_ = size.stop;
   if (size.samples == 0) {
-    final_error_ = std::move(size.error);
+    if (size.error.half_width.size() == 3 * framebuffer.pixels().size()) {
+      final_error_ = std::move(size.error);
+    }
     return {};
   }
   auto pass = pass_of(framebuffer, placement, size.samples);

@@ -52,8 +52,7 @@ class PassController {
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
   /// Of the passes that were complete when a target last had it estimated; not known before that.
   [[nodiscard]] const ErrorFigures& error() const { return error_; }
-  /// Of the finished picture, with half-widths, where a target of half-widths had it estimated;
-  /// else without these.
+  /// Of the finished picture, where a target of half-widths had it estimated; else unknown.
   [[nodiscard]] const ErrorEstimate& final_error() const { return final_error_; }
 
  private:

@@ -108,14 +108,23 @@ std::vector<std::uint32_t> Placement::counts(std::uint64_t samples) {
     case Kind::even:
       break;
   }
-  const std::uint64_t pixels = state_.counts.size();
-  const std::uint64_t each =
-      std::min<std::uint64_t>((total + pixels - 1) / pixels, limits::max_samples_per_pixel);
+  const std::uint32_t each = each_of(total);
   std::vector<std::uint32_t> counts(state_.counts.begin(), state_.counts.end());
-  for (std::uint32_t& count : counts) {
-    count = std::max(count, static_cast<std::uint32_t>(each));
-  }
+  for (std::uint32_t& count : counts) count = std::max(count, each);
   return counts;
+}
+
+std::uint32_t Placement::each_of(std::uint64_t total) const {
+  const std::uint64_t pixels = state_.counts.size();
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>((total + pixels - 1) / pixels, limits::max_samples_per_pixel));
+}
+
+std::pair<std::uint32_t, std::uint32_t> Placement::even_counts(std::uint64_t samples) {
+  if (least_ < most_ || !is_even(samples)) {
+    return {0, 0};
+  }
+  return {least_, std::max(least_, each_of(traced_ + samples))};
 }
 
 }  // namespace parray

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/adaptive/allocation.h"
@@ -47,11 +48,15 @@ class Placement {
   /// Samples that each pixel has after a pass of `samples` more; none has fewer than before. More
   /// than asked for, where equal counts need them.
   [[nodiscard]] std::vector<std::uint32_t> counts(std::uint64_t samples);
+  /// The samples that every pixel has, and those after the pass, where all have the same before and
+  /// after; else zeros.
+  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> even_counts(std::uint64_t samples);
 
  private:
   enum class Kind : std::uint8_t { even, as_before, by_noise };
 
   [[nodiscard]] Kind kind_of(std::uint64_t samples);
+  [[nodiscard]] std::uint32_t each_of(std::uint64_t total) const;
   [[nodiscard]] const Allocation& foreseen();
   [[nodiscard]] std::vector<std::uint32_t> by_noise(double total);
 

@@ -211,17 +211,50 @@ TEST_CASE(
     return next_pass_size(picture.state(), settings, 1).error;
   };
   const ErrorEstimate all = estimate_error(picture.state());
-  const ErrorEstimate some = estimate_error(picture.state(), 3);
-  CHECK(some.high != all.high);
+  const ErrorEstimate some = estimate_error(picture.state(), 6);
+  const ErrorEstimate few = estimate_error(picture.state(), 24);
   CHECK(some.rmse == doctest::Approx(all.rmse).epsilon(0.01));
-  CHECK(some.half_width.size() == 207 * 640 * 3);
-  CHECK(some.half_width_p99 == doctest::Approx(all.half_width_p99).epsilon(0.02));
-  CHECK(error_for(all.high / 3.2, 0).high == some.high);
-  CHECK(error_for(all.high / 2.8, 0).high == all.high);
+  CHECK(few.rmse == doctest::Approx(all.rmse).epsilon(0.03));
+  CHECK(some.half_width.size() == 104 * 640 * 3);
+  CHECK(few.half_width_p99 == doctest::Approx(all.half_width_p99).epsilon(0.02));
+  CHECK(error_for(all.high / 1.2, 0).rmse == few.rmse);
+  CHECK(error_for(all.high / 1.05, 0).rmse == some.rmse);
+  CHECK(error_for(all.high / 1.01, 0).rmse == all.rmse);
   CHECK(error_for(all.high, 0).high == all.high);
-  CHECK(error_for(0, all.half_width_p99 / 1.1).half_width_p99 == some.half_width_p99);
+  CHECK(error_for(0, all.half_width_p99 / 1.1).half_width_p99 == few.half_width_p99);
+  CHECK(error_for(0, all.half_width_p99 / 1.03).half_width_p99 == some.half_width_p99);
   CHECK(error_for(0, all.half_width_p99).half_width_p99 == all.half_width_p99);
-  CHECK(error_for(all.high / 2, all.half_width_p99 / 1.1).half_width_p99 == all.half_width_p99);
+  CHECK(error_for(all.high / 2, all.half_width_p99).half_width_p99 == all.half_width_p99);
+  // The interval is that which all rows would have.
+  CHECK(error_for(all.high / 1.2, 0).high / few.rmse ==
+        doctest::Approx(all.high / all.rmse).epsilon(0.002));
+}
+
+TEST_CASE("passes: weights that have placed samples serve until there are twice as many") {
+  RenderSettings settings = sized(64, 48, 1000);
+  settings.adaptive = true;
+  settings.target_half_width = 1e-9;
+  GrowingPicture picture(settings, 1);
+  Dice dice(9);
+  const auto grow_to = [&](std::uint32_t each, std::size_t noisy) {
+    picture.make_up(std::vector<std::uint32_t>(64 * 48, each), [&](std::size_t i, auto) {
+      return grey(i % 64 / 32 == noisy ? dice.unit() : 0.5);
+    });
+  };
+  const auto goes_right = [&](NoiseWeights& found) {
+    const auto counts = Placement(picture.state(), settings, &found).counts(64 * 48 * 64);
+    return counts[20 * 64 + 50] > counts[20 * 64 + 10];
+  };
+  NoiseWeights found;
+  grow_to(32, 0);
+  CHECK_FALSE(goes_right(found));
+  CHECK(found.samples == 64 * 48 * 32);
+  picture = GrowingPicture(settings, 1);  // another one, whose right half is noisy
+  grow_to(62, 1);
+  CHECK_FALSE(goes_right(found));
+  grow_to(64, 1);
+  CHECK(goes_right(found));
+  CHECK(found.samples == 64 * 48 * 64);
 }
 
 TEST_CASE(
