@@ -28,14 +28,16 @@ PassSize towards_denoised(const FramebufferView& state, double target, std::uint
 }
 
 /// Some rows of a large picture tell that a target is not met, if they are that many times beyond
-/// it.
+/// it: more than some rows were seen to differ from all.
 struct Look {
   std::size_t pixels;
   double error;
   double half_width;
+  /// Of a closer look nearly all rows are read, if not for themselves then for those beside them.
+  std::size_t least_stride;
 };
 constexpr std::array<Look, 2> looks{
-    {{std::size_t{1} << 14, 1.1, 1.05}, {std::size_t{1} << 16, 1.03, 1.02}}};
+    {{std::size_t{1} << 14, 1.06, 1.03, 2}, {std::size_t{1} << 16, 1.015, 1.01, 8}}};
 
 /// Of some rows; the interval as narrow as all of them would have it.
 ErrorEstimate error_of_rows(const FramebufferView& state, bool widths, std::size_t stride) {
@@ -49,7 +51,7 @@ ErrorEstimate error_of(const FramebufferView& state, const StopSettings& setting
   const bool widths = settings.target_half_width > 0;
   for (const Look& look : looks) {
     const std::size_t stride = state.pixels.size() / look.pixels;
-    if (stride < 2) continue;
+    if (stride < (widths ? look.least_stride : 2)) continue;
     ErrorEstimate some = error_of_rows(state, widths, stride);
     if (some.high > look.error * settings.target_error &&
         (!widths || some.half_width_p99 > look.half_width * settings.target_half_width)) {

@@ -211,18 +211,18 @@ TEST_CASE(
     return next_pass_size(picture.state(), settings, 1).error;
   };
   const ErrorEstimate all = estimate_error(picture.state());
-  const ErrorEstimate some = estimate_error(picture.state(), 6);
+  const ErrorEstimate some = estimate_rmse(picture.state(), 6);
   const ErrorEstimate few = estimate_error(picture.state(), 24);
   CHECK(some.rmse == doctest::Approx(all.rmse).epsilon(0.01));
   CHECK(few.rmse == doctest::Approx(all.rmse).epsilon(0.03));
-  CHECK(some.half_width.size() == 104 * 640 * 3);
+  CHECK(few.half_width.size() == 26 * 640 * 3);
   CHECK(few.half_width_p99 == doctest::Approx(all.half_width_p99).epsilon(0.02));
   CHECK(error_for(all.high / 1.2, 0).rmse == few.rmse);
-  CHECK(error_for(all.high / 1.05, 0).rmse == some.rmse);
-  CHECK(error_for(all.high / 1.01, 0).rmse == all.rmse);
+  CHECK(error_for(all.high / 1.03, 0).rmse == some.rmse);
+  CHECK(error_for(all.high / 1.002, 0).rmse == all.rmse);
   CHECK(error_for(all.high, 0).high == all.high);
   CHECK(error_for(0, all.half_width_p99 / 1.1).half_width_p99 == few.half_width_p99);
-  CHECK(error_for(0, all.half_width_p99 / 1.03).half_width_p99 == some.half_width_p99);
+  CHECK(error_for(0, all.half_width_p99 / 1.01).half_width_p99 == all.half_width_p99);
   CHECK(error_for(0, all.half_width_p99).half_width_p99 == all.half_width_p99);
   CHECK(error_for(all.high / 2, all.half_width_p99).half_width_p99 == all.half_width_p99);
   // The interval is that which all rows would have.
