@@ -68,6 +68,11 @@ void JobPicture::restart() {
   begin_pass();
 }
 
+ErrorEstimate JobPicture::error() const {
+  const ErrorEstimate& found = passes_->final_error();
+  return found.half_width.empty() ? estimate_error(view()) : found;
+}
+
 std::string JobPicture::cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                     std::string_view packed) {
   ByteWriter out;

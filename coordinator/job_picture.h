@@ -95,6 +95,8 @@ class JobPicture {
   [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const {
     return collector_->shared_plan();
   }
+  /// Of the picture as it is.
+  [[nodiscard]] ErrorEstimate error() const;
   [[nodiscard]] FramebufferView view() const { return framebuffer_.view(scene_.largest_radiance); }
 
   /// Bytes that a picture of these settings takes at most while it is under way, ending included.

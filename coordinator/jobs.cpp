@@ -236,6 +236,7 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   job.phase = JobPhase::tracing;
   if (job.record.settings.in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(now_ - work.pass_ended);
+    work.facts.deciding_seconds += work.deciding;
     work.pass_began = now_;
     work.pass_ended = never;
   }

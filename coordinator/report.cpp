@@ -103,7 +103,8 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
           {"seconds",
            {{"load", record.load_seconds},
             {"build", facts.build_seconds},
-            {"render", facts.render_seconds}}},
+            {"render", facts.render_seconds},
+            {"deciding", facts.deciding_seconds}}},
           {"flag", record.flag},
           {"trace_version", trace_version},
           {"version", PARRAY_VERSION}};
@@ -133,7 +134,7 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
                                const RenderFacts& facts) {
   auto [image, fill] = shown_image(picture);
   const auto samples = picture.framebuffer().samples();
-  ErrorEstimate estimate = estimate_error(picture.view());
+  ErrorEstimate estimate = picture.error();
   const json report = make_report(picture, record, facts, image_sha256(image), estimate, fill);
   estimate.half_width.resize(image.rgb.size(), std::numeric_limits<float>::infinity());
   PictureStatistics statistics{{samples.begin(), samples.end()}, std::move(estimate.half_width)};

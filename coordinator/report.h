@@ -16,6 +16,7 @@ namespace parray {
 /// What a report says of how the work went.
 struct RenderFacts {
   double render_seconds = 0;            ///< from the first lease to the last result
+  double deciding_seconds = 0;          ///< of those, deciding on passes; nobody traces meanwhile
   double trace_seconds = 0;             ///< of all workers, spent tracing, together
   double build_seconds = 0;             ///< the longest of any worker
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker

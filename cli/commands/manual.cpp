@@ -128,9 +128,9 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
 - `flag`: what was found wrong with results and mended; empty: nothing
 - `samples`, `rays`, `samples_per_second`, `rays_per_second`: a ray is one segment of a path;
   rates are of tracing: `seconds.render` less `seconds.build`
-- `seconds`: `load`, `submit` (the scene's identity and settings), `render` (`build` is a part
-  of it), `aovs`, `denoise` and `transparent` if there are any, `write`, `other` (waiting for a
-  turn, making the image and its error), `total`
+- `seconds`: `load`, `submit` (the scene's identity and settings), `render` (`build`, and
+  `deciding` on the next pass, are parts of it), `aovs`, `denoise` and `transparent` if there are
+  any, `write`, `other` (waiting for a turn, making the image and its error), `total`
 - `mpi`: of `parray-mpi` only: `mode`, `transport` (`window`, `messages`, or `memory` for one
   rank), `leases`, mean time of taking a lease and of handing in a result in microseconds,
   `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrupt_results`, and

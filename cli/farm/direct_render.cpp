@@ -40,8 +40,7 @@ class Rendering {
     Time pass_began = began;
     while (!stop_) {
       const Time now = clock_.now();
-      const auto pass = passes_.next(picture_.framebuffer,
-                                     {to_seconds(now - began), to_seconds(now - pass_began)});
+      const auto pass = next_pass({to_seconds(now - began), to_seconds(now - pass_began)});
       if (!pass) break;
       pass_began = now;
       trace(*pass);
@@ -58,6 +57,15 @@ class Rendering {
   }
 
  private:
+  std::optional<Pass> next_pass(const PassTimes& times) {
+    const double cpu_began = cpu_now();
+    const Time began = clock_.now();
+    auto pass = passes_.next(picture_.framebuffer, times);
+    picture_.deciding_seconds += to_seconds(clock_.now() - began);
+    picture_.deciding_cpu_seconds += cpu_now() - cpu_began;
+    return pass;
+  }
+
   void trace(const Pass& pass) {
     const auto plan = std::make_shared<const WorkPlan>(settings_, pass);
     ResultCollector collector(plan, picture_.framebuffer);

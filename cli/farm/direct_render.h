@@ -30,8 +30,10 @@ struct DirectRender {
   double largest_radiance;
   std::vector<std::uint64_t> passes;  ///< samples of each; empty unless settings.in_passes()
   StopReason stopped_by = StopReason::samples;
-  double seconds = 0;      ///< of tracing and deciding on passes, by the clock on the wall
-  double cpu_seconds = 0;  ///< the same of all threads together
+  double seconds = 0;           ///< of tracing and deciding on passes, by the clock on the wall
+  double cpu_seconds = 0;       ///< the same of all threads together
+  double deciding_seconds = 0;  ///< of those, deciding on passes
+  double deciding_cpu_seconds = 0;
 };
 
 /// The very picture that `parray render` makes: passes are decided by the same functions. `tracer`

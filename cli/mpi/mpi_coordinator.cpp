@@ -103,8 +103,10 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
 /// Others only wait for leases meanwhile, and see that rank 0 is alive.
 bool MpiCoordinator::end_pass() {
   progress_.show(clock_.now(), status(clock_.now(), false));
-  const bool goes_on = job_.begin_pass(times(clock_.now()));
+  const Time began = clock_.now();
+  const bool goes_on = job_.begin_pass(times(began));
   finished_ = clock_.now();
+  deciding_seconds_ += to_seconds(finished_ - began);
   if (!goes_on) {
     progress_.show(finished_, status(finished_, true));
   }
@@ -241,6 +243,7 @@ bool MpiCoordinator::last_barrier(Time patience) {
 RenderFacts MpiCoordinator::facts(const Ranks& ranks) const {
   RenderFacts facts;
   facts.render_seconds = to_seconds(finished_ - started_);
+  facts.deciding_seconds = deciding_seconds_;
   facts.workers = ranks.count;
   facts.isa = pass_ ? pass_->runner.tally().isa : "";
   for (std::uint32_t rank = 0; rank < ranks.count; ++rank) {

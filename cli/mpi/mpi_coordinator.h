@@ -105,6 +105,7 @@ class MpiCoordinator {
   Time started_;
   Time pass_began_;
   Time finished_;
+  double deciding_seconds_ = 0;
   double progress_before_;
   Time next_look_{};
   Time next_checkpoint_;

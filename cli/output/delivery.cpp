@@ -109,7 +109,8 @@ static double complete_seconds(json& parts, double write, Time end,
   }
   double sum = 0;
   for (const auto& [name, value] : parts.items()) {
-    sum += name == "build" ? 0 : value.get<double>();  // a part of `render`
+    const bool part_of_render = name == "build" || name == "deciding";
+    sum += part_of_render ? 0 : value.get<double>();
   }
   const double total = times ? to_seconds(end - times->started) : sum;
   if (times) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/adaptive/noise_model.h"
+#include "common/adaptive/ordered_sums.h"
 #include "common/adaptive/pixel_noise.h"
 
 namespace parray {
@@ -26,35 +27,39 @@ void expect(const NoiseNearby& row, const NoiseForecast& forecast, double larges
   // What the model has learnt of pixels with such surroundings knows of their luck, too: it counts
   // for as much as has been seen there.
   constexpr double much = 8;
+  const bool windows = !row.around.seen.empty();
+  const std::span<const double> radiances = windows ? row.around.radiance : row.own.mean;
   for (std::size_t i = 0; i < squares.size(); ++i) {
     const double mean = row.around.mean[i];
-    const double seen = row.around.seen[i] / (row.around.seen[i] + much);
+    const double seen = windows ? row.around.seen[i] / (row.around.seen[i] + much) : 1;
     const double trust = mean > 0 ? seen * seen : 1;
     const double expected = trust * forecast.expected[i] + (1 - trust) * mean;
-    const double own_radiance = row.own.mean[i];
-    const double radiance_around = row.around.radiance[i];
-    const double radiance = std::min(own_radiance, radiance_around);
+    const double radiance = std::min(row.own.mean[i], radiances[i]);
     const double share =
         std::min(1.0, bias_allowed * radiance * row.own.count[i] / largest_radiance);
     squares[i] = (1 - share) * expected + share * forecast.own[i];
   }
 }
 
-/// The shares of `state`'s rows, and what else an Allocation keeps of them.
-SampleShares shares_of(const FramebufferView& state, bool equal_half_widths, std::size_t stride,
-                       std::vector<double>& own_squares, std::vector<char>& quiet) {
-  constexpr NeighbourhoodSize horizon = NeighbourhoodSize::windows;
-  const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
-                                      : NoiseModel(state, horizon);
+}  // namespace
+
+Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride) {
+  const NeighbourhoodSize horizon =
+      stride > 1 ? NeighbourhoodSize::neighbours : NeighbourhoodSize::windows;
+  // Weights need not be as exact as what is stated.
+  constexpr std::size_t asked = std::size_t{1} << 15;
+  const NoiseModel model(state, horizon, std::min(asked, state.pixels.size() / stride));
+  // Of squares, which float has room for then, whatever the scene's radiance.
+  const double unit = state.largest_radiance * state.largest_radiance;
   const std::size_t bands = noise_bands(state.height);
   std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
   std::vector<std::vector<double>> expected(bands,
                                             std::vector<double>(std::size_t{3} * state.width));
   const std::size_t size = (state.height + stride - 1) / stride * state.width;
-  std::vector<std::uint32_t> counts(size);
-  std::vector<double> weights(size);
-  own_squares.resize(size);
-  quiet.resize(size);
+  counts_.resize(size);
+  weights_.resize(size);
+  squares_.resize(size);
+  quiet_.resize(size);
   visit_noise(state, stride, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
     NoiseForecast& forecast = forecasts[band];
     std::vector<double>& squares = expected[band];
@@ -72,32 +77,27 @@ SampleShares shares_of(const FramebufferView& state, bool equal_half_widths, std
         radiance += row.own.mean[value];
       }
       const std::size_t i = y / stride * state.width + x;
-      counts[i] = state.counts[y * state.width + x];
-      weights[i] = equal_half_widths ? most : std::sqrt(sum);
-      own_squares[i] = own;
-      quiet[i] = own <= quiet_share * radiance * radiance ? 1 : 0;
+      counts_[i] = state.counts[y * state.width + x];
+      weights_[i] = static_cast<float>(equal_half_widths ? most / unit : std::sqrt(sum / unit));
+      squares_[i] = static_cast<float>(own / unit);
+      quiet_[i] = own <= quiet_share * radiance * radiance ? 1 : 0;
     }
   });
-  return {std::move(counts), std::move(weights)};
 }
 
-}  // namespace
-
-Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride)
-    : shares_(shares_of(state, equal_half_widths, stride, squares_, quiet_)) {}
-
 double Allocation::square_error_at(double level) const {
-  double square = 0;
-  for (std::size_t i = 0; i < squares_.size(); ++i) {
-    square += squares_[i] / shares_.count_at(i, level);
-  }
-  return square;
+  const SampleShares shares = this->shares();
+  return ordered_sum<double>(shares.size(), [&](std::size_t begin, std::size_t end) {
+    double square = 0;
+    for (std::size_t i = begin; i < end; ++i) square += squares_[i] / shares.count_at(i, level);
+    return square;
+  });
 }
 
 double Allocation::level_for_square_error(double share) const {
   const double wanted = share * square_error_at(0);
   // The error at a level falls about as fast as the level rises.
-  double level = shares_.level_for(shares_.total_at(0) / share);
+  double level = shares().level_for(shares().total_at(0) / share);
   for (int step = 0; step < 4; ++step) {
     level *= square_error_at(level) / wanted;
   }
@@ -105,49 +105,48 @@ double Allocation::level_for_square_error(double share) const {
 }
 
 double Allocation::total_for_square_error(double share) const {
-  return shares_.total_at(level_for_square_error(share));
+  return shares().total_at(level_for_square_error(share));
 }
 
 double Allocation::share_of_square_error(double total) const {
   const double now = square_error_at(0);
-  return now > 0 ? square_error_at(shares_.level_for(total)) / now : 1;
+  return now > 0 ? square_error_at(shares().level_for(total)) / now : 1;
 }
 
 double Allocation::total_for_square_half_width(double share) const {
   // The pixel whose half-width 99 % of the pixels keep below.
-  std::vector<double> levels(shares_.size());
+  std::vector<double> levels(counts_.size());
   for (std::size_t i = 0; i < levels.size(); ++i) {
-    levels[i] = shares_.weight(i) > 0 ? shares_.count(i) / shares_.weight(i) : 0;
+    levels[i] = weights_[i] > 0 ? counts_[i] / double{weights_[i]} : 0;
   }
   const auto worst = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 100);
   std::nth_element(levels.begin(), worst, levels.end());
-  return shares_.total_at(*worst / share);
+  return shares().total_at(*worst / share);
 }
 
 double Allocation::relative_cost(double share, double rays) const {
   if (!(square_error_at(0) > 0)) {
     return 1;
   }
-  const auto size = static_cast<double>(shares_.size());
+  const SampleShares shares = this->shares();
+  const auto size = static_cast<double>(shares.size());
   const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), 1));
   const double noisy_rays =
       quiet < size ? std::max(1.0, (rays * size - quiet) / (size - quiet)) : 1;
   const double level = level_for_square_error(share);
   double placed = 0;
   double even = 0;
-  for (std::size_t i = 0; i < shares_.size(); ++i) {
+  for (std::size_t i = 0; i < shares.size(); ++i) {
     const double cost = quiet_[i] != 0 ? 1 : noisy_rays;
-    placed += cost * (shares_.count_at(i, level) - shares_.count(i));
-    even += cost * shares_.count(i) * (1 / share - 1);
+    placed += cost * (shares.count_at(i, level) - shares.count(i));
+    even += cost * shares.count(i) * (1 / share - 1);
   }
   return placed / even;
 }
 
-bool adaptive_pays(const FramebufferView& state) {
-  constexpr std::size_t asked = 1 << 14;  // pixels
+bool adaptive_pays(const Allocation& allocation, double rays) {
   constexpr double well = 0.9;
-  const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
-  return Allocation(state, false, stride).relative_cost(0.5, state.rays_per_sample) < well;
+  return allocation.relative_cost(0.5, rays) < well;
 }
 
 }  // namespace parray

@@ -19,10 +19,12 @@ namespace parray {
 class Allocation {
  public:
   /// Each pixel of `state` has at least 2 samples. Of every `stride`-th row: of what follows, "all
-  /// pixels" are those of these rows.
+  /// pixels" are those of these rows. From a stride of 2 on, the 8 next to a pixel speak for all
+  /// that is around it: good enough to foresee what samples will bring, not to place them.
   Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
-  [[nodiscard]] const SampleShares& shares() const { return shares_; }
+  [[nodiscard]] SampleShares shares() const { return {counts_, weights_}; }
+  [[nodiscard]] const std::vector<float>& weights() const { return weights_; }  ///< of shares()
 
   /// Samples, all pixels together, that are expected to bring the mean square error, or the square
   /// of the half-width that 99 % of the pixels have, to `share` of what it is, 0 < share < 1.
@@ -42,16 +44,16 @@ class Allocation {
   [[nodiscard]] double square_error_at(double level) const;
   [[nodiscard]] double level_for_square_error(double share) const;
 
-  /// Mean square errors times counts by the pixels' own variances: each says little, their sum is
-  /// right, since weights hardly know of their pixels' luck.
-  std::vector<double> squares_;
+  std::vector<std::uint32_t> counts_;
+  std::vector<float> weights_;  ///< of squares, or of their roots, over the largest radiance's
+  /// In the same unit: mean square errors times counts by the pixels' own variances: each says
+  /// little, their sum is right, since weights hardly know of their pixels' luck.
+  std::vector<float> squares_;
   std::vector<char> quiet_;  ///< 1 for pixels with next to no noise
-  SampleShares shares_;
 };
 
 /// Whether the next samples serve so much better where the noise is that all it takes to place them
-/// is well paid. All pixels have the same number of samples, at least 2. Asks some rows only. A
-/// function of its argument alone, in arithmetic that is the same everywhere.
-bool adaptive_pays(const FramebufferView& state);
+/// is well paid. All pixels have the same number of samples; `rays`: see relative_cost().
+bool adaptive_pays(const Allocation& allocation, double rays);
 
 }  // namespace parray

@@ -120,7 +120,7 @@ ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride) {
     return error;
   }
   std::vector<MeanSquare> bands(noise_bands(state.height));
-  for_noise_bands(state.height, [&](const NoiseBand& band) {
+  for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {
     NoiseRows rows(state, NeighbourhoodSize::neighbours);
     for (std::size_t y = band.first(stride); y < band.end; y += stride) {
       bands[band.number].add(rows.own(y));
@@ -136,7 +136,8 @@ ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {
     return error;
   }
   constexpr NeighbourhoodSize horizon = NeighbourhoodSize::neighbours;
-  const NoiseModel model(state, horizon);
+  const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
+                                      : NoiseModel(state, horizon);
   const std::size_t bands = noise_bands(state.height);
   std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
   std::vector<MeanSquare> mean_squares(bands);

@@ -77,12 +77,22 @@ NoiseModel::Findings& NoiseModel::Findings::operator+=(const Findings& other) {
 NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, std::size_t asked)
     : unit_(state.largest_radiance * state.largest_radiance), per_unit_(1 / unit_) {
   const std::size_t stride = std::max<std::size_t>(1, state.pixels.size() / asked);
-  std::vector<Findings> bands(noise_bands(state.height));
-  visit_noise(state, stride, horizon,
-              [&](std::size_t band, auto, const NoiseNearby& row) { add(row, bands[band]); });
+  const bool alone = noise_threads(stride) == 1;
+  std::vector<Findings> bands(alone ? 1 : noise_bands(state.height));
+  visit_noise(state, stride, horizon, [&](std::size_t band, auto, const NoiseNearby& row) {
+    add(row, bands[alone ? 0 : band]);
+  });
   for (const Findings& band : bands) found_ += band;
+  Levels before;
   for (std::size_t place = 1; place < places; ++place) {
-    calibrate_around(place);
+    const Levels found = levels_of(place);
+    // Many levels have no values of their own, and borrow the same.
+    if (place > 1 && found == before) {
+      around_factors_[place] = around_factors_[place - 1];
+    } else {
+      calibrate_around(place, found);
+    }
+    before = found;
   }
   for (std::size_t level = 1; level < levels; ++level) {
     calibrate_own(level);
@@ -135,23 +145,31 @@ void NoiseModel::add(const NoiseNearby& row, Findings& findings) const {
   }
 }
 
-void NoiseModel::calibrate_around(std::size_t place) {
-  const Around* const kind = found_.around.data() + place / levels * levels;
-  const auto [first, last] =
+NoiseModel::Levels NoiseModel::levels_of(std::size_t place) const {
+  const std::size_t begin = place / levels * levels;
+  const Around* const kind = found_.around.data() + begin;
+  auto [first, last] =
       enough_levels(place % levels, levels, [&](std::size_t i) { return kind[i].values; });
+  while (first < last && kind[first].values == 0) ++first;
+  while (first < last && kind[last - 1].values == 0) --last;
+  return {begin + first, begin + last};
+}
+
+void NoiseModel::calibrate_around(std::size_t place, const Levels& borrowed) {
   std::array<double, ratios> found{};
   double values = 0;
   double squares = 0;
   double variances = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    if (kind[i].values == 0) {
+  for (std::size_t i = borrowed.first; i < borrowed.last; ++i) {
+    const Around& like = found_.around[i];
+    if (like.values == 0) {
       continue;
     }
-    values += kind[i].values;
-    squares += kind[i].squares;
-    variances += kind[i].variances;
+    values += like.values;
+    squares += like.squares;
+    variances += like.variances;
     for (std::size_t ratio = 0; ratio < ratios; ++ratio) {
-      found[ratio] += kind[i].found[ratio];
+      found[ratio] += like.found[ratio];
     }
   }
   double rest = 0.95 * values;

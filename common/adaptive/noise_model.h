@@ -92,7 +92,14 @@ class NoiseModel {
   void add(const NoiseNearby& row, Findings& findings) const;
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
-  void calibrate_around(std::size_t place);
+  /// Places whose findings one goes by; the first and the last have values, if any has.
+  struct Levels {
+    std::size_t first = 0;
+    std::size_t last = 0;
+    friend bool operator==(const Levels&, const Levels&) = default;
+  };
+  [[nodiscard]] Levels levels_of(std::size_t place) const;
+  void calibrate_around(std::size_t place, const Levels& borrowed);
   void calibrate_own(std::size_t level);
 
   double unit_;  ///< of variance: the largest radiance squared

@@ -103,6 +103,9 @@ std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer, Plac
   if (!stages.empty()) {
     return Pass{std::move(stages), {}};
   }
+  if (const auto [now, then] = placement.even_counts(samples); then > now) {
+    return Pass{{{now, then}}, {}};
+  }
   return pass_to(framebuffer, placement.counts(samples));
 }
 
@@ -116,7 +119,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   if (!settings_.in_passes()) {
     return next_undecided(framebuffer);
   }
-  Placement placement(framebuffer.view(largest_radiance_), settings_);
+  Placement placement(framebuffer.view(largest_radiance_), settings_, &noise_weights_);
   repeats_ = passes_ < begun_.size();
   PassSize size;
   if (repeats_) {
@@ -129,6 +132,9 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   }
   stopped_by_ = size.stop;
   if (size.samples == 0) {
+    if (size.error.half_width.size() == 3 * framebuffer.pixels().size()) {
+      final_error_ = std::move(size.error);
+    }
     return {};
   }
   auto pass = pass_of(framebuffer, placement, size.samples);

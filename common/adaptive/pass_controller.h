@@ -52,6 +52,8 @@ class PassController {
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
   /// Of the passes that were complete when a target last had it estimated; not known before that.
   [[nodiscard]] const ErrorFigures& error() const { return error_; }
+  /// Of the finished picture, where a target of half-widths had it estimated; else unknown.
+  [[nodiscard]] const ErrorEstimate& final_error() const { return final_error_; }
 
  private:
   [[nodiscard]] Affordable affordable(const Framebuffer& framebuffer, const PassTimes& times) const;
@@ -71,6 +73,8 @@ class PassController {
   StopReason stopped_by_ = StopReason::samples;
   std::uint64_t expected_ = 0;
   ErrorFigures error_;
+  ErrorEstimate final_error_;
+  NoiseWeights noise_weights_;
 };
 
 }  // namespace parray

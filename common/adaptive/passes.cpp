@@ -1,9 +1,11 @@
 #include "common/adaptive/passes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace parray {
 namespace {
@@ -12,72 +14,85 @@ std::uint64_t pixels_of(const FramebufferView& state) {
   return std::uint64_t{state.width} * state.height;
 }
 
-std::uint64_t samples_of(const FramebufferView& state) {
-  return std::accumulate(state.counts.begin(), state.counts.end(), std::uint64_t{0});
-}
-
 /// What the picture still lacks for its denoised one to meet a target.
-PassSize towards_denoised(const FramebufferView& state, double target, std::uint64_t most,
-                          const PictureJudge& judge) {
-  const ErrorFigures error = judge(state);
+PassSize towards_denoised(const FramebufferView& state, double target, std::uint64_t samples,
+                          std::uint64_t most, const PictureJudge& judge) {
+  const ErrorEstimate error{judge(state), {}};
   if (error.high <= target) {
     return {0, StopReason::error, 0, error};
   }
-  const auto traced = static_cast<double>(samples_of(state));
+  const auto traced = static_cast<double>(samples);
   const double share = target * target / (error.high * error.high);
   const double lacking = std::clamp(traced / share - traced, traced / 2, 3 * traced);
   return {std::min(most, static_cast<std::uint64_t>(lacking)), StopReason::samples, 0, error};
 }
 
-/// The picture's error; that of some of its rows where they show it to be far from the targets.
-ErrorFigures error_of(const FramebufferView& state, const StopSettings& settings) {
-  constexpr std::size_t asked = 1 << 17;  // pixels
-  constexpr double far = 3;               // times the error: lacking is a multiple of what there is
-  constexpr double wide = 1.02;           // times the half-width
+/// Some rows of a large picture tell that a target is not met, if they are that many times beyond
+/// it: more than some rows were seen to differ from all.
+struct Look {
+  std::size_t pixels;
+  double error;
+  double half_width;
+  /// Of a closer look nearly all rows are read, if not for themselves then for those beside them.
+  std::size_t least_stride;
+};
+constexpr std::array<Look, 2> looks{
+    {{std::size_t{1} << 14, 1.06, 1.03, 2}, {std::size_t{1} << 16, 1.015, 1.01, 8}}};
+
+/// Of some rows; the interval as narrow as all of them would have it.
+ErrorEstimate error_of_rows(const FramebufferView& state, bool widths, std::size_t stride) {
+  ErrorEstimate error = widths ? estimate_error(state, stride) : estimate_rmse(state, stride);
+  error.high = error.rmse + (error.high - error.rmse) / std::sqrt(static_cast<double>(stride));
+  return error;
+}
+
+/// The picture's error; that of some of its rows where they show it to be beyond the targets.
+ErrorEstimate error_of(const FramebufferView& state, const StopSettings& settings) {
   const bool widths = settings.target_half_width > 0;
-  const auto estimate = widths ? estimate_error : estimate_rmse;
-  if (const std::size_t stride = state.pixels.size() / asked; stride > 1) {
-    const ErrorFigures some = estimate(state, stride);
-    if (some.high > far * settings.target_error &&
-        (!widths || some.half_width_p99 > wide * settings.target_half_width)) {
+  for (const Look& look : looks) {
+    const std::size_t stride = state.pixels.size() / look.pixels;
+    if (stride < (widths ? look.least_stride : 2)) continue;
+    ErrorEstimate some = error_of_rows(state, widths, stride);
+    if (some.high > look.error * settings.target_error &&
+        (!widths || some.half_width_p99 > look.half_width * settings.target_half_width)) {
       return some;
     }
   }
-  return estimate(state, 1);
+  return widths ? estimate_error(state) : estimate_rmse(state);
 }
 
 /// What the picture still lacks of the targets: samples, or why it is done.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
                          std::uint64_t most, const PictureJudge& judge, Placement& placement) {
   if (settings.target_denoised) {
-    return towards_denoised(state, settings.target_error, most, judge);
+    return towards_denoised(state, settings.target_error, placement.traced(), most, judge);
   }
   const bool widths = settings.target_half_width > 0;
-  const ErrorFigures error = error_of(state, settings);
+  ErrorEstimate error = error_of(state, settings);
   if (!error.known()) {
     return {most};
   }
   double share = 0;
   if (settings.target_error > 0) {
     if (error.high <= settings.target_error) {
-      return {0, StopReason::error, 0, error};
+      return {0, StopReason::error, 0, std::move(error)};
     }
     share = settings.target_error / error.high;
   }
   if (widths) {
     if (error.half_width_p99 <= settings.target_half_width) {
-      return {0, StopReason::half_width, 0, error};
+      return {0, StopReason::half_width, 0, std::move(error)};
     }
     share = std::max(share, settings.target_half_width / error.half_width_p99);
   }
   const double total = placement.total_for(share_to_go_for(share * share, settings.sampler));
-  const auto traced = static_cast<double>(samples_of(state));
+  const auto traced = static_cast<double>(placement.traced());
   // Half-widths of single pixels are harder to foresee than the error of them all.
   const double lacking =
       widths ? std::max((total - traced) * 1.1, traced / 16) : lacking_for_error(total, traced);
   const std::uint64_t wanted =
       lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most;
-  return {wanted, StopReason::samples, 0, error};
+  return {wanted, StopReason::samples, 0, std::move(error)};
 }
 
 /// Of a picture that has fewer than two samples of each pixel, and a time limit: as much as half of
@@ -182,7 +197,7 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
             std::accumulate(settings.passes.begin(), settings.passes.end(), std::uint64_t{0})};
   }
   const std::uint64_t pixels = pixels_of(state);
-  const std::uint64_t traced = samples_of(state);
+  const std::uint64_t traced = placement.traced();
   const std::uint64_t total = pixels * settings.samples_per_pixel;
   // Adaptive passes trace pairs; a picture of one sample in all has one pass even so.
   if (traced + (settings.adaptive && traced > 0 ? 1 : 0) >= total) {

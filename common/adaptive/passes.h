@@ -28,8 +28,8 @@ struct PassSize {
   /// Samples that the finished picture is going to have, as far as can be told now; 0: nothing is
   /// known yet. More than there will be if time runs out.
   std::uint64_t expected = 0;
-  /// Of what there is, where a target had it estimated.
-  ErrorFigures error{};
+  /// Of what there is, where a target had it estimated: of all rows if that ends the picture.
+  ErrorEstimate error{};
 };
 
 /// Samples a pixel with which a picture begins that has a target: enough to tell its error.

@@ -126,9 +126,10 @@ std::size_t noise_bands(std::size_t height) {
   return std::clamp<std::size_t>(height / least_rows, 1, most);
 }
 
-void for_noise_bands(std::size_t height, const std::function<void(const NoiseBand&)>& work) {
+void for_noise_bands(std::size_t height, int threads,
+                     const std::function<void(const NoiseBand&)>& work) {
   const std::size_t bands = noise_bands(height);
-  side_by_side(bands, 0, [&](std::size_t band) {
+  side_by_side(bands, threads, [&](std::size_t band) {
     const FloatMode ieee;
     work({band, height * band / bands, height * (band + 1) / bands});
   });

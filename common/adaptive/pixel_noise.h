@@ -172,15 +172,18 @@ struct NoiseBand {
   }
 };
 std::size_t noise_bands(std::size_t height);
-/// Calls work(NoiseBand) for all bands, on as many threads as OpenMP gives the caller. Throws what
-/// one of them has thrown.
-void for_noise_bands(std::size_t height, const std::function<void(const NoiseBand&)>& work);
+/// Calls work(NoiseBand) for all bands, on `threads`, 0: as many as OpenMP gives the caller. Throws
+/// what one of them has thrown.
+void for_noise_bands(std::size_t height, int threads,
+                     const std::function<void(const NoiseBand&)>& work);
+/// For every `stride`-th row: some rows are read sooner than threads begin.
+inline int noise_threads(std::size_t stride) { return stride > 4 ? 1 : 0; }
 
 /// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.
 template <typename Visit>
 void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
                  Visit&& visit) {
-  for_noise_bands(state.height, [&](const NoiseBand& band) {
+  for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {
     NoiseRows rows(state, horizon);
     for (std::size_t y = band.first(stride); y < band.end; y += stride) {
       visit(band.number, y, rows.row(y));

@@ -1,7 +1,7 @@
 #include "common/adaptive/placement.h"
 
 #include <algorithm>
-#include <numeric>
+#include <span>
 
 #include "common/adaptive/passes.h"
 #include "common/scene/limits.h"
@@ -9,27 +9,36 @@
 namespace parray {
 namespace {
 
+/// Of a large picture, of which rows are asked what more samples will bring.
+constexpr std::size_t asked = std::size_t{1} << 15;
+
 /// Pixels with the fewest may have more than their share.
-SampleShares present_shares(const FramebufferView& state, std::uint32_t least) {
-  std::vector<std::uint32_t> counts(state.counts.begin(), state.counts.end());
-  std::vector<double> weights(counts.size());
-  std::transform(counts.begin(), counts.end(), weights.begin(),
-                 [least](std::uint32_t count) { return count > least ? count : 0; });
-  return {std::move(counts), std::move(weights)};
+std::vector<float> present_shares(std::span<const std::uint32_t> counts, std::uint32_t least) {
+  std::vector<float> weights(counts.size());
+  std::transform(counts.begin(), counts.end(), weights.begin(), [least](std::uint32_t count) {
+    return count > least ? static_cast<float>(count) : 0;
+  });
+  return weights;
 }
 
 }  // namespace
 
 bool is_little(std::uint64_t samples, std::uint64_t traced) { return samples < traced / 3; }
 
-Placement::Placement(const FramebufferView& state, const StopSettings& settings)
+Placement::Placement(const FramebufferView& state, const StopSettings& settings,
+                     NoiseWeights* found)
     : state_(state),
       adaptive_(settings.adaptive),
       half_widths_(settings.target_half_width > 0),
-      traced_(std::accumulate(state.counts.begin(), state.counts.end(), std::uint64_t{0})) {
-  const auto [least, most] = std::minmax_element(state.counts.begin(), state.counts.end());
-  least_ = *least;
-  most_ = *most;
+      stride_(std::max<std::size_t>(1, state.counts.size() / asked)),
+      least_(state.counts.front()),
+      most_(least_),
+      found_(found) {
+  for (const std::uint32_t count : state.counts) {
+    traced_ += count;
+    least_ = std::min(least_, count);
+    most_ = std::max(most_, count);
+  }
 }
 
 Placement::Kind Placement::kind_of(std::uint64_t samples) {
@@ -46,16 +55,14 @@ Placement::Kind Placement::kind_of(std::uint64_t samples) {
     return Kind::even;
   }
   if (!pays_) {
-    pays_ = adaptive_pays(state_);
+    pays_ = adaptive_pays(foreseen(), state_.rays_per_sample);
   }
   return *pays_ ? Kind::by_noise : Kind::even;
 }
 
-const Allocation& Placement::allocation() {
-  if (!allocation_) {
-    allocation_.emplace(state_, half_widths_);
-  }
-  return *allocation_;
+const Allocation& Placement::foreseen() {
+  if (!foreseen_) foreseen_.emplace(state_, half_widths_, stride_);
+  return *foreseen_;
 }
 
 double Placement::total_for(double share) {
@@ -65,33 +72,59 @@ double Placement::total_for(double share) {
   switch (kind_of(static_cast<std::uint64_t>(lacking))) {
     case Kind::even:
       return traced / share;
-    case Kind::as_before:
-      return present_shares(state_, least_).total_at(1 / share);
+    case Kind::as_before: {
+      const std::vector<float> weights = present_shares(state_.counts, least_);
+      return SampleShares(state_.counts, weights).total_at(1 / share);
+    }
     case Kind::by_noise:
       break;
   }
-  return half_widths_ ? allocation().total_for_square_half_width(share)
-                      : allocation().total_for_square_error(share);
+  const Allocation& some = foreseen();
+  const double total =
+      half_widths_ ? some.total_for_square_half_width(share) : some.total_for_square_error(share);
+  return traced * (total / some.shares().total_at(0));
+}
+
+std::vector<std::uint32_t> Placement::by_noise(double total) {
+  NoiseWeights own;
+  NoiseWeights& found = found_ != nullptr ? *found_ : own;
+  if (found.weights.empty() || traced_ >= 2 * found.samples) {
+    const bool whole = foreseen_ && stride_ == 1;
+    const Allocation all = whole ? *foreseen_ : Allocation(state_, half_widths_);
+    found = {all.weights(), traced_};
+  }
+  return SampleShares(state_.counts, found.weights).counts_of(total);
 }
 
 std::vector<std::uint32_t> Placement::counts(std::uint64_t samples) {
   const std::uint64_t total = traced_ + samples;
   switch (kind_of(samples)) {
     case Kind::by_noise:
-      return allocation().shares().counts_of(static_cast<double>(total));
-    case Kind::as_before:
-      return present_shares(state_, least_).counts_of(static_cast<double>(total));
+      return by_noise(static_cast<double>(total));
+    case Kind::as_before: {
+      const std::vector<float> weights = present_shares(state_.counts, least_);
+      return SampleShares(state_.counts, weights).counts_of(static_cast<double>(total));
+    }
     case Kind::even:
       break;
   }
-  const std::uint64_t pixels = state_.counts.size();
-  const std::uint64_t each =
-      std::min<std::uint64_t>((total + pixels - 1) / pixels, limits::max_samples_per_pixel);
+  const std::uint32_t each = each_of(total);
   std::vector<std::uint32_t> counts(state_.counts.begin(), state_.counts.end());
-  for (std::uint32_t& count : counts) {
-    count = std::max(count, static_cast<std::uint32_t>(each));
-  }
+  for (std::uint32_t& count : counts) count = std::max(count, each);
   return counts;
+}
+
+std::uint32_t Placement::each_of(std::uint64_t total) const {
+  const std::uint64_t pixels = state_.counts.size();
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>((total + pixels - 1) / pixels, limits::max_samples_per_pixel));
+}
+
+std::pair<std::uint32_t, std::uint32_t> Placement::even_counts(std::uint64_t samples) {
+  if (least_ < most_ || !is_even(samples)) {
+    return {0, 0};
+  }
+  return {least_, std::max(least_, each_of(traced_ + samples))};
 }
 
 }  // namespace parray

@@ -3,67 +3,90 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/adaptive/ordered_sums.h"
 #include "common/scene/limits.h"
 
 namespace parray {
+namespace {
 
-SampleShares::SampleShares(std::vector<std::uint32_t> counts, std::vector<double> weights)
-    : counts_(std::move(counts)), weights_(std::move(weights)) {}
+/// At a level, of the pixels that have their share already and of the others.
+struct Level {
+  double have = 0;
+  double full = 0;    ///< how many there are
+  double weight = 0;  ///< of the others
+
+  Level& operator+=(const Level& other) {
+    have += other.have;
+    full += other.full;
+    weight += other.weight;
+    return *this;
+  }
+};
+
+}  // namespace
 
 double SampleShares::total_at(double level) const {
-  double total = 0;
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    total += count_at(i, level);
-  }
-  return total;
+  return ordered_sum<double>(size(), [&](std::size_t begin, std::size_t end) {
+    double total = 0;
+    for (std::size_t i = begin; i < end; ++i) total += count_at(i, level);
+    return total;
+  });
 }
 
 double SampleShares::level_for(double total) const {
   // Pixels that have more than their share already drop out, until the rest shares what is left.
   double level = 0;
-  for (double fixed = -1;;) {
-    double have = 0;
-    double weight = 0;
-    double out = 0;
-    for (std::size_t i = 0; i < counts_.size(); ++i) {
-      if (fixed >= 0 && counts_[i] >= level * weights_[i]) {
-        have += counts_[i];
-        out += 1;
-      } else {
-        weight += weights_[i];
+  for (double full = -1;;) {
+    const auto sum = ordered_sum<Level>(size(), [&](std::size_t begin, std::size_t end) {
+      Level part;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double count = counts_[i];
+        const double weight = weights_[i];
+        const bool has = full >= 0 && count >= level * weight;
+        part.have += has ? count : 0;
+        part.full += has ? 1 : 0;
+        part.weight += has ? 0 : weight;
       }
-    }
-    if (out == fixed || !(weight > 0)) {
+      return part;
+    });
+    if (sum.full == full || !(sum.weight > 0)) {
       return level;
     }
-    fixed = out;
-    level = (total - have) / weight;
+    full = sum.full;
+    level = (total - sum.have) / sum.weight;
   }
 }
 
 std::vector<std::uint32_t> SampleShares::counts_of(double total) const {
   const double level = level_for(total);
-  std::vector<std::uint32_t> counts = counts_;
-  double owed = 0;
-  std::size_t last = 0;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double wanted = level * weights_[i];
-    if (!(wanted > counts_[i])) {  // or not a number: nothing shines, nothing is noisy
-      continue;
+  std::vector<std::uint32_t> counts(counts_.begin(), counts_.end());
+  // What rounding owes to a pixel goes to the next one; what is owed to the last, to the picture.
+  double owed = ordered_sum<double>(size(), [&](std::size_t begin, std::size_t end) {
+    double debt = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double wanted = level * double{weights_[i]};
+      if (!(wanted > counts_[i])) {  // or not a number: nothing shines, nothing is noisy
+        continue;
+      }
+      const double exactly = wanted + debt;
+      const double possible = std::clamp<double>(exactly, 0, limits::max_samples_per_pixel);
+      counts[i] = std::max(counts_[i], static_cast<std::uint32_t>(possible) / 2 * 2);
+      debt = exactly - counts[i];
     }
-    const double exactly = wanted + owed;
-    const double possible = std::clamp<double>(exactly, 0, limits::max_samples_per_pixel);
-    counts[i] = std::max(counts_[i], static_cast<std::uint32_t>(possible) / 2 * 2);
-    owed = exactly - counts[i];
-    last = i;
-  }
-  // Rounding may have lost the last pair, and a pixel that is full leaves more over.
-  for (std::size_t k = 0; k < counts.size() && owed > 1; ++k) {
-    std::uint32_t& count = counts[(last + k) % counts.size()];
-    const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
-    const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
-    count += static_cast<std::uint32_t>(given);
-    owed -= given;
+    return debt;
+  });
+  // A pixel that is full leaves more over; the last ones that were given some get what is left.
+  for (const bool any : {false, true}) {
+    for (std::size_t k = counts.size(); k > 0 && owed > 1; --k) {
+      std::uint32_t& count = counts[k - 1];
+      if (!any && !(level * double{weights_[k - 1]} > counts_[k - 1])) {
+        continue;
+      }
+      const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
+      const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
+      count += static_cast<std::uint32_t>(given);
+      owed -= given;
+    }
   }
   return counts;
 }

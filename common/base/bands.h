@@ -6,7 +6,8 @@
 namespace parray {
 
 /// Calls work(i) for i from 0 to `count` - 1, side by side on `threads` threads; 0: on as many as
-/// OpenMP gives the caller. Of what they throw, the first one's is thrown again.
+/// OpenMP gives the caller. On fewer where the system gives no more. Of what they throw, the first
+/// one's is thrown again.
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 /// A range of items cut into contiguous bands, one for each thread. Whatever is put together in the

@@ -247,6 +247,7 @@ class Pictures(CliTest):
         parts = dict(report["seconds"])
         self.assertTrue(all(value >= 0 for value in parts.values()))
         self.assertLessEqual(parts.pop("build"), parts["render"])
+        self.assertEqual(parts.pop("deciding"), 0)
         self.assertEqual(set(parts), {"load", "submit", "render", "write", "other", "total"})
         self.assertAlmostEqual(parts.pop("total"), sum(parts.values()), places=6)
         self.assertEqual(report["samples"], 40 * 30 * 8)

@@ -53,12 +53,13 @@ struct GrowingPicture {
 /// The whole picture as settings ask, pass by pass; grow(until) traces. Returns why it ended.
 template <typename Grow>
 StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& picture, Grow&& grow) {
+  NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
     const PassSize size = next_pass_size(picture.state(), settings, pass);
     if (size.samples == 0) {
       return size.stop;
     }
-    grow(Placement(picture.state(), settings).counts(size.samples));
+    grow(Placement(picture.state(), settings, &found).counts(size.samples));
   }
 }
 

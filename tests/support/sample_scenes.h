@@ -66,12 +66,14 @@ inline std::string reference_passes_sha256(const Scene& scene, RenderSettings se
   const auto tracer = make_path_tracer(scene, settings);
   const double largest = largest_radiance(scene);
   Framebuffer framebuffer(settings.width, settings.height);
+  NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
     const PassSize size = next_pass_size(framebuffer.view(largest), settings, pass);
     if (size.samples == 0) {
       return image_sha256(resolve_image(framebuffer, largest));
     }
-    const auto targets = Placement(framebuffer.view(largest), settings).counts(size.samples);
+    const auto targets =
+        Placement(framebuffer.view(largest), settings, &found).counts(size.samples);
     std::vector<SampleRange> ranges;
     for (std::size_t i = 0; i < targets.size(); ++i) {
       ranges.push_back({framebuffer.samples()[i], targets[i]});
