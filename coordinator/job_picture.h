@@ -48,10 +48,10 @@ class JobPicture {
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
-  /// The same with the digests of its records at hand.
+  /// The same with the digests of its records and its cells at hand.
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced,
-                              std::vector<std::uint64_t> digests) {
-    return collector_->take(tracer, traced, std::move(digests));
+                              std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
+    return collector_->take(tracer, traced, std::move(digests), cells);
   }
 
   /// `tracer` has been found to return wrong bits: sets back what it alone has traced. Returns the

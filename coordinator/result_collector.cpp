@@ -63,10 +63,10 @@ std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced
 }
 
 ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells& traced,
-                                             std::vector<std::uint64_t> digests) {
+                                             std::vector<std::uint64_t> digests,
+                                             std::span<const Cell> cells) {
   digests = digests_of(traced, std::move(digests));
   const std::size_t size = record_size();
-  const std::vector<Cell> cells = plan_->grid()->cells_of(traced.range);
   const std::uint32_t place = place_of(tracer);
   const CellBatch batch = plan_->batch(traced.range);
   Taken taken;
@@ -75,6 +75,9 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
     const auto record = std::span(traced.records).subspan(i * size, size);
     const std::uint64_t digest = digests[i];
     Done& done = cells_[index];
+    if (i + 1 < cells.size()) {
+      framebuffer_.expect(cells[i + 1].y, cells[i + 1].x_begin);
+    }
     if (done.digest == 0) {
       merge(batch, index, cells[i], digest, record, place, taken);
       if (done.nonfinite > 0) {

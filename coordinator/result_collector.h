@@ -33,10 +33,12 @@ class ResultCollector {
   /// `traced` has gone through fault_of() or unpack_cells(): its numbers are possible ones. Cells
   /// that are in are only compared.
   Taken take(TracerKey tracer, const TracedCells& traced) {
-    return take(tracer, traced, cell_digests(traced.records, record_size()));
+    return take(tracer, traced, cell_digests(traced.records, record_size()),
+                plan_->grid()->cells_of(traced.range));
   }
-  /// The same with the digests of its records at hand.
-  Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests);
+  /// The same with the digests of its records and its cells at hand.
+  Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests,
+             std::span<const Cell> cells);
   /// Of each cell of what has been traced: equal unless counts, sums, or which samples were left
   /// out of the sums, differ.
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {

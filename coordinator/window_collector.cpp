@@ -169,15 +169,19 @@ bool WindowCollector::take(const CellRange& range, std::uint64_t digest) {
   traced.range = range;
   traced.records.assign(there.begin(), there.end());
   std::vector<std::uint64_t> digests = cell_digests(traced.records, layout_.record_bytes());
-  if (range_digest(digests) != digest || !complete(traced, picture_.plan()->batch(range))) {
+  if (range_digest(digests) != digest) {
     return false;
   }
-  merge(std::move(traced), std::move(digests));
+  const std::vector<Cell> cells = picture_.plan()->grid()->cells_of(range);
+  if (!complete(traced, cells)) {
+    return false;
+  }
+  merge(std::move(traced), std::move(digests), cells);
   return true;
 }
 
-void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> digests) {
-  const std::vector<Cell> cells = picture_.plan()->grid()->cells_of(traced.range);
+void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> digests,
+                            std::span<const Cell> cells) {
   const std::scoped_lock lock(mutex_);
   for (std::uint64_t i = 0; i < cells.size(); ++i) {
     if (!picture_.collector().has(traced.range.begin + i)) {
@@ -185,7 +189,8 @@ void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> diges
       totals_.row_nanoseconds[cells[i].y] += header_of(record).nanoseconds;
     }
   }
-  const ResultCollector::Taken taken = picture_.take(rank_tracer(), traced, std::move(digests));
+  const ResultCollector::Taken taken =
+      picture_.take(rank_tracer(), traced, std::move(digests), cells);
   ++totals_.entries;
   totals_.duplicates += taken.duplicates;
   totals_.mismatches += taken.mismatches;
@@ -195,8 +200,9 @@ void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> diges
 }
 
 /// Adds what does not travel through a window. False when the numbers are impossible ones.
-bool WindowCollector::complete(TracedCells& traced, const CellBatch& batch) {
-  traced.samples = batch.sample_count();
+bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells) {
+  const CellBatch batch = picture_.plan()->batch(traced.range);
+  traced.samples = batch.sample_count(cells);
   for (std::uint64_t i = 0; hooks_.locate && i < traced.range.count(); ++i) {
     const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
     if (header_of(record).nonfinite > 0) {
@@ -207,7 +213,7 @@ bool WindowCollector::complete(TracedCells& traced, const CellBatch& batch) {
     }
   }
   std::sort(traced.excluded.begin(), traced.excluded.end());
-  return fault_of(traced, batch, picture_.settings().max_depth).empty();
+  return fault_of(traced, batch, cells, picture_.settings().max_depth).empty();
 }
 
 double WindowCollector::progress() const {

@@ -101,8 +101,8 @@ class WindowCollector {
   [[nodiscard]] std::size_t entries_of(std::uint64_t most_cells);
   bool read_entry(Time now, const Entry& entry);
   bool take(const CellRange& range, std::uint64_t digest);
-  void merge(TracedCells traced, std::vector<std::uint64_t> digests);
-  bool complete(TracedCells& traced, const CellBatch& batch);
+  void merge(TracedCells traced, std::vector<std::uint64_t> digests, std::span<const Cell> cells);
+  bool complete(TracedCells& traced, std::span<const Cell> cells);
   [[nodiscard]] std::uint64_t load(std::size_t word) const;
 
   JobPicture& picture_;

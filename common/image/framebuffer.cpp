@@ -36,6 +36,17 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
   add(y, x, sums, RunSamples(ranges));
 }
 
+void Framebuffer::expect(std::uint32_t y, std::uint32_t x) const {
+  constexpr std::size_t line = 64;
+  constexpr std::size_t fetched = 5 * line;  // four pixels; the processor sees the rest coming
+  const std::size_t pixel = std::size_t{y} * width_ + x;
+  const auto* const sums = reinterpret_cast<const std::byte*>(&pixels()[pixel]);
+  for (std::size_t at = 0; at < fetched; at += line) {
+    __builtin_prefetch(sums + at, 1);
+  }
+  __builtin_prefetch(&samples()[pixel], 1);
+}
+
 void Framebuffer::touch(std::size_t part, std::size_t parts) {
   const std::span<std::byte> memory =
       std::as_writable_bytes(std::span(&pixels_[0], pixels_.size()));

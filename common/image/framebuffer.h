@@ -37,6 +37,8 @@ class Framebuffer {
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
   void add(const TraceCounts& counts) { counts_ += counts; }
+  /// Pixel (x, y) of the image and some right of it will be added to next: fetches their memory.
+  void expect(std::uint32_t y, std::uint32_t x) const;
   /// Has the system provide a part of the memory now, `part` of 0 .. `parts` - 1, and not when a
   /// pixel gets its first sample, which then seems to take long. A thread for each part, if need
   /// be.

@@ -159,10 +159,10 @@ RunSamples CellBatch::run_samples(std::uint64_t index, const Cell& cell) const {
   return RunSamples(std::span(samples).subspan((index - range.begin) * pixels, pixels));
 }
 
-std::uint64_t CellBatch::sample_count() const {
+std::uint64_t CellBatch::sample_count(std::span<const Cell> cells) const {
   std::uint64_t count = 0;
   if (samples.empty()) {
-    for (const Cell& cell : grid->cells_of(range)) {
+    for (const Cell& cell : cells) {
       count += std::uint64_t{cell.pixels()} * cell.samples.count();
     }
     return count;

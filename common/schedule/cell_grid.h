@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "common/image/lattice.h"
@@ -127,7 +128,9 @@ struct CellBatch {
   /// The same of a cell that is at hand.
   [[nodiscard]] RunSamples run_samples(std::uint64_t index, const Cell& cell) const;
   /// How many samples all cells have together.
-  [[nodiscard]] std::uint64_t sample_count() const;
+  [[nodiscard]] std::uint64_t sample_count() const { return sample_count(grid->cells_of(range)); }
+  /// The same with the range's cells at hand.
+  [[nodiscard]] std::uint64_t sample_count(std::span<const Cell> cells) const;
 };
 
 }  // namespace parray

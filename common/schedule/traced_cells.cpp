@@ -127,6 +127,11 @@ const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, cons
 }  // namespace
 
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth) {
+  return fault_of(traced, batch, batch.grid->cells_of(batch.range), max_depth);
+}
+
+std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,
+                     std::uint32_t max_depth) {
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
   constexpr const char* others = "other cells than were leased";
   if (!(traced.range == batch.range) || traced.records.size() != batch.range.count() * size) {
@@ -135,7 +140,6 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uin
   std::uint64_t all_samples = 0;
   std::vector<std::uint64_t> nonfinite(batch.range.count());
   const std::span<const std::byte> records(traced.records);
-  const std::vector<Cell> cells = batch.grid->cells_of(batch.range);
   for (std::uint64_t i = 0; i < batch.range.count(); ++i) {
     std::uint64_t samples = 0;
     if (const char* fault = fault_of_cell(records.subspan(i * size, size), cells[i].pixels(),

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,5 +38,8 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
 
 /// The same checks of cells that have come another way. Empty: nothing is wrong.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth);
+/// The same with the batch's cells at hand.
+std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,
+                     std::uint32_t max_depth);
 
 }  // namespace parray

@@ -148,7 +148,8 @@ void print_header() {
       "speedup,"
       "efficiency,efficiency_without_start,loss_start,loss_leases,loss_coordinator,loss_within_"
       "rank,"
-      "loss_imbalance,loss_tail,loss_ending,loss_faults,leases,copies,duplicate_cells");
+      "loss_imbalance,loss_tail,loss_ending,loss_faults,leases,copies,duplicate_cells,"
+      "floor_cells,floor_rank_0,floor_link");
 }
 
 /// The parts are shares of all cores' time; with `efficiency` they add up to 1.
@@ -168,12 +169,14 @@ void print_line(const Arguments& a, const SimJob& job, std::uint32_t ranks) {
               a.threads, ranks * a.threads, a.schedule.c_str(), a.row_order.c_str(),
               a.link_costs.name.c_str(), job.seconds(), job.start_seconds(), job.work_seconds(),
               job.work_seconds() / job.seconds(), job.efficiency(), job.running_efficiency());
-  std::printf("%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%llu,%llu,%llu\n", spent.start / all,
+  std::printf("%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%llu,%llu,%llu,", spent.start / all,
               spent.leases / all, spent.coordinator / all, spent.inner / all, spent.imbalance / all,
               spent.tail / all, spent.ending / all, spent.faults / all,
               static_cast<unsigned long long>(leases),
               static_cast<unsigned long long>(tally.copies),
               static_cast<unsigned long long>(tally.duplicates));
+  const Floors floors = job.floors();
+  std::printf("%.6g,%.6g,%.6g\n", floors.cells, floors.rank_0, floors.link);
 }
 
 void write_ranks(const std::string& path, const std::vector<double>& normalized) {
@@ -192,7 +195,7 @@ std::vector<double> simulate_seed(const Arguments& a, const JobOptions& job) {
   const SeedJob seed = seed_job(job, schedule_from(a.schedule));
   const double seconds = seed.seconds + job.start.mpi;
   const double efficiency = seed.work / (job.ranks * job.threads * seed.seconds);
-  std::printf("%s,%u,%u,%u,%s,sequential,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,,,,,,,,,%llu,0,0\n",
+  std::printf("%s,%u,%u,%u,%s,sequential,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,,,,,,,,,%llu,0,0,,,\n",
               a.label.c_str(), job.ranks, a.threads, job.ranks * a.threads, a.schedule.c_str(),
               a.link_costs.name.c_str(), seconds, job.start.mpi, seed.work, seed.work / seconds,
               efficiency * seed.seconds / seconds, efficiency,

@@ -30,7 +30,7 @@ struct HostCosts {
   double hand_over = 10e-6;  ///< from one slice of a lease to the next: threads wake, fork
   double digest_bytes_per_second = 10e9;  ///< before a put
   double collect_entry = 0.1e-6;          ///< rank 0: a result
-  double collect_cell = 0.08e-6;          ///< rank 0: a cell, checked and merged by one thread
+  double collect_cell = 0.064e-6;         ///< rank 0: a cell, checked and merged by one thread
   double look = 5e-9;                     ///< rank 0: at a rank's block of the log, in vain
 };
 

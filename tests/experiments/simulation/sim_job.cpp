@@ -245,6 +245,28 @@ double SimJob::cores() const {
   return speeds * options_.threads;
 }
 
+Floors SimJob::floors() const {
+  using Core = std::pair<double, double>;  // free at; its speed
+  std::priority_queue<Core, std::vector<Core>, std::greater<>> cores;
+  for (const auto& rank : ranks_) {
+    for (std::uint32_t thread = 0; thread < options_.threads; ++thread) {
+      cores.emplace(0, rank->team.speed());
+    }
+  }
+  Floors floors;
+  for (const double cost : costs_) {
+    const auto [begin, speed] = cores.top();
+    cores.pop();
+    cores.emplace(begin + cost / speed, speed);
+    floors.cells = std::max(floors.cells, begin + cost / speed);
+  }
+  const auto cells = static_cast<double>(plan().cells());
+  floors.rank_0 = cells * options_.host.collect_cell / options_.threads;
+  floors.link = cells * static_cast<double>(layout_.record_bytes()) *
+                (options_.ranks - 1) / options_.ranks / options_.link.bytes_per_second;
+  return floors;
+}
+
 Spent SimJob::spent_together() const {
   Spent sum;
   for (std::size_t rank = 0; rank < spent_.size(); ++rank) {

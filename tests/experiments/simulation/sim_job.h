@@ -33,6 +33,13 @@ struct JobOptions {
   Time give_up = std::chrono::hours(10000);
 };
 
+/// Seconds, start-up left out, that no way of handing out leases could do without.
+struct Floors {
+  double cells = 0;   ///< cell after cell to the core that is free first, at no cost
+  double rank_0 = 0;  ///< all of its threads take in all cells, and nothing else
+  double link = 0;    ///< all records through rank 0's link
+};
+
 /// A job of `parray-mpi` in virtual time: the very plan, sources, runners and collector, on a
 /// simulated window with simulated teams. In one thread; the same options give the same result.
 class SimJob {
@@ -57,6 +64,8 @@ class SimJob {
   [[nodiscard]] double running_efficiency() const {
     return work_ / (cores() * (seconds() - start_seconds()));
   }
+
+  [[nodiscard]] Floors floors() const;
 
   /// By rank, in seconds of its own cores; sums to threads * seconds().
   [[nodiscard]] const std::vector<Spent>& spent() const { return spent_; }
