@@ -1,12 +1,7 @@
 #include "common/base/bands.h"
 
-#include <omp.h>
-
 #include <algorithm>
-#include <atomic>
 #include <exception>
-#include <system_error>
-#include <thread>
 #include <vector>
 
 namespace parray {
@@ -16,34 +11,25 @@ constexpr std::size_t least_items = 1U << 14;
 
 }  // namespace
 
-// Threads of its own, which end with the work: those of OpenMP's teams go on spinning for a while,
-// and what is to be done side by side here is often less than that.
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
   if (count == 1) {
     work(0);
     return;
   }
   std::vector<std::exception_ptr> failures(count);
-  std::atomic<std::size_t> next = 0;
-  const auto go = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      try {
-        work(i);
-      } catch (...) {
-        failures[i] = std::current_exception();
-      }
+  const auto caught = [&](std::size_t i) {
+    try {
+      work(i);
+    } catch (...) {
+      failures[i] = std::current_exception();
     }
   };
-  const int most = threads > 0 ? threads : omp_get_max_threads();
-  {
-    std::vector<std::jthread> helpers;
-    try {
-      while (helpers.size() + 1 < std::min(count, static_cast<std::size_t>(most))) {
-        helpers.emplace_back(go);
-      }
-    } catch (const std::system_error&) {  // as many as there may be
-    }
-    go();
+  if (threads > 0) {
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+    for (std::size_t i = 0; i < count; ++i) caught(i);
+  } else {
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t i = 0; i < count; ++i) caught(i);
   }
   for (const std::exception_ptr& failure : failures) {
     if (failure) std::rethrow_exception(failure);

@@ -13,7 +13,8 @@
 /// centre, its foot on the ray and the difference of both moves the perpendicular by 2, 2, 6 and 4
 /// roundoffs of that vector's length at most, which is less than 2 X, that is by 28 u X. Radii
 /// grow by 32 u X: what is left, 4 u X, is more than squaring loses, 7 u / 2 of a radius below X.
-/// The foot is off by less than 20 u X. Lengths are below 1e15 (see limits.h): squares are finite.
+/// The foot is off by less than 20 u X. Radii are above 1e-15 and lengths below
+/// 1e15 (see limits.h): their squares are finite and lose no bits.
 namespace parray {
 
 /// Rays i, i + 1, ... of a vector. `reach`: the largest coordinates of their origins; `extent`: of
@@ -24,9 +25,8 @@ PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::ui
                                   typename B::Scalar extent) {
   using Store = typename B::Scalar;
   constexpr Store share = Store(32) * RealTraits<Store>::unit_roundoff;
-  constexpr auto least = static_cast<Store>(0x1p-60);  // above where squares lose bits
   const B square = dot(direction, direction);
-  const B margin = max_of(B(share) * (reach + B(extent)), B(least));
+  const B margin = B(share) * (reach + B(extent));
   to.origin.store(i, origin);
   to.direction.store(i, direction);
   (B(Store(1)) / square).store(&to.inverse_square[i]);
