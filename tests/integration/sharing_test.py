@@ -53,8 +53,10 @@ class Sharing(unittest.TestCase):
 
     def test_a_drained_worker_gets_no_more_and_an_idle_one_leaves(self):
         with Farm("--heartbeat", "0.2") as farm:
-            job = farm.submit(SCENE, *ENDLESS)  # first: a worker is not idle before it has begun
             farm.start_worker("w1")
+            job = farm.submit(SCENE, *ENDLESS)
+            # Then there is work from its first moment on for the one that leaves for want of it.
+            wait_for(lambda: any(w["leases"] > 0 for w in farm.workers()), "leases")
             leaving = farm._start("parray-worker", "--coordinator", farm.address, "--threads", "1",
                                   "--name", "w2", "--idle-exit", "1")
             wait_for(lambda: [w["leases"] > 0 for w in farm.workers()] == [True, True], "leases of both")
