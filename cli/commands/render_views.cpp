@@ -96,7 +96,7 @@ class Views {
     wait_until_done(client_, job, request_.following);
     Picture picture = fetch_picture(client_, job, outputs);
     add_channels(picture, extra_);
-    shown_.push_back(finished(picture, outputs.finishing));
+    shown_.push_back(finished_picture(picture, outputs.finishing));
     shown_.back().written = shown_.back().traced = nullptr;  // of a picture that is gone
     reports_.push_back({{"view", name_of(view)}});
     reports_.back().update(picture.report);

@@ -150,7 +150,7 @@ void write_picture(const fs::path& file, const Picture& picture, const OutputPat
     write(picture.image, recipe_metadata(picture, picture.image, alpha), alpha);
     return;
   }
-  const ShownPicture shown = finished(picture, outputs.finishing);
+  const ShownPicture shown = finished_picture(picture, outputs.finishing);
   const Channels alpha = alpha_alone(shown.alpha);
   ImageMetadata metadata = recipe_metadata(picture, shown.image, alpha);
   metadata.emplace_back(finished_key, names_of(outputs.finishing));

@@ -41,7 +41,7 @@ std::string names_of(const Finishing& finishing) {
   return names;
 }
 
-ShownPicture finished(const Picture& picture, const Finishing& finishing) {
+ShownPicture finished_picture(const Picture& picture, const Finishing& finishing) {
   const std::span<const float> alpha = alpha_of(picture.channels);
   ShownPicture shown{
       picture.image, {alpha.begin(), alpha.end()}, &picture.channels, &picture.traced};

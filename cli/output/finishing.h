@@ -44,6 +44,6 @@ Aovs needs_of(const Finishing& finishing);
 std::string names_of(const Finishing& finishing);
 
 /// The picture with all steps applied; without steps as it was traced.
-ShownPicture finished(const Picture& picture, const Finishing& finishing);
+ShownPicture finished_picture(const Picture& picture, const Finishing& finishing);
 
 }  // namespace parray

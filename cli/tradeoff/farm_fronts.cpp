@@ -9,7 +9,7 @@
 namespace parray::tradeoff {
 namespace {
 
-constexpr std::array<std::uint32_t, 4> farms = {1, 4, 16, 64};
+constexpr std::array<std::uint32_t, 4> farm_sizes = {1, 4, 16, 64};
 
 double pixels_of(const RenderSettings& settings) {
   return static_cast<double>(settings.width) * settings.height;
@@ -32,7 +32,7 @@ double seconds_of(const Row& row, const RenderSettings& scene, std::uint32_t wor
 std::vector<FarmFront> farm_fronts_of(const std::vector<Row>& rows, const RenderSettings& scene,
                                       int threads) {
   std::vector<FarmFront> fronts;
-  for (const std::uint32_t workers : farms) {
+  for (const std::uint32_t workers : farm_sizes) {
     FarmFront front{workers};
     std::vector<CostAndError> costs;
     for (std::size_t i = 0; i < rows.size(); ++i) {
