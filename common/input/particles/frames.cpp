@@ -78,10 +78,9 @@ Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
 
 }  // namespace
 
-void fail_without_frame(const FilePlace& place, std::uint64_t frames, std::uint64_t asked) {
-  place.fail("the file ends after " + std::to_string(frames) +
-             (frames == 1 ? " frame" : " frames") + ": there is no frame " + std::to_string(asked) +
-             ", counted from 0");
+void fail_without_frame(const FilePlace& place, std::uint64_t count, std::uint64_t asked) {
+  place.fail("the file ends after " + std::to_string(count) + (count == 1 ? " frame" : " frames") +
+             ": there is no frame " + std::to_string(asked) + ", counted from 0");
 }
 
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {

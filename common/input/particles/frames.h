@@ -38,7 +38,7 @@ using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
 
 /// The file has so many frames, and not the one that was asked for. `place` is where it ends.
-[[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t frames,
+[[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t count,
                                      std::uint64_t asked);
 
 /// The same by a `Reader`, made from (PackedFile&, const ParticleRequest&).

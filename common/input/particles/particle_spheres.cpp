@@ -195,8 +195,9 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
       return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
     case MaterialRule::painted: {
       const Material* const base = materials.find(material.name);
-      if (base == nullptr)
+      if (base == nullptr) {
         return material.name.empty() ? "" : unknown_material(material, materials);
+      }
       return base->type != MaterialType::dielectric
                  ? ""
                  : "glass has no colour that color_by could give it: name another material";
