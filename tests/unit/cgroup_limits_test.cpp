@@ -110,12 +110,13 @@ TEST_CASE("the least limit of all groups above counts") {
 }
 
 TEST_CASE("a container that sees its own group under the host's path finds its limits") {
-  for (const auto& [group, mounted] :
+  for (const auto& row :
        {std::pair("/docker/f00", "/docker/f00"), std::pair("/", "/"),
         std::pair("/docker/f00", "/docker"), std::pair("/", "/../.."), std::pair("/../../pod", "/"),
         std::pair("/kubepods/f00", "/docker/f00")}) {
-    CAPTURE(group);
-    CAPTURE(mounted);
+    const auto& [group, mounted] = row;  // which Clang 14 does not capture
+    CAPTURE(row.first);
+    CAPTURE(row.second);
     const std::string below = std::string(mounted) == "/docker" ? "/f00" : "";
     const FakeSystem two;
     two.version_2(group, mounted);

@@ -167,19 +167,20 @@ TEST_CASE(
 // ---- Numbers -----------------------------------------------------------------------------------
 
 TEST_CASE("marks are round, ascend, lie in their range, and are a few of any") {
-  for (const auto& [low, high] : std::vector<std::pair<double, double>>{{0, 1},
-                                                                        {-1, 1},
-                                                                        {-0.37, 0.91},
-                                                                        {3, 3.1},
-                                                                        {1e-9, 3e-9},
-                                                                        {-4e7, 1e8},
-                                                                        {0, 7},
-                                                                        {1e17, 1.0000001e17},
-                                                                        {-1e308, 1e308},
-                                                                        {0, 5e-324},
-                                                                        {99.99, 100.02}}) {
-    CAPTURE(low);
-    CAPTURE(high);
+  for (const auto& row : std::vector<std::pair<double, double>>{{0, 1},
+                                                                {-1, 1},
+                                                                {-0.37, 0.91},
+                                                                {3, 3.1},
+                                                                {1e-9, 3e-9},
+                                                                {-4e7, 1e8},
+                                                                {0, 7},
+                                                                {1e17, 1.0000001e17},
+                                                                {-1e308, 1e308},
+                                                                {0, 5e-324},
+                                                                {99.99, 100.02}}) {
+    const auto& [low, high] = row;  // which Clang 14 does not capture
+    CAPTURE(row.first);
+    CAPTURE(row.second);
     const Ticks ticks = ticks_between(low, high, 6);
     CHECK(!ticks.values.empty());
     CHECK(ticks.values.size() <= 6);

@@ -31,8 +31,9 @@ Particles with(const ParticleFiles& files, const std::string& name, const std::s
 
 TEST_CASE("a trajectory takes elements, names and charges from PSF and PRMTOP") {
   const ParticleFiles files;
-  for (const auto& [name, text] : {std::pair("a.psf", water_psf), {"a.prmtop", water_prmtop}}) {
-    CAPTURE(name);
+  for (const auto& row : {std::pair("a.psf", water_psf), {"a.prmtop", water_prmtop}}) {
+    const auto& [name, text] = row;  // which Clang 14 does not capture
+    CAPTURE(row.first);
     const Particles water = with(files, name, text);
     CHECK(water.positions[2].x == 3);
     CHECK(water.elements == std::vector<std::uint8_t>{8, 1, 1});
