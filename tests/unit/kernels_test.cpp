@@ -375,8 +375,9 @@ TEST_CASE("runs of one sample a pixel and of one pixel fill batches alike") {
     RenderSettings settings = settings_of(precision);
     settings.height = 1;
     using Size = std::pair<std::uint32_t, std::uint32_t>;
-    for (const Size& size :
-         {Size(700, 1), Size(1, 700), Size(3, 300), Size(512, 1), Size(1, 512), Size(1, 513)}) {
+    constexpr std::uint32_t most = SampleBatch::most;
+    for (const Size& size : {Size(700, 1), Size(1, 700), Size(3, most / 2), Size(most, 1),
+                             Size(1, most), Size(1, most + 1)}) {
       CAPTURE(size.first);
       settings.width = size.first;
       settings.samples_per_pixel = size.second;
