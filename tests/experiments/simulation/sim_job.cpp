@@ -262,8 +262,8 @@ Floors SimJob::floors() const {
   }
   const auto cells = static_cast<double>(plan().cells());
   floors.rank_0 = cells * options_.host.collect_cell / options_.threads;
-  floors.link = cells * static_cast<double>(layout_.record_bytes()) *
-                (options_.ranks - 1) / options_.ranks / options_.link.bytes_per_second;
+  floors.link = cells * static_cast<double>(layout_.record_bytes()) * (options_.ranks - 1) /
+                options_.ranks / options_.link.bytes_per_second;
   return floors;
 }
 
