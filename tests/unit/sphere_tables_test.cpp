@@ -29,6 +29,15 @@ struct NamedSpheres {
   Spheres<Store> spheres;
 };
 
+template <typename Store>
+Spheres<Store> cloud(Dice& dice, int count) {
+  Spheres<Store> spheres;
+  for (int i = 0; i < count; ++i) {
+    spheres.push_back(shape<Store>(dice.in_cube(100), dice.between(0.1, 0.5)));
+  }
+  return spheres;
+}
+
 /// One more than a block holds; without the two giants they fit into one.
 template <typename Store>
 Spheres<Store> fewer_than_a_block(Dice& dice, std::size_t width) {
@@ -289,10 +298,7 @@ TEST_CASE_TEMPLATE("100 000 spheres make the same tables with one thread and wit
                    PARRAY_FORMS) {
   using Store = typename F::Store;
   Dice dice(3);
-  Spheres<Store> spheres;
-  for (int i = 0; i < 100'000; ++i) {
-    spheres.push_back(shape<Store>(dice.in_cube(100), dice.between(0.1, 0.5)));
-  }
+  const Spheres<Store> spheres = cloud<Store>(dice, 100'000);
   const typename F::Tables one(spheres, true, 1);
   const typename F::Tables two(spheres, true, 2);
   CHECK_UNARY(same_tables<F>(one, two));
@@ -303,11 +309,7 @@ TEST_CASE_TEMPLATE("large trees have full blocks, whether spheres are scattered 
                    PARRAY_FORMS) {
   using Store = typename F::Store;
   Dice dice(5);
-  Spheres<Store> scattered;
-  for (int i = 0; i < 20'000; ++i) {
-    scattered.push_back(shape<Store>(dice.in_cube(100), dice.between(0.1, 0.5)));
-  }
-  for (const Spheres<Store>& spheres : {scattered, coincident<Store>(20'000)}) {
+  for (const Spheres<Store>& spheres : {cloud<Store>(dice, 20'000), coincident<Store>(20'000)}) {
     const typename F::Tables tables(spheres, true, 1);
     const auto count = static_cast<double>(spheres.size());
     CHECK(tables.slot_count() < 1.02 * count);
