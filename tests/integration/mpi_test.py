@@ -154,7 +154,7 @@ class OneHash(MpiCase):
 
     def test_one_hash_for_a_job_in_passes(self):
         # Passes has adaptive pictures of 1 to 3 ranks, over windows and messages.
-        trials = {TO_AN_ERROR: [(2, "window", 0), (3, "messages", 0)],
+        trials = {TO_AN_ERROR: [(1, "window", 0), (2, "window", 0), (3, "messages", 0)],
                   ADAPTIVE: [(3, "window", 16), (3, "static", 0), (2, "openmp", 0)]}
         for options, ways in trials.items():
             expected = render_report(*options)

@@ -13,8 +13,8 @@
 /// centre, its foot on the ray and the difference of both moves the perpendicular by 2, 2, 6 and 4
 /// roundoffs of that vector's length at most, which is less than 2 X, that is by 28 u X. Radii
 /// grow by 32 u X: what is left, 4 u X, is more than squaring loses, 7 u / 2 of a radius below X.
-/// The foot is off by less than 20 u X. Radii are above 1e-15 and lengths below
-/// 1e15 (see limits.h): their squares are finite and lose no bits.
+/// The foot is off by less than 20 u X. Radii are above 1e-15 and lengths below 1e15 (limits.h):
+/// their squares are finite and lose no bits.
 namespace parray {
 
 /// Rays i, i + 1, ... of a vector. `reach`: the largest coordinates of their origins; `extent`: of
