@@ -178,9 +178,9 @@ void add_denoised(const RenderSettings& base, const Pilot& pilot, Planner& plann
 }  // namespace
 
 std::string_view name_of(Knob knob) {
-  constexpr std::array<std::string_view, 9> names = {
+  constexpr std::array<std::string_view, 9> known = {
       "scene", "also", "spp", "target", "denoise", "depth", "precision", "accelerator", "answer"};
-  return names.at(static_cast<std::size_t>(knob));
+  return known.at(static_cast<std::size_t>(knob));
 }
 
 std::string options_of(const RenderSettings& settings) {

@@ -4,44 +4,120 @@
 #include <immintrin.h>
 #endif
 
+#include <cstddef>
+
 #include "common/math/inline.h"
 
 namespace parray {
 
-/// Vec4 numbers side by side, for code that is compiled for any processor: x, y, z and a fourth.
+/// Numbers that fill 16 bytes, the vectors that all processors have.
 template <typename T>
-using Vec4 __attribute__((vector_size(4 * sizeof(T)))) = T;
+using Vector16 __attribute__((vector_size(16))) = T;
 
-/// Component-wise. (The compilers know no vector minimum that says what it does with NaN.)
-template <typename T>
-PARRAY_INLINE Vec4<T> min_of_four(Vec4<T> a, Vec4<T> b) {
+// Component-wise; of a NaN and a number, `b`. (Compilers know no vector minimum that says so.)
+template <typename V>
+PARRAY_INLINE V least(V a, V b) {
   return a < b ? a : b;
 }
-template <typename T>
-PARRAY_INLINE Vec4<T> max_of_four(Vec4<T> a, Vec4<T> b) {
+template <typename V>
+PARRAY_INLINE V largest(V a, V b) {
   return a > b ? a : b;
 }
 #if defined(__SSE2__)
 template <>
-PARRAY_INLINE Vec4<float> min_of_four<float>(Vec4<float> a, Vec4<float> b) {
+PARRAY_INLINE Vector16<float> least(Vector16<float> a, Vector16<float> b) {
   return _mm_min_ps(a, b);
 }
 template <>
-PARRAY_INLINE Vec4<float> max_of_four<float>(Vec4<float> a, Vec4<float> b) {
+PARRAY_INLINE Vector16<float> largest(Vector16<float> a, Vector16<float> b) {
   return _mm_max_ps(a, b);
 }
 template <>
-PARRAY_INLINE Vec4<double> min_of_four<double>(Vec4<double> a, Vec4<double> b) {
-  const __m128d low = _mm_min_pd(_mm_setr_pd(a[0], a[1]), _mm_setr_pd(b[0], b[1]));
-  const __m128d high = _mm_min_pd(_mm_setr_pd(a[2], a[3]), _mm_setr_pd(b[2], b[3]));
-  return Vec4<double>{low[0], low[1], high[0], high[1]};
+PARRAY_INLINE Vector16<double> least(Vector16<double> a, Vector16<double> b) {
+  return _mm_min_pd(a, b);
 }
 template <>
-PARRAY_INLINE Vec4<double> max_of_four<double>(Vec4<double> a, Vec4<double> b) {
-  const __m128d low = _mm_max_pd(_mm_setr_pd(a[0], a[1]), _mm_setr_pd(b[0], b[1]));
-  const __m128d high = _mm_max_pd(_mm_setr_pd(a[2], a[3]), _mm_setr_pd(b[2], b[3]));
-  return Vec4<double>{low[0], low[1], high[0], high[1]};
+PARRAY_INLINE Vector16<double> largest(Vector16<double> a, Vector16<double> b) {
+  return _mm_max_pd(a, b);
 }
 #endif
+
+/// Four numbers side by side, x, y, z and one more, for code that is compiled for any processor.
+/// (Compilers take vectors of 32 bytes apart where a processor has none, number by number.)
+template <typename T>
+struct Vec4;
+
+template <>
+struct Vec4<float> {
+  Vector16<float> all;
+
+  Vec4() = default;
+  PARRAY_INLINE explicit Vec4(Vector16<float> values) : all(values) {}
+  PARRAY_INLINE explicit Vec4(float same) : all{same, same, same, same} {}
+  PARRAY_INLINE Vec4(float x, float y, float z, float w) : all{x, y, z, w} {}
+  static PARRAY_INLINE Vec4 load(const float* from) {
+    Vec4 loaded;
+    __builtin_memcpy(&loaded.all, from, sizeof loaded.all);
+    return loaded;
+  }
+  PARRAY_INLINE void store(float* to) const { __builtin_memcpy(to, &all, sizeof all); }
+  PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
+  [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
+
+  template <typename F>
+  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
+    return Vec4(function(a.all, b.all));
+  }
+};
+
+template <>
+struct Vec4<double> {
+  Vector16<double> half[2];
+
+  Vec4() = default;
+  PARRAY_INLINE Vec4(Vector16<double> xy, Vector16<double> zw) : half{xy, zw} {}
+  PARRAY_INLINE explicit Vec4(double same) : half{{same, same}, {same, same}} {}
+  PARRAY_INLINE Vec4(double x, double y, double z, double w) : half{{x, y}, {z, w}} {}
+  static PARRAY_INLINE Vec4 load(const double* from) {
+    Vec4 loaded;
+    __builtin_memcpy(loaded.half, from, sizeof loaded.half);
+    return loaded;
+  }
+  PARRAY_INLINE void store(double* to) const { __builtin_memcpy(to, half, sizeof half); }
+  PARRAY_INLINE double operator[](std::size_t i) const { return half[i / 2][i % 2]; }
+  [[nodiscard]] PARRAY_INLINE Vector16<double> first() const { return half[0]; }
+
+  template <typename F>
+  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
+    return {function(a.half[0], b.half[0]), function(a.half[1], b.half[1])};
+  }
+};
+
+template <typename T>
+PARRAY_INLINE Vec4<T> operator+(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>::each(a, b, [](auto x, auto y) { return x + y; });
+}
+template <typename T>
+PARRAY_INLINE Vec4<T> operator-(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>::each(a, b, [](auto x, auto y) { return x - y; });
+}
+template <typename T>
+PARRAY_INLINE Vec4<T> operator*(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>::each(a, b, [](auto x, auto y) { return x * y; });
+}
+template <typename T>
+PARRAY_INLINE Vec4<T> min_of(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>::each(a, b, [](auto x, auto y) { return least(x, y); });
+}
+template <typename T>
+PARRAY_INLINE Vec4<T> max_of(const Vec4<T>& a, const Vec4<T>& b) {
+  return Vec4<T>::each(a, b, [](auto x, auto y) { return largest(x, y); });
+}
+/// `a` where number < limit, else `b`; without a branch.
+template <typename T>
+PARRAY_INLINE Vec4<T> select_below(T number, T limit, const Vec4<T>& a, const Vec4<T>& b) {
+  const auto below = Vec4<T>(number).first() < Vec4<T>(limit).first();
+  return Vec4<T>::each(a, b, [&](auto x, auto y) { return below ? x : y; });
+}
 
 }  // namespace parray

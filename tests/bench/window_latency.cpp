@@ -191,7 +191,7 @@ int main() {
   }
   if (measures) {
     measure_hand_over();
-    for (const std::uint64_t cells : {1, 30, 1000}) {
+    for (const std::uint64_t cells : {1U, 30U, 1000U}) {
       measure_collector(500, cells);
     }
     measure_collector(12, 10);

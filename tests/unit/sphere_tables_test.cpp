@@ -294,15 +294,22 @@ TEST_CASE_TEMPLATE("every octant's order names each child once, farther ones fir
   });
 }
 
-TEST_CASE_TEMPLATE("100 000 spheres make the same tables with one thread and with two", F,
+TEST_CASE_TEMPLATE("many spheres make the same tables with any number of threads", F,
                    PARRAY_FORMS) {
   using Store = typename F::Store;
   Dice dice(3);
-  const Spheres<Store> spheres = cloud<Store>(dice, 100'000);
-  const typename F::Tables one(spheres, true, 1);
-  const typename F::Tables two(spheres, true, 2);
-  CHECK_UNARY(same_tables<F>(one, two));
-  CHECK(one.depth() < 20);
+  // Enough for seven threads to share the first cuts; a giant in their midst is moved away.
+  Spheres<Store> scattered = cloud<Store>(dice, 250'000);
+  scattered[100'000].radius = 1000;
+  for (const Spheres<Store>& spheres : {scattered, coincident<Store>(100'000)}) {
+    const typename F::Tables one(spheres, true, 1);
+    CHECK(one.depth() < 20);
+    CHECK(one.open_spheres() == (spheres.size() == scattered.size() ? 1 : 0));
+    for (const int threads : {2, 7}) {
+      CAPTURE(threads);
+      CHECK_UNARY(same_tables<F>(one, typename F::Tables(spheres, true, threads)));
+    }
+  }
 }
 
 TEST_CASE_TEMPLATE("large trees have full blocks, whether spheres are scattered or coincide", F,

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/base/aligned_array.h"
+#include "common/base/bands.h"
 #include "common/math/vec4.h"
 
 namespace parray {
@@ -26,17 +27,16 @@ constexpr std::uint32_t halving_from = max_tree_depth - 32;
 template <typename Store>
 struct WideBounds {
   static constexpr Store inf = std::numeric_limits<Store>::infinity();
-  Vec4<Store> lo{inf, inf, inf, inf};
-  Vec4<Store> hi{-inf, -inf, -inf, -inf};
+  Vec4<Store> lo{inf};
+  Vec4<Store> hi{-inf};
 
   PARRAY_INLINE void include(const Vec4<Store>& other_lo, const Vec4<Store>& other_hi) {
-    lo = min_of_four<Store>(lo, other_lo);
-    hi = max_of_four<Store>(hi, other_hi);
+    lo = min_of(lo, other_lo);
+    hi = max_of(hi, other_hi);
   }
   PARRAY_INLINE void include(const WideBounds& other) { include(other.lo, other.hi); }
   PARRAY_INLINE void include_sphere(const Vec4<Store>& sphere) {
-    const Store radius = sphere[3];
-    const Vec4<Store> extent{radius, radius, radius, radius};
+    const Vec4<Store> extent(sphere[3]);
     include(sphere - extent, sphere + extent);
   }
   [[nodiscard]] PARRAY_INLINE Store half_area() const {
@@ -48,9 +48,13 @@ struct WideBounds {
 /// x, y, z and radius of a sphere.
 template <typename Store>
 PARRAY_INLINE Vec4<Store> load(const BuildSphere<Store>& sphere) {
-  Vec4<Store> values;
-  __builtin_memcpy(&values, &sphere.x, sizeof values);
-  return values;
+  return Vec4<Store>::load(&sphere.x);
+}
+
+template <typename Store>
+PARRAY_INLINE void store(const Vec4<Store>& values, std::uint32_t index, BuildSphere<Store>& to) {
+  values.store(&to.x);
+  to.index = index;
 }
 
 template <typename Store>
@@ -58,21 +62,20 @@ class Builder {
  public:
   using Sphere = BuildSphere<Store>;
 
-  Builder(std::span<Sphere> spheres, std::uint32_t leaf_size)
-      : spheres_(spheres), leaf_size_(leaf_size) {
+  Builder(std::span<Sphere> spheres, std::uint32_t leaf_size, int threads)
+      : spheres_(spheres), leaf_size_(leaf_size), threads_(threads) {
     // Mostly never touched, and therefore never there.
     tree_.capacity = 2 * spheres.size();
     tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(tree_.capacity);
     scratch_ = AlignedArray<Sphere>(spheres.size());
   }
 
-  BinaryTree<Store> run(int threads) {
-    const Range all = measured(0, static_cast<std::uint32_t>(spheres_.size()));
-#pragma omp parallel num_threads(threads) if (threads > 1)
+  BinaryTree<Store> run() {
+#pragma omp parallel num_threads(threads_) if (threads_ > 1)
 #pragma omp single
     {
       std::uint32_t next = 1;
-      build(all, 0, next, 1);
+      build(measured_side_by_side(), 0, next, 1);
     }
     tree_.depth = depth_;
     return std::move(tree_);
@@ -82,8 +85,8 @@ class Builder {
   struct Range {
     std::uint32_t begin;
     std::uint32_t end;
-    WideBounds<Store> box;
-    WideBounds<Store> centers;
+    WideBounds<Store> box{};
+    WideBounds<Store> centers{};
 
     [[nodiscard]] std::uint32_t count() const { return end - begin; }
   };
@@ -93,6 +96,15 @@ class Builder {
     std::uint32_t count = 0;
   };
   using Bins = std::array<Bin, bin_count>;
+
+  /// A thread's part of a range, its bins along the range's longest axis, and where it goes.
+  struct Part {
+    Range range{};
+    Bins bins{};
+    Range left{};
+    Range right{};
+  };
+  using Parts = std::vector<Part>;
 
   /// Where to cut a range: bins below `bin` of `axis` go left. axis < 0: no useful plane.
   struct Plane {
@@ -105,11 +117,13 @@ class Builder {
   struct Binning {
     explicit Binning(const Range& range) : lo(range.centers.lo) {
       const Vec4<Store> extent = range.centers.hi - range.centers.lo;
+      std::array<Store, 3> each{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Store each = static_cast<Store>(bin_count) / extent[axis];
-        useful[axis] = extent[axis] > Store(0) && each < std::numeric_limits<Store>::infinity();
-        scale[axis] = useful[axis] ? each : Store(0);
+        const Store bins = static_cast<Store>(bin_count) / extent[axis];
+        useful[axis] = extent[axis] > Store(0) && bins < std::numeric_limits<Store>::infinity();
+        each[axis] = useful[axis] ? bins : Store(0);
       }
+      scale = {each[0], each[1], each[2], Store(0)};
       if (range.count() > one_axis_from) {
         longest = 0;
         for (std::size_t axis = 1; axis < 3; ++axis) {
@@ -124,14 +138,14 @@ class Builder {
     /// Bins of a sphere along x, y and z.
     [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
       constexpr auto last = static_cast<Store>(bin_count - 1);
-      return min_of_four<Store>((sphere - lo) * scale, Vec4<Store>{last, last, last, last});
+      return min_of((sphere - lo) * scale, Vec4<Store>(last));
     }
     [[nodiscard]] PARRAY_INLINE static std::size_t bin_number(Store bin) {
       return static_cast<std::size_t>(static_cast<int>(bin));
     }
 
     Vec4<Store> lo;
-    Vec4<Store> scale{};
+    Vec4<Store> scale{Store(0)};
     std::array<bool, 3> useful{};
   };
 
@@ -188,9 +202,10 @@ class Builder {
   void split(const Range& range, std::uint32_t level, Range& left, Range& right) {
     const Binning binning(range);
     std::array<Bins, 3> bins;
+    Parts parts = parts_of(range);
     Plane best;
     if (level < halving_from) {
-      fill(range, binning, bins);
+      fill(range, binning, parts, bins);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (binning.useful[axis]) {
           sweep(bins[axis], static_cast<int>(axis), best);
@@ -201,15 +216,14 @@ class Builder {
       halve(range, left, right);
       return;
     }
-    WideBounds<Store> left_centers;
-    WideBounds<Store> right_centers;
-    const std::uint32_t middle = partition(range, binning, best, left_centers, right_centers);
-    left = {range.begin, middle, {}, left_centers};
-    right = {middle, range.end, {}, right_centers};
     const Bins& chosen = bins[static_cast<std::size_t>(best.axis)];
+    const std::uint32_t middle = range.begin + left_count(chosen, best);
+    left = {range.begin, middle};
+    right = {middle, range.end};
     for (std::size_t b = 0; b < bin_count; ++b) {
       (b < best.bin ? left : right).box.include(chosen[b].box);
     }
+    partition(range, binning, best, parts, left, right);
     if (spheres_.size() >= filled_from && range.count() <= filled_range) {
       fill_blocks(best.axis, left, right);
     }
@@ -238,7 +252,7 @@ class Builder {
 
   /// A range with the bounds of its spheres.
   [[nodiscard]] Range measured(std::uint32_t begin, std::uint32_t end) const {
-    Range range{begin, end, {}, {}};
+    Range range{begin, end};
     for (std::uint32_t i = begin; i < end; ++i) {
       const Vec4<Store> values = load(spheres_[i]);
       range.box.include_sphere(values);
@@ -247,31 +261,77 @@ class Builder {
     return range;
   }
 
-  /// Moves the spheres that go left before the others and notes the bounds of both sides' centres;
-  /// returns where the right ones begin. No branches: sides cannot be predicted.
-  std::uint32_t partition(const Range& range, const Binning& binning, const Plane& plane,
-                          WideBounds<Store>& left, WideBounds<Store>& right) {
+  static std::uint32_t left_count(const Bins& bins, const Plane& plane) {
+    std::uint32_t count = 0;
+    for (std::size_t b = 0; b < plane.bin; ++b) count += bins[b].count;
+    return count;
+  }
+
+  /// Moves the spheres that go left before the others, either side in the order that it has, and
+  /// notes the bounds of both sides' centres.
+  void partition(const Range& range, const Binning& binning, const Plane& plane, Parts& parts,
+                 Range& left, Range& right) {
+    if (parts.empty()) {
+      deal(range, binning, plane, left.centers, right.centers);
+      copy(scratch_.data() + range.begin, right.count(), spheres_.data() + right.begin);
+      return;
+    }
+    std::uint32_t next_left = left.begin;
+    std::uint32_t next_right = right.begin;
+    for (Part& part : parts) {
+      const std::uint32_t goes_left = left_count(part.bins, plane);
+      part.left = {next_left, next_left + goes_left};
+      next_left = part.left.end;
+      part.right = {next_right, next_right + part.range.count() - goes_left};
+      next_right = part.right.end;
+    }
+    side_by_side(parts, [&](Part& part) {
+      deal(part.range, binning, plane, part.left.centers, part.right.centers);
+      copy(spheres_.data() + part.range.begin, part.left.count(),
+           scratch_.data() + part.range.begin + part.right.count());
+    });
+    side_by_side(parts, [&](Part& part) {
+      const Sphere* const rights = scratch_.data() + part.range.begin;
+      copy(rights, part.right.count(), spheres_.data() + part.right.begin);
+      copy(rights + part.right.count(), part.left.count(), spheres_.data() + part.left.begin);
+    });
+    for (const Part& part : parts) {
+      left.centers.include(part.left.centers);
+      right.centers.include(part.right.centers);
+    }
+  }
+
+  static void copy(const Sphere* from, std::uint32_t count, Sphere* to) {
+    std::copy(from, from + count, to);
+  }
+
+  /// Moves the spheres that go left to the front of a range, the others to where it begins in
+  /// scratch_, and notes the bounds of both sides' centres. No branches: sides cannot be predicted.
+  void deal(const Range& range, const Binning& binning, const Plane& plane, WideBounds<Store>& left,
+            WideBounds<Store>& right) {
     const auto limit = static_cast<Store>(plane.bin);
-    const Vec4<Store> limits{limit, limit, limit, limit};
+    const auto axis = static_cast<std::size_t>(plane.axis);
     const WideBounds<Store> none;
+    WideBounds<Store> lefts;
+    WideBounds<Store> rights;
     std::uint32_t next_left = range.begin;
     std::uint32_t next_right = range.begin;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const Sphere sphere = spheres_[i];
-      const Vec4<Store> values = load(sphere);
-      const Store bin = binning.bins_of(values)[plane.axis];
-      const auto goes_left = Vec4<Store>{bin, bin, bin, bin} < limits;
-      left.include(goes_left ? values : none.lo, goes_left ? values : none.hi);
-      right.include(goes_left ? none.lo : values, goes_left ? none.hi : values);
-      spheres_[next_left] = sphere;
-      scratch_[next_right] = sphere;
+      const Vec4<Store> values = load(spheres_[i]);
+      const std::uint32_t index = spheres_[i].index;
+      const Store bin = binning.bins_of(values)[axis];
+      lefts.include(select_below(bin, limit, values, none.lo),
+                    select_below(bin, limit, values, none.hi));
+      rights.include(select_below(bin, limit, none.lo, values),
+                     select_below(bin, limit, none.hi, values));
+      store(values, index, spheres_[next_left]);
+      store(values, index, scratch_[next_right]);
       const std::uint32_t one = bin < limit ? 1 : 0;
       next_left += one;
       next_right += 1 - one;
     }
-    std::copy(scratch_.data() + range.begin, scratch_.data() + next_right,
-              spheres_.data() + next_left);
-    return next_left;
+    left = lefts;
+    right = rights;
   }
 
   void halve(const Range& range, Range& left, Range& right) const {
@@ -281,14 +341,59 @@ class Builder {
     right = measured(middle, range.end);
   }
 
-  void fill(const Range& range, const Binning& binning, std::array<Bins, 3>& bins) const {
+  /// Parts of a range that is split by all threads, because it is more than one's share of all
+  /// spheres; none of others.
+  [[nodiscard]] Parts parts_of(const Range& range) const {
+    const std::size_t share = spheres_.size() / static_cast<std::size_t>(std::max(threads_, 1));
+    if (range.count() <= std::max<std::size_t>(task_size, share)) {
+      return {};
+    }
+    const Bands bands(range.count(), threads_);
+    Parts parts(bands.count());
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      parts[i].range = {range.begin + static_cast<std::uint32_t>(bands.begin(i)),
+                        range.begin + static_cast<std::uint32_t>(bands.end(i))};
+    }
+    return parts;
+  }
+
+  /// Calls work(part) for all of them, as tasks.
+  template <typename Work>
+  static void side_by_side(Parts& parts, const Work& work) {
+#pragma omp taskloop grainsize(1) default(none) shared(parts, work)
+    for (std::size_t i = 0; i < parts.size(); ++i) work(parts[i]);
+  }
+
+  /// All spheres.
+  [[nodiscard]] Range measured_side_by_side() const {
+    Range all{0, static_cast<std::uint32_t>(spheres_.size())};
+    Parts parts = parts_of(all);
+    if (parts.empty()) {
+      return measured(all.begin, all.end);
+    }
+    side_by_side(parts,
+                 [&](Part& part) { part.range = measured(part.range.begin, part.range.end); });
+    for (const Part& part : parts) {
+      all.box.include(part.range.box);
+      all.centers.include(part.range.centers);
+    }
+    return all;
+  }
+
+  void fill(const Range& range, const Binning& binning, Parts& parts,
+            std::array<Bins, 3>& bins) const {
     if (binning.longest != Binning::none) {
-      for (std::uint32_t i = range.begin; i < range.end; ++i) {
-        const Vec4<Store> values = load(spheres_[i]);
-        const Vec4<Store> at = binning.bins_of(values);
-        Bin& bin = bins[binning.longest][Binning::bin_number(at[binning.longest])];
-        bin.box.include_sphere(values);
-        ++bin.count;
+      Bins& along = bins[binning.longest];
+      if (parts.empty()) {
+        fill_longest(range, binning, along);
+        return;
+      }
+      side_by_side(parts, [&](Part& part) { fill_longest(part.range, binning, part.bins); });
+      for (const Part& part : parts) {
+        for (std::size_t b = 0; b < bin_count; ++b) {
+          along[b].box.include(part.bins[b].box);
+          along[b].count += part.bins[b].count;
+        }
       }
       return;
     }
@@ -302,6 +407,16 @@ class Builder {
         bin.box.include(box);
         ++bin.count;
       }
+    }
+  }
+
+  void fill_longest(const Range& range, const Binning& binning, Bins& bins) const {
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const Vec4<Store> values = load(spheres_[i]);
+      const Vec4<Store> at = binning.bins_of(values);
+      Bin& bin = bins[Binning::bin_number(at[binning.longest])];
+      bin.box.include_sphere(values);
+      ++bin.count;
     }
   }
 
@@ -332,8 +447,9 @@ class Builder {
   }
 
   std::span<Sphere> spheres_;
-  AlignedArray<Sphere> scratch_;
+  AlignedArray<Sphere> scratch_;  ///< as many
   std::uint32_t leaf_size_;
+  int threads_;
   BinaryTree<Store> tree_;
   std::atomic<std::uint32_t> depth_ = 0;
 };
@@ -343,7 +459,7 @@ class Builder {
 template <typename Store>
 BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
                                     int threads) {
-  return Builder<Store>(spheres, leaf_size).run(threads);
+  return Builder<Store>(spheres, leaf_size, threads).run();
 }
 
 template BinaryTree<float> build_binary_tree(std::span<BuildSphere<float>>, std::uint32_t, int);

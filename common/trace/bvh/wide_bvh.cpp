@@ -1,10 +1,12 @@
 #include "common/trace/bvh/wide_bvh.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace parray {
 namespace {
@@ -14,11 +16,11 @@ constexpr double giant = 32;
 
 /// About the median: that of a sample.
 template <typename Store>
-Store middling_radius(const std::vector<SphereShape<Store>>& shapes) {
+Store middling_radius(std::span<const BuildSphere<Store>> spheres) {
   constexpr std::size_t sample_size = 4095;
   std::vector<Store> radii;
-  for (std::size_t i = 0; i < shapes.size(); i += shapes.size() / sample_size + 1) {
-    radii.push_back(shapes[i].radius);
+  for (std::size_t i = 0; i < spheres.size(); i += spheres.size() / sample_size + 1) {
+    radii.push_back(spheres[i].radius);
   }
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
@@ -80,27 +82,26 @@ std::uint32_t reference(const BinaryNode<Store>& child, const Places& next) {
 }  // namespace
 
 template <typename Store, int W>
-WideBvh<Store, W>::WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads)
-    : index_bits_(static_cast<int>(std::bit_width(shapes.size() + 1))) {
-  Spheres spheres;
-  spheres.reserve(shapes.size());
-  for (const SphereShape<Store>& shape : shapes) {
-    spheres.push_back({shape.center.x, shape.center.y, shape.center.z, shape.radius,
-                       static_cast<std::uint32_t>(spheres.size())});
+WideBvh<Store, W>::WideBvh(Spheres spheres, bool tree, int threads)
+    : index_bits_(static_cast<int>(std::bit_width(spheres.size() + 1))) {
+  const bool of_one_block = spheres.size() <= W;
+  build(spheres, tree && !of_one_block ? move_giants(spheres) : spheres.size(), threads);
+}
+
+template <typename Store, int W>
+std::size_t WideBvh<Store, W>::move_giants(Spheres& spheres) {
+  const std::span<BuildSphere<Store>> all(spheres.data(), spheres.size());
+  const Store limit = static_cast<Store>(giant) * middling_radius<Store>(all);
+  const auto is_giant = [limit](const auto& sphere) { return sphere.radius > limit; };
+  const auto count = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_giant));
+  if (count > W) {
+    return 0;
   }
-  std::size_t open = spheres.size();
-  if (tree && spheres.size() > W) {
-    const Store limit = static_cast<Store>(giant) * middling_radius(shapes);
-    const auto is_giant = [&](const auto& sphere) { return sphere.radius > limit; };
-    open = static_cast<std::size_t>(std::count_if(spheres.begin(), spheres.end(), is_giant));
-    if (open > W) {
-      open = 0;
-    }
-    if (open > 0) {
-      std::stable_partition(spheres.begin(), spheres.end(), is_giant);
-    }
+  auto next = all.begin();  // where the next one goes: they stay in the input's order
+  for (std::size_t moved = 0; moved < count; ++moved, ++next) {
+    std::iter_swap(next, std::find_if(next, all.end(), is_giant));
   }
-  build(spheres, open, threads);
+  return count;
 }
 
 template <typename Store, int W>
@@ -172,7 +173,7 @@ template <typename Store, int W>
 void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
                              Places next, int threads) {
   const auto children = wide.children(0);
-  std::array<Places, W> places;
+  Places places[W];
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
   for (int k = 0; k < children.count; ++k) {
     count(tree, wide, children.node[k], places[k]);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/base/aligned_array.h"
+#include "common/base/bands.h"
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/collapse.h"
 
@@ -23,7 +24,13 @@ class WideBvh {
  public:
   /// Any number of spheres below 2^26, none included. `tree` false: linear search. `threads` build;
   /// what they build does not depend on their number.
-  WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads);
+  WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads)
+      : WideBvh(
+            shapes.size(), [&](std::size_t i) { return shapes[i]; }, tree, threads) {}
+  /// The same of `count` spheres that shape_at(i) returns, asked by all threads.
+  template <typename ShapeAt>
+  WideBvh(std::size_t count, const ShapeAt& shape_at, bool tree, int threads)
+      : WideBvh(spheres_of(count, shape_at, threads), tree, threads) {}
 
   /// Of this object's own tables.
   [[nodiscard]] BvhView<Store, W> view() const;
@@ -54,9 +61,24 @@ class WideBvh {
   }
 
  private:
-  using Spheres = std::vector<BuildSphere<Store>>;
+  using Spheres = AlignedArray<BuildSphere<Store>>;
 
+  WideBvh(Spheres spheres, bool tree, int threads);
+  template <typename ShapeAt>
+  static Spheres spheres_of(std::size_t count, const ShapeAt& shape_at, int threads) {
+    Spheres spheres(count);
+    Bands(count, threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const SphereShape<Store> shape = shape_at(i);
+        spheres[i] = {shape.center.x, shape.center.y, shape.center.z, shape.radius,
+                      static_cast<std::uint32_t>(i)};
+      }
+    });
+    return spheres;
+  }
   [[nodiscard]] std::uint32_t index_mask() const { return (1U << index_bits_) - 1; }
+  /// Moves those that are to stand outside of a tree to the front; returns how many there are.
+  static std::size_t move_giants(Spheres& spheres);
   void build(Spheres& spheres, std::size_t open, int threads);
   void fill_open_blocks(const Spheres& spheres);
   void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);

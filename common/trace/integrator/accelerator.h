@@ -36,7 +36,8 @@ class Accelerator {
   [[nodiscard]] virtual std::size_t bytes() const = 0;
 
  protected:
-  Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa);
+  Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
+              const BuildOptions& options = {});
 
  private:
   friend std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator>,

@@ -5,12 +5,13 @@
 
 namespace parray {
 
-Accelerator::Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa)
+Accelerator::Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
+                         const BuildOptions& options)
     : precision_(precision),
       kind_(kind),
       isa_(isa),
       sky_(scene.sky),
-      origin_(scene_origin(scene)) {}
+      origin_(scene_origin(scene, options.threads)) {}
 
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const PictureSettings& picture) {

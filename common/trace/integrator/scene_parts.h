@@ -14,13 +14,18 @@
 /// What all accelerators and tracers make of a scene alike.
 namespace parray {
 
-/// Spheres as an accelerator stores them, relative to `origin`.
+/// A sphere as an accelerator stores it, relative to `origin`.
+template <typename Store>
+SphereShape<Store> stored_shape(const Sphere& sphere, const Vec3d& origin) {
+  return {vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)};
+}
+
 template <typename Store>
 std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
   std::vector<SphereShape<Store>> shapes;
   shapes.reserve(scene.spheres.size());
   for (const Sphere& sphere : scene.spheres) {
-    shapes.push_back({vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)});
+    shapes.push_back(stored_shape<Store>(sphere, origin));
   }
   return shapes;
 }

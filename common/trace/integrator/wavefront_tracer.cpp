@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/aligned_array.h"
+#include "common/base/bands.h"
 #include "common/image/radiance_scale.h"
 #include "common/scene/largest_radiance.h"
 #include "common/trace/bvh/wide_bvh.h"
@@ -28,13 +30,15 @@ KernelFeatures features_of(const Scene& scene) {
 }
 
 /// MaterialRef of each sphere, side by side: spheres in the order of a tree's slots lie far apart.
-std::vector<std::uint32_t> references_of(const Scene& scene) {
-  std::vector<std::uint32_t> references(scene.spheres.size());
-  std::transform(
-      scene.spheres.begin(), scene.spheres.end(), references.begin(), [&](const Sphere& sphere) {
-        const auto type = static_cast<std::uint32_t>(scene.materials[sphere.material].type);
-        return sphere.material << MaterialRef::type_bits | type;
-      });
+AlignedArray<std::uint32_t> references_of(const Scene& scene, int threads) {
+  AlignedArray<std::uint32_t> references(scene.spheres.size());
+  Bands(references.size(), threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t material = scene.spheres[i].material;
+      const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
+      references[i] = material << MaterialRef::type_bits | type;
+    }
+  });
   return references;
 }
 
@@ -54,9 +58,11 @@ class WavefrontAccelerator final : public Accelerator {
  public:
   WavefrontAccelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
                        const BuildOptions& options, const Kernels<Real, Store, W>& kernels)
-      : Accelerator(scene, precision, kind, isa),
-        spheres_(stored_shapes<Store>(scene, origin()), kind != AcceleratorKind::linear,
-                 options.threads),
+      : Accelerator(scene, precision, kind, isa, options),
+        spheres_(
+            scene.spheres.size(),
+            [&](std::size_t i) { return stored_shape<Store>(scene.spheres[i], this->origin()); },
+            kind != AcceleratorKind::linear, options.threads),
         surfaces_(stored_materials<Real>(scene)),
         features_(features_of(scene)),
         kernels_(kernels) {
@@ -64,7 +70,7 @@ class WavefrontAccelerator final : public Accelerator {
     if (bits + MaterialRef::type_bits > spheres_.tag_bits()) {
       material_of_.resize(spheres_.slot_count());
     }
-    note_materials(references_of(scene), options.threads);
+    note_materials(references_of(scene, options.threads), options.threads);
   }
 
   [[nodiscard]] std::size_t bytes() const override {
@@ -89,7 +95,7 @@ class WavefrontAccelerator final : public Accelerator {
   }
 
   /// `references`: MaterialRef of each sphere of the input.
-  void note_materials(const std::vector<std::uint32_t>& references, int threads) {
+  void note_materials(const AlignedArray<std::uint32_t>& references, int threads) {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
       const std::uint32_t index = spheres_.input_index(slot);
