@@ -89,7 +89,7 @@ void print_coverage(const std::vector<NoisyScene>& scenes, const Options& option
       "| sampler | adaptive | samples | intervals that hold | least of 20 strata | pictures' "
       "[low, high] that hold | claimed / true RMSE |\n|---|---|---|---|---|---|---|");
   std::vector<std::pair<std::string, Coverage>> all;
-  for (const auto& [sampler, adaptive] : ways) {
+  for (const Way& way : ways) {
     for (const std::uint32_t samples : {64U, 256U}) {
       Coverage coverage(references);
       for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -99,18 +99,19 @@ void print_coverage(const std::vector<NoisyScene>& scenes, const Options& option
               RenderSettings settings = scenes[i].settings;
               settings.seed = seed;
               settings.samples_per_pixel = samples;
-              settings.sampler = sampler;
-              settings.adaptive = adaptive;
+              settings.sampler = way.sampler;
+              settings.adaptive = way.adaptive;
               return trial_of(scenes[i], settings);
             },
             [&](const Trial& trial) { coverage.add(i, trial.picture, trial.error); });
       }
       std::printf("| %s | %s | %u | %.2f %% | %.1f %% | %.1f %% | %.4f |\n",
-                  std::string(name_of(sampler)).c_str(), adaptive ? "yes" : "no", samples,
+                  std::string(name_of(way.sampler)).c_str(), way.adaptive ? "yes" : "no", samples,
                   100 * coverage.pooled(), 100 * coverage.least_of_strata(),
                   100 * coverage.pictures(), coverage.claimed_to_true());
       std::fflush(stdout);
-      all.emplace_back(std::string(name_of(sampler)) + (adaptive ? ", adaptive, " : ", uniform, ") +
+      all.emplace_back(std::string(name_of(way.sampler)) +
+                           (way.adaptive ? ", adaptive, " : ", uniform, ") +
                            std::to_string(samples),
                        coverage);
     }

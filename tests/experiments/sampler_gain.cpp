@@ -105,8 +105,9 @@ void measure(const std::string& name, const Scene& scene, RenderSettings setting
 
 int run(int argc, char** argv) {
   std::array<std::uint64_t, 2> numbers{};  // width, millions of samples
-  for (int i = 0; i < 2 && i + 1 < argc; ++i) {
-    std::from_chars(argv[i + 1], argv[i + 1] + std::strlen(argv[i + 1]), numbers[i]);
+  for (int i = 1; i <= 2 && i < argc; ++i) {
+    std::from_chars(argv[i], argv[i] + std::strlen(argv[i]),
+                    numbers.at(static_cast<std::size_t>(i - 1)));
   }
   const auto [width, millions] = numbers;
   if (argc < 4 || width < 8 || width > 4096 || millions < 1 || millions > 1'000'000) {
