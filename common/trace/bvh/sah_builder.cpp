@@ -225,13 +225,13 @@ class Builder {
     }
     partition(range, binning, best, parts, left, right);
     if (spheres_.size() >= filled_from && range.count() <= filled_range) {
-      fill_blocks(best.axis, left, right);
+      fill_blocks(static_cast<std::size_t>(best.axis), left, right);
     }
   }
 
   /// Moves a cut where that saves a block: the spheres next to it that one side has beyond whole
   /// blocks go to the other side, whose last block has room for them.
-  void fill_blocks(int axis, Range& left, Range& right) {
+  void fill_blocks(std::size_t axis, Range& left, Range& right) {
     const std::uint32_t left_more = left.count() % leaf_size_;
     const std::uint32_t right_more = right.count() % leaf_size_;
     if (left_more == 0 || right_more == 0 || left_more + right_more > leaf_size_) {
@@ -360,8 +360,12 @@ class Builder {
   /// Calls work(part) for all of them, as tasks.
   template <typename Work>
   static void side_by_side(Parts& parts, const Work& work) {
-#pragma omp taskloop grainsize(1) default(none) shared(parts, work)
-    for (std::size_t i = 0; i < parts.size(); ++i) work(parts[i]);
+    for (Part& part : parts) {
+      Part* const mine = &part;
+#pragma omp task default(none) shared(work) firstprivate(mine)
+      work(*mine);
+    }
+#pragma omp taskwait
   }
 
   /// All spheres.
@@ -402,8 +406,8 @@ class Builder {
       const Vec4<Store> at = binning.bins_of(values);
       WideBounds<Store> box;
       box.include_sphere(values);
-      for (int axis = 0; axis < 3; ++axis) {
-        Bin& bin = bins[static_cast<std::size_t>(axis)][Binning::bin_number(at[axis])];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        Bin& bin = bins[axis][Binning::bin_number(at[axis])];
         bin.box.include(box);
         ++bin.count;
       }
