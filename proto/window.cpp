@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstring>
 
 #include "common/base/divide_up.h"
 #include "common/image/cell_records.h"
@@ -29,7 +28,7 @@ void LocalWindow::store(std::size_t word, std::uint64_t value) {
   std::atomic_ref(*word_at(memory_, word)).store(value);
 }
 void LocalWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
-  std::memcpy(memory_.data() + offset, bytes.data(), bytes.size());
+  std::ranges::copy(bytes, memory_.begin() + static_cast<std::ptrdiff_t>(offset));
 }
 
 Ledgers::Ledgers(std::uint32_t ranks, std::uint32_t each)

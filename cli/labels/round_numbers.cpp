@@ -40,6 +40,9 @@ double round_above(double value) {
 Ticks ticks_between(double low, double high, int most) {
   const double range = high / most - low / most;  // their difference may overflow
   double step = round_above(range);
+  if (!(step > 0)) {  // nothing is as small as a part of the range
+    return {{low}, {fixed(low, 0)}, 0};
+  }
   const auto first = [&] { return std::ceil(low / step - slack); };
   const auto last = [&] { return std::floor(high / step + slack); };
   while (last() - first() >= most) step = round_above(1.5 * step);
