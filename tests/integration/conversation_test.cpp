@@ -153,7 +153,8 @@ TEST_CASE("what there is of a picture can be had before it is done") {
   CHECK(image.report.at("samples") == grant.cells.sample_count());
   // Fewer than the pixels: the others are filled, so that none is black in this scene.
   REQUIRE(grant.cells.sample_count() < 300 * 200);
-  const auto& rgb = image.picture.picture(300, 200)->image.rgb;
+  const auto picture = image.picture.picture(300, 200);
+  const auto& rgb = picture->image.rgb;
   REQUIRE(rgb.size() == std::size_t{3} * 300 * 200);
   CHECK(std::count_if(rgb.begin(), rgb.end(), [](float value) { return value == 0; }) <
         static_cast<std::ptrdiff_t>(rgb.size() / 10));
