@@ -14,6 +14,10 @@ namespace parray {
 template <typename T>
 using Vector16 __attribute__((vector_size(16))) = T;
 
+/// The same anywhere in memory. (Copied by bytes they would go by way of the stack.)
+template <typename T>
+using LooseVector16 __attribute__((vector_size(16), aligned(alignof(T)), may_alias)) = T;
+
 // Component-wise; of a NaN and a number, `b`. (Compilers know no vector minimum that says so.)
 template <typename V>
 PARRAY_INLINE V least(V a, V b) {
@@ -56,11 +60,13 @@ struct Vec4<float> {
   PARRAY_INLINE explicit Vec4(float same) : all{same, same, same, same} {}
   PARRAY_INLINE Vec4(float x, float y, float z, float w) : all{x, y, z, w} {}
   static PARRAY_INLINE Vec4 load(const float* from) {
-    Vec4 loaded;
-    __builtin_memcpy(&loaded.all, from, sizeof loaded.all);
-    return loaded;
+    return Vec4(Vector16<float>(*reinterpret_cast<const LooseVector16<float>*>(from)));
   }
-  PARRAY_INLINE void store(float* to) const { __builtin_memcpy(to, &all, sizeof all); }
+  PARRAY_INLINE void store(float* to) const { *reinterpret_cast<LooseVector16<float>*>(to) = all; }
+  /// The fourth one in all places.
+  [[nodiscard]] PARRAY_INLINE Vec4 last() const {
+    return Vec4(Vector16<float>(__builtin_shufflevector(all, all, 3, 3, 3, 3)));
+  }
   PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
   [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
 
@@ -79,11 +85,18 @@ struct Vec4<double> {
   PARRAY_INLINE explicit Vec4(double same) : half{{same, same}, {same, same}} {}
   PARRAY_INLINE Vec4(double x, double y, double z, double w) : half{{x, y}, {z, w}} {}
   static PARRAY_INLINE Vec4 load(const double* from) {
-    Vec4 loaded;
-    __builtin_memcpy(loaded.half, from, sizeof loaded.half);
-    return loaded;
+    const auto* const halves = reinterpret_cast<const LooseVector16<double>*>(from);
+    return {Vector16<double>(halves[0]), Vector16<double>(halves[1])};
   }
-  PARRAY_INLINE void store(double* to) const { __builtin_memcpy(to, half, sizeof half); }
+  PARRAY_INLINE void store(double* to) const {
+    auto* const halves = reinterpret_cast<LooseVector16<double>*>(to);
+    halves[0] = half[0];
+    halves[1] = half[1];
+  }
+  [[nodiscard]] PARRAY_INLINE Vec4 last() const {
+    const auto same = Vector16<double>(__builtin_shufflevector(half[1], half[1], 1, 1));
+    return {same, same};
+  }
   PARRAY_INLINE double operator[](std::size_t i) const { return half[i / 2][i % 2]; }
   [[nodiscard]] PARRAY_INLINE Vector16<double> first() const { return half[0]; }
 
