@@ -68,8 +68,10 @@ struct Vec4<float> {
     return Vec4(Vector16<float>(__builtin_shufflevector(all, all, 3, 3, 3, 3)));
   }
   PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
+  /// The first 16 bytes.
   [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
 
+  /// function(x, y) of vectors of 16 bytes, for all of both.
   template <typename F>
   static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
     return Vec4(function(a.all, b.all));

@@ -20,6 +20,7 @@ SphereShape<Store> stored_shape(const Sphere& sphere, const Vec3d& origin) {
   return {vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)};
 }
 
+/// All spheres.
 template <typename Store>
 std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
   std::vector<SphereShape<Store>> shapes;
