@@ -14,9 +14,10 @@ namespace parray {
 template <typename T>
 using Vector16 __attribute__((vector_size(16))) = T;
 
-/// The same anywhere in memory. (Copied by bytes they would go by way of the stack.)
-template <typename T>
-using LooseVector16 __attribute__((vector_size(16), aligned(alignof(T)), may_alias)) = T;
+// The same anywhere in memory. (Copied by bytes they would go by way of the stack; as templates
+// they would lose their alignment with Clang.)
+using LooseFloats __attribute__((vector_size(16), aligned(4), may_alias)) = float;
+using LooseDoubles __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
 // Component-wise; of a NaN and a number, `b`. (Compilers know no vector minimum that says so.)
 template <typename V>
@@ -60,9 +61,9 @@ struct Vec4<float> {
   PARRAY_INLINE explicit Vec4(float same) : all{same, same, same, same} {}
   PARRAY_INLINE Vec4(float x, float y, float z, float w) : all{x, y, z, w} {}
   static PARRAY_INLINE Vec4 load(const float* from) {
-    return Vec4(Vector16<float>(*reinterpret_cast<const LooseVector16<float>*>(from)));
+    return Vec4(Vector16<float>(*reinterpret_cast<const LooseFloats*>(from)));
   }
-  PARRAY_INLINE void store(float* to) const { *reinterpret_cast<LooseVector16<float>*>(to) = all; }
+  PARRAY_INLINE void store(float* to) const { *reinterpret_cast<LooseFloats*>(to) = all; }
   /// The fourth one in all places.
   [[nodiscard]] PARRAY_INLINE Vec4 last() const {
     return Vec4(Vector16<float>(__builtin_shufflevector(all, all, 3, 3, 3, 3)));
@@ -87,11 +88,11 @@ struct Vec4<double> {
   PARRAY_INLINE explicit Vec4(double same) : half{{same, same}, {same, same}} {}
   PARRAY_INLINE Vec4(double x, double y, double z, double w) : half{{x, y}, {z, w}} {}
   static PARRAY_INLINE Vec4 load(const double* from) {
-    const auto* const halves = reinterpret_cast<const LooseVector16<double>*>(from);
+    const auto* const halves = reinterpret_cast<const LooseDoubles*>(from);
     return {Vector16<double>(halves[0]), Vector16<double>(halves[1])};
   }
   PARRAY_INLINE void store(double* to) const {
-    auto* const halves = reinterpret_cast<LooseVector16<double>*>(to);
+    auto* const halves = reinterpret_cast<LooseDoubles*>(to);
     halves[0] = half[0];
     halves[1] = half[1];
   }
