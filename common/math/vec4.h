@@ -14,11 +14,6 @@ namespace parray {
 template <typename T>
 using Vector16 __attribute__((vector_size(16))) = T;
 
-// The same anywhere in memory. (Copied by bytes they would go by way of the stack; as templates
-// they would lose their alignment with Clang.)
-using LooseFloats __attribute__((vector_size(16), aligned(4), may_alias)) = float;
-using LooseDoubles __attribute__((vector_size(16), aligned(8), may_alias)) = double;
-
 // Component-wise; of a NaN and a number, `b`. (Compilers know no vector minimum that says so.)
 template <typename V>
 PARRAY_INLINE V least(V a, V b) {
@@ -61,18 +56,14 @@ struct Vec4<float> {
   PARRAY_INLINE explicit Vec4(float same) : all{same, same, same, same} {}
   PARRAY_INLINE Vec4(float x, float y, float z, float w) : all{x, y, z, w} {}
   static PARRAY_INLINE Vec4 load(const float* from) {
-    return Vec4(Vector16<float>(*reinterpret_cast<const LooseFloats*>(from)));
+    Vec4 loaded;
+    __builtin_memcpy(&loaded.all, from, sizeof loaded.all);
+    return loaded;
   }
-  PARRAY_INLINE void store(float* to) const { *reinterpret_cast<LooseFloats*>(to) = all; }
-  /// The fourth one in all places.
-  [[nodiscard]] PARRAY_INLINE Vec4 last() const {
-    return Vec4(Vector16<float>(__builtin_shufflevector(all, all, 3, 3, 3, 3)));
-  }
+  PARRAY_INLINE void store(float* to) const { __builtin_memcpy(to, &all, sizeof all); }
   PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
-  /// The first 16 bytes.
   [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
 
-  /// function(x, y) of vectors of 16 bytes, for all of both.
   template <typename F>
   static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
     return Vec4(function(a.all, b.all));
@@ -88,18 +79,11 @@ struct Vec4<double> {
   PARRAY_INLINE explicit Vec4(double same) : half{{same, same}, {same, same}} {}
   PARRAY_INLINE Vec4(double x, double y, double z, double w) : half{{x, y}, {z, w}} {}
   static PARRAY_INLINE Vec4 load(const double* from) {
-    const auto* const halves = reinterpret_cast<const LooseDoubles*>(from);
-    return {Vector16<double>(halves[0]), Vector16<double>(halves[1])};
+    Vec4 loaded;
+    __builtin_memcpy(loaded.half, from, sizeof loaded.half);
+    return loaded;
   }
-  PARRAY_INLINE void store(double* to) const {
-    auto* const halves = reinterpret_cast<LooseDoubles*>(to);
-    halves[0] = half[0];
-    halves[1] = half[1];
-  }
-  [[nodiscard]] PARRAY_INLINE Vec4 last() const {
-    const auto same = Vector16<double>(__builtin_shufflevector(half[1], half[1], 1, 1));
-    return {same, same};
-  }
+  PARRAY_INLINE void store(double* to) const { __builtin_memcpy(to, half, sizeof half); }
   PARRAY_INLINE double operator[](std::size_t i) const { return half[i / 2][i % 2]; }
   [[nodiscard]] PARRAY_INLINE Vector16<double> first() const { return half[0]; }
 

@@ -36,7 +36,7 @@ struct WideBounds {
   }
   PARRAY_INLINE void include(const WideBounds& other) { include(other.lo, other.hi); }
   PARRAY_INLINE void include_sphere(const Vec4<Store>& sphere) {
-    const Vec4<Store> extent = sphere.last();
+    const Vec4<Store> extent(sphere[3]);
     include(sphere - extent, sphere + extent);
   }
   [[nodiscard]] PARRAY_INLINE Store half_area() const {
