@@ -284,9 +284,10 @@ std::string zsh_completion(const ProgramText& program) {
       text += "      " + command.word() + ") _arguments -s" + zsh_specs(command) + " ;;\n";
     }
     text += "    esac\n  fi\n";
-    text += std::string("  case $state in\n    commands) _describe command commands ;;\n") +
-            "    jobs) local -a jobs=(${(f)\"$(" + list_jobs +
-            ")\"}); compadd -a jobs ;;\n  esac\n";
+    text += "  case $state in\n    commands) _describe command commands ;;\n";
+    text += "    jobs) local -a jobs=(${(f)\"$(";
+    text += list_jobs;
+    text += ")\"}); compadd -a jobs ;;\n  esac\n";
   }
   return text + "}\n" + function + " \"$@\"\n";
 }

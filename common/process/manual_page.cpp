@@ -189,7 +189,8 @@ std::string environment(const CommandText& command) {
 }
 
 std::string exit_status() {
-  return section("EXIT STATUS") + text_line(std::string(exit_statuses) + ".");
+  std::string statuses = exit_statuses;
+  return section("EXIT STATUS") + text_line(statuses += ".");
 }
 
 }  // namespace
