@@ -191,7 +191,7 @@ class Coordinator final : public Actor {
   struct Prepared;
   void trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared);
   void begin_tracing(Job& job, const Prepared& prepared);
-  void restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan);
+  void restart_leases(Job& job, const WorkPlan& plan);
   void next_pass(Job& job);
   void finish_job(Job& job);
   void end_job(Job& job, JobState state, const std::string& reason);

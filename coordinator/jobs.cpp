@@ -261,11 +261,11 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
 }
 
 /// All of it is to be traced once more.
-void Coordinator::restart_leases(Job& job, std::shared_ptr<const WorkPlan> plan) {
+void Coordinator::restart_leases(Job& job, const WorkPlan& plan) {
   Prepared prepared;
   prepared.picture = job.work->picture;
   prepared.scene = job.work->scene;
-  prepared.missing = {{0, plan->cells()}};
+  prepared.missing = {{0, plan.cells()}};
   for (auto& [peer, worker] : workers_) {
     worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
   }

@@ -6,8 +6,8 @@
 
 namespace parray {
 
-LeaseTable::LeaseTable(const ChunkSizer& sizer, std::vector<CellRange> pending, Epoch first_epoch,
-                       std::uint64_t most_cells)
+LeaseTable::LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending,
+                       Epoch first_epoch, std::uint64_t most_cells)
     : sizer_(sizer), most_cells_(std::max<std::uint64_t>(most_cells, 1)), next_epoch_(first_epoch) {
   for (const CellRange& range : pending) {
     add_pending(range);

@@ -32,7 +32,7 @@ class LeaseTable {
  public:
   /// `pending` are the cells of the plan that are not done, ascending; epochs begin at
   /// `first_epoch`. A lease has `most_cells` at most.
-  LeaseTable(const ChunkSizer& sizer, std::vector<CellRange> pending, Epoch first_epoch,
+  LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending, Epoch first_epoch,
              std::uint64_t most_cells = UINT64_MAX);
 
   /// Leases the next cells: a check that `worker` may make, else pending work.

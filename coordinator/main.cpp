@@ -231,8 +231,10 @@ void declare_options(CommandLine& line, Arguments& a) {
 /// given back to the system and cleared anew for each.
 void keep_freed_blocks() {
   constexpr int largest_block = 1 << 26;
+  // NOLINTBEGIN(concurrency-mt-unsafe): before there is any other thread
   mallopt(M_MMAP_THRESHOLD, largest_block);
   mallopt(M_TRIM_THRESHOLD, 2 * largest_block);
+  // NOLINTEND(concurrency-mt-unsafe)
 }
 
 /// Every worker and every client is a file descriptor. Throws InputError when there cannot be

@@ -435,7 +435,7 @@ void Coordinator::retract(Job& job, TracerKey tracer, const std::string& name) {
                 work.cells = retracted->cells;
                 if (retracted->retraction.restarted) {
                   there->record.passes = {};
-                  restart_leases(*there, retracted->plan);
+                  restart_leases(*there, *retracted->plan);
                 } else {
                   work.leases->put_back(retracted->retraction.cells);
                 }

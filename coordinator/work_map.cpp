@@ -38,8 +38,9 @@ class Mapper {
     }
     const std::vector<Cell> cells = grid->second.cells_of(e.range);
     double samples = 0;
-    for (const Cell& cell : cells)
+    for (const Cell& cell : cells) {
       samples += static_cast<double>(cell.pixels()) * cell.samples.count();
+    }
     const auto [number, threads] = worker->second;
     const double each = samples > 0 ? e.seconds * threads / samples : 0;
     for (const Cell& cell : cells) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string_view>
 #include <utility>
 
 #include "proto/inproc_link.h"
@@ -36,11 +38,11 @@ class JoinedLink final : public Link {
   void wake() noexcept override { outer_.wake(); }
 
  private:
-  static inline const std::string mark = std::string("\0inproc ", 8);
+  static constexpr std::string_view mark{"\0inproc ", 8};
 
   std::optional<Delivery> from_inner() {
     auto delivery = inner_.receive();
-    if (delivery) delivery->peer = mark + delivery->peer;
+    if (delivery) delivery->peer.insert(0, mark);
     return delivery;
   }
 

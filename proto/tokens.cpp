@@ -30,8 +30,9 @@ Tokens read_tokens(const fs::path& directory) {
     std::istringstream words(line);
     std::string name;
     std::string digest;
-    if (words >> name >> digest && digest.size() == digest_length)
+    if (words >> name >> digest && digest.size() == digest_length) {
       tokens.emplace_back(name, digest);
+    }
   }
   return tokens;
 }
@@ -81,7 +82,7 @@ std::string make_token(const fs::path& directory, const std::string& name) {
   }
   Tokens tokens = read_tokens(directory);
   std::erase_if(tokens, [&](const auto& entry) { return entry.first == name; });
-  const std::string token = random_text();
+  std::string token = random_text();
   tokens.emplace_back(name, digest_of(token));
   write_tokens(directory, tokens);
   return token;

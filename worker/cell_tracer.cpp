@@ -83,6 +83,7 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
                         std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop) {
   CellTracer cells(tracer, batch);
   const Time began = cells.now();
+  // NOLINTNEXTLINE(clang-analyzer-deadcode.DeadStores): the loop's schedule reads it
   const auto piece = static_cast<int>(batch.grid->shape().piece_cells);
   std::atomic<bool> failed = false;
   std::exception_ptr failure;

@@ -85,6 +85,7 @@ void SceneExchange::drop_unused(Time now) {
   });
 }
 
+// NOLINTNEXTLINE(readability-convert-member-functions-to-static): the lambda calls members
 bool SceneExchange::receive(Time now, const PeerId& from, Message& message) {
   const auto take = [&](auto* m) {
     if (m != nullptr) {

@@ -51,7 +51,8 @@ struct CountFactors {
       mean = 1.0 / count * unit;
       square = 1.0 / count * scale.mean_square(1, 1);
       unbiased = count / (count - 1.0);
-      odds = count / 2;
+      const std::uint32_t half = count / 2;
+      odds = half;
       evens = count - odds;
       weight = unit / (count * std::sqrt(evens * odds));
     }
@@ -141,7 +142,7 @@ NoiseWindow::NoiseWindow(std::size_t reach, std::size_t width)
 void NoiseWindow::means(Row own, std::span<double> variances, std::span<double> samples) {
   // At each pixel a column comes in and one goes.
   std::array<double, 4> sum{};
-  for (std::size_t i = 0; i < 4 * 2 * reach_; ++i) {
+  for (std::size_t i = 0; i < 8 * reach_; ++i) {
     sum[i % 4] += columns_[4 + i];
   }
   for (std::size_t x = 0; x < width_; ++x) {
@@ -181,8 +182,8 @@ NoiseRows::NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon)
       kept_(2 * reach_ + 2),
       near_(near, windows_ ? state.width : 0),
       far_(far, windows_ ? state.width : 0),
-      mean_(3 * state.width),
-      ridge_(3 * state.width) {
+      mean_(std::size_t{3} * state.width),
+      ridge_(std::size_t{3} * state.width) {
   const Values with_ends(3 * (std::size_t{state.width} + 2));
   for (Kept& row : kept_) {
     row = {with_ends, with_ends, with_ends, with_ends, Values(windows_ ? 4 * state.width : 0)};

@@ -16,7 +16,7 @@ fs::path module_file(const std::string& name) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) throw RunError("finding this program: " + error.message());
-  const fs::path beside = program.parent_path() / name;
+  fs::path beside = program.parent_path() / name;
   if (fs::exists(beside, error)) return beside;
   return program.parent_path().parent_path() / "lib" / "parray" / name;
 }
@@ -28,6 +28,7 @@ void* module_entry(const std::string& file, const char* entry, const std::string
   void* const module = dlopen(module_file(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = module == nullptr ? nullptr : dlsym(module, entry);
   if (found == nullptr) {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): its text is the thread's own
     throw RunError("loading " + what + ": " + std::string(dlerror()) + ": " + remedy);
   }
   return found;

@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "common/process/description.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): its own name
 class App;
 class Option;
 }  // namespace CLI

@@ -173,8 +173,9 @@ std::string zsh_action(const OptionText& option) {
 
 std::string zsh_text(const std::string& text) {
   std::string out = replaced(text, "\\", "\\\\");
-  for (const char* special : {"[", "]", ":"})
+  for (const char* special : {"[", "]", ":"}) {
     out = replaced(out, special, std::string("\\") + special);
+  }
   return out;
 }
 

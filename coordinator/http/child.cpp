@@ -24,8 +24,7 @@ namespace fs = std::filesystem;
 fs::path find_child() {
   std::error_code error;
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const fs::path program =
-      self.parent_path().parent_path() / "lib" / "parray" / "parray-http-child";
+  fs::path program = self.parent_path().parent_path() / "lib" / "parray" / "parray-http-child";
   if (error || access(program.c_str(), X_OK) != 0) {
     throw RunError("--http: " + program.string() +
                    " is not there: install the package parray, or ParRay again");
@@ -45,8 +44,10 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
 std::vector<std::string> environment() {
   std::vector<std::string> variables = {"OMP_NUM_THREADS=2", "MALLOC_ARENA_MAX=2", "LC_ALL=C"};
   for (const char* const name : {"PATH", "LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS"}) {
-    if (const char* const value = getenv(name))
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment
+    if (const char* const value = getenv(name); value != nullptr) {
       variables.push_back(std::string(name) + "=" + value);
+    }
   }
   return variables;
 }

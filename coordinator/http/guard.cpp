@@ -53,7 +53,7 @@ void Guard::check_origin(const Request& request) const {
   const std::size_t scheme = origin.find("://");
   const std::string from = scheme == std::string::npos ? origin : origin.substr(scheme + 3);
   const bool other =
-      (!origin.empty() && from != host && !std::ranges::count(hosts_, without_port(from))) ||
+      (!origin.empty() && from != host && std::ranges::count(hosts_, without_port(from)) == 0) ||
       request.field("sec-fetch-site") == "cross-site";
   if (other) {
     throw Problem(403, "a page of another site, " + printable(origin) + ", may not ask this");
