@@ -181,7 +181,7 @@ std::string way_text(const Choice& choice) {
 
 /// Who is to trace.
 std::string whom_text(const Plan& plan) {
-  const std::string threads = counted(static_cast<std::uint64_t>(plan.threads), "thread");
+  std::string threads = counted(static_cast<std::uint64_t>(plan.threads), "thread");
   if (plan.farm.here()) return threads;
   const std::vector<double>& speeds = plan.farm.speeds();
   const double power = std::accumulate(speeds.begin(), speeds.end(), 0.0);

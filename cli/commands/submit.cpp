@@ -67,9 +67,8 @@ int submit(const SubmitCommand& command) {
     refuse_transparency(submission,
                         "the background is taken out by whoever has the scene and writes the "
                         "picture: add --wait -o IMAGE, or --opaque");
-  }
-  if (outputs.image.empty())
     say_unfinished(file.finish, submission.name, "add --wait -o IMAGE.png to have them");
+  }
   submission.max_failures = command.max_failures;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);

@@ -232,6 +232,7 @@ std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
     sources.try_emplace({corner.y, corner.x}, RetracedPixel{corner.x, corner.y, samples});
   }
   std::vector<RetracedPixel> sorted;
+  sorted.reserve(sources.size());
   for (const auto& [place, source] : sources) sorted.push_back(source);
   return sorted;
 }

@@ -34,6 +34,7 @@ std::string random_token() {
 
 /// Of whoever runs this process; empty: it has none.
 std::string login_name() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread asks for users
   const passwd* const entry = getpwuid(getuid());
   return entry == nullptr ? "" : std::string(entry->pw_name).substr(0, 64);
 }

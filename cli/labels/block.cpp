@@ -121,7 +121,8 @@ class LegendLayout {
   }
 
   void draw_entry(Pen& pen, const Point& at, std::size_t i) const {
-    const double x = at.x + static_cast<double>(i / rows_) * (column_ + em_);
+    const std::size_t column = i / rows_;
+    const double x = at.x + static_cast<double>(column) * (column_ + em_);
     const double y = at.y + entries_top_ + static_cast<double>(i % rows_) * pitch();
     const double side = 0.9 * em_;
     const double middle = y + pitch() / 2;

@@ -59,7 +59,7 @@ class Pen {
   /// From (x, baseline) on.
   void text(double x, double baseline, std::string_view text);
   /// Around the middle `x`.
-  void centered(double x, double baseline, std::string_view text);
+  void centered(double x, double baseline, std::string_view words);
   void stroke(const Point& from, const Point& to);
   void bar(const Box& box);
   /// A box of colours, by the share of the way from its bottom (0) to its top (1), in a frame.

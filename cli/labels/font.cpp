@@ -99,7 +99,7 @@ double Font::width(std::string_view text) const {
 
 void Font::draw(Coverage& coverage, const Point& origin, std::string_view text) const {
   library_->each_letter(text, [&](double advance) {
-    const FT_GlyphSlot slot = library_->face->glyph;
+    auto* const slot = library_->face->glyph;
     const double x = std::floor(origin.x + advance);
     const double y = std::floor(origin.y);
     FT_Outline_Translate(&slot->outline,
@@ -124,7 +124,7 @@ void Font::check(std::string_view text, const std::string& what) const {
     const bool control = *code < 0x20 || (*code >= 0x7F && *code < 0xA0);
     if (!control && FT_Get_Char_Index(library_->face, *code) != 0) continue;
     char name[16];
-    std::snprintf(name, sizeof name, "U+%04X", static_cast<unsigned>(*code));
+    static_cast<void>(std::snprintf(name, sizeof name, "U+%04X", static_cast<unsigned>(*code)));
     throw InputError(what + ": DejaVu Sans has no character " + name + ": use another");
   }
 }

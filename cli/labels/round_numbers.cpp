@@ -17,7 +17,7 @@ double power_below(double value) { return std::pow(10, std::floor(std::log10(val
 /// With so many decimals; a minus sign as it is printed.
 std::string fixed(double value, int decimals) {
   std::array<char, 400> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, std::abs(value));
+  static_cast<void>(std::snprintf(text.data(), text.size(), "%.*f", decimals, std::abs(value)));
   const std::string digits = text.data();
   const bool zero = digits.find_first_not_of("0.") == std::string::npos;
   return (value < 0 && !zero ? "\u2212" : "") + digits;

@@ -10,10 +10,11 @@
 #include <array>
 #include <bit>
 #include <cerrno>
-#include <cstring>
 #include <iostream>
 #include <memory>
 #include <span>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/base/bytes.h"
@@ -128,22 +129,24 @@ class Connection {
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
         if (!ready(silence)) fail("it takes nothing in");
       } else if (errno != EINTR) {
-        fail(std::strerror(errno));
+        fail(text_of(errno));
       }
     }
     return open();
   }
 
  private:
+  static std::string text_of(int error) { return std::system_category().message(error); }
+
   void connect(const addrinfo& to) {
     socket_ = ::socket(to.ai_family, to.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, to.ai_protocol);
-    if (!open()) return fail(std::strerror(errno));
+    if (!open()) return fail(text_of(errno));
     if (::connect(socket_, to.ai_addr, to.ai_addrlen) == 0) return;
-    if (errno != EINPROGRESS) return fail(std::strerror(errno));
+    if (errno != EINPROGRESS) return fail(text_of(errno));
     int error = ETIMEDOUT;
     socklen_t size = sizeof error;
     if (ready(seconds(5))) ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error != 0) fail(std::strerror(error));
+    if (error != 0) fail(text_of(error));
   }
 
   /// Whether more can be sent, within `patience`.
@@ -156,7 +159,7 @@ class Connection {
     return false;
   }
 
-  void fail(const char* reason) {
+  void fail(const std::string& reason) {
     reason_ = reason;
     close();
   }

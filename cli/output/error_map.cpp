@@ -61,7 +61,8 @@ class LegendDrawing {
     const double side = font_.cap_height();
     fill({word - places_.gap() - side, places_.title_baseline - side, side, side}, unknown_colour);
     // By whole pixels: two halves of one would let the background through.
-    for (double x = std::floor(left); x < right; ++x) {
+    for (int column = static_cast<int>(std::floor(left)); column < right; ++column) {
+      const double x = column;
       const double share = std::clamp((x - left) / (right - left), 0.0, 1.0);
       fill({x, places_.bar_top, 1, places_.bar_height()}, error_colour(share));
     }

@@ -41,7 +41,7 @@ std::string moment_text(double since_1970) {
   std::tm local{};
   localtime_r(&whole, &local);
   std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &local);
+  static_cast<void>(std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &local));
   return text.data();
 }
 

@@ -24,7 +24,7 @@ std::string formatted(const char* format, Values... values) {
 std::string with_unit(double value, std::string_view unit);
 
 /// "0.25 s", "12 s", "3 min 20 s", "2 h 05 min", "3 d 4 h". Negative or not finite: "?".
-std::string duration_text(double seconds);
+std::string duration_text(double length);
 
 /// "2026-11-22 16:05:09", local time, of seconds since 1970.
 std::string moment_text(double since_1970);

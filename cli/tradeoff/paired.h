@@ -42,6 +42,6 @@ std::size_t paired_renders(const RenderSettings& base);
 
 nlohmann::json to_json(const PairedBiases& biases);
 /// Throws nlohmann::json::exception or InputError when it is not what to_json() gives.
-PairedBiases paired_biases_from(const nlohmann::json& json);
+PairedBiases paired_biases_from(const nlohmann::json& map);
 
 }  // namespace parray::tradeoff

@@ -140,6 +140,7 @@ Plot front_plot(const Findings& findings) {
   }
   std::sort(front.begin(), front.end(),
             [](const Row* a, const Row* b) { return a->seconds.median < b->seconds.median; });
+  beneath.reserve(front.size());
   for (const Row* row : front) beneath.push_back(point_of(*row, findings));
   data.block("the front");
   const auto add = [&](const Row& row) {
@@ -152,8 +153,9 @@ Plot front_plot(const Findings& findings) {
   for (const auto& [name, rows] : by_family(findings)) {
     const SeriesStyle style = family_style(name);
     for (const bool on_front : {false, true}) {
-      if (std::ranges::none_of(rows, [&](const Row* row) { return row->on_front == on_front; }))
+      if (std::ranges::none_of(rows, [&](const Row* row) { return row->on_front == on_front; })) {
         continue;
+      }
       data.block(name + (on_front ? "" : ", dominated"));
       for (const Row* row : rows) {
         if (row->on_front == on_front) add(*row);

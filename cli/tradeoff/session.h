@@ -46,7 +46,7 @@ class Session {
   void make_reference();
   void sweep();
   void measure_run(const RenderSettings& settings, std::uint32_t run);
-  void keep(Run run, const RenderSettings& settings, const DirectRender& render);
+  void keep(Run measured, const RenderSettings& settings, const DirectRender& render);
   [[nodiscard]] bool planned(const RenderSettings& settings, std::uint32_t run) const;
   void measure_biases();
   [[nodiscard]] Occasion occasion();

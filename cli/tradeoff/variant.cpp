@@ -73,7 +73,7 @@ class Planner {
   /// `samples`: a pixel, as expected. False if there is no time for it; known ones are no news.
   bool add(Knob knob, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
-    if (known_.count(options) > 0) return true;
+    if (known_.contains(options)) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second) +
                        (settings.replicates ? pilot_.denoise : 0);
     const bool first = knob != Knob::accelerator && begun_.insert({knob, settings.sampler}).second;

@@ -81,6 +81,7 @@ class PngWriter {
  private:
   template <typename Step>
   void attempt(const Step& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
     if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
   }
 
@@ -150,8 +151,10 @@ void check_png_chunks(const std::filesystem::path& path) {
   constexpr std::size_t around = 12;  // length, type and checksum
   std::ifstream in(path, std::ios::binary);
   std::array<char, signature.size()> head{};
-  if (!in.read(head.data(), head.size()) || std::string_view(head.data(), head.size()) != signature)
+  if (!in.read(head.data(), head.size()) ||
+      std::string_view(head.data(), head.size()) != signature) {
     return;
+  }
   const auto refuse = [&](const char* reason) {
     throw InputError(path.string() + ": " + reason + ": copy or render it again");
   };

@@ -49,7 +49,7 @@ class Option {
   /// Refuses an empty value, which would read as "not given".
   Option& forbid_empty();
   /// Refuses any other.
-  Option& one_of(const std::vector<std::string>& words);
+  Option& one_of(const std::vector<std::string>& known);
   /// Known words, for help and shells; whoever reads the value refuses others. `list`: several,
   /// with commas between.
   Option& words(const std::vector<std::string>& words, bool list = false);
@@ -143,7 +143,7 @@ class CommandLine : public Command {
   void parse(const std::string& words);
 
  private:
-  [[nodiscard]] std::string help_of(const std::string& command) const;
+  [[nodiscard]] std::string help_of(const std::string& name) const;
 
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;

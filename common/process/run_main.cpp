@@ -45,7 +45,7 @@ int run_main(const Program& program, int argc, const char* const* argv,
   try {
     const auto declare_all = [&](CommandLine& line) {
       line.launcher(program.launcher);
-      const Action action = declare(line);
+      Action action = declare(line);
       line.version(program.version);
       return action;
     };
