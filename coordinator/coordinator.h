@@ -131,7 +131,7 @@ class Coordinator final : public Actor {
   bool grant_leases(Time now);
   bool grant_one(Time now, WorkerRecord& worker);
   bool grant_from(Time now, WorkerRecord& worker, Job& job, bool copy);
-  [[nodiscard]] bool may_trace(Time now, WorkerRecord& worker, const Job& job) const;
+  [[nodiscard]] static bool may_trace(Time now, const WorkerRecord& worker, const Job& job);
   void send_grant(Time now, WorkerRecord& worker, Job& job, const Lease& lease);
   void note_storage(Time now);
 
@@ -169,7 +169,7 @@ class Coordinator final : public Actor {
   void note_accepted(Job& job, const Merged& merged);
   void settle(Job& job, const Merged& merged);
   void open_dispute(Job& job, const Merged& merged);
-  void decide_dispute(Job& job, std::size_t dispute, const Merged& merged);
+  void decide_dispute(Job& job, std::size_t index, const Merged& merged);
   void ask_another(Job& job, Dispute& dispute);
   void convict(TracerKey tracer, const std::string& name, const std::string& why);
   void retract(Job& job, TracerKey tracer, const std::string& name);

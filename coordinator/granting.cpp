@@ -70,7 +70,7 @@ bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
   return queue_.visit(offer_work) || (worker.held == 0 && queue_.visit(offer_copy));
 }
 
-bool Coordinator::may_trace(Time now, WorkerRecord& worker, const Job& job) const {
+bool Coordinator::may_trace(Time now, const WorkerRecord& worker, const Job& job) {
   if (!job.tracing() || job.record.state == JobState::paused) {
     return false;
   }
@@ -78,10 +78,7 @@ bool Coordinator::may_trace(Time now, WorkerRecord& worker, const Job& job) cons
     return false;
   }
   const auto shunned = worker.shunned.find(job.record.id);
-  if (shunned != worker.shunned.end() && now < shunned->second) {
-    return false;
-  }
-  return true;
+  return shunned == worker.shunned.end() || now >= shunned->second;
 }
 
 bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) {

@@ -110,6 +110,7 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads
         "asking all ranks for their threads");
   }
   std::vector<RankFacts> facts;
+  facts.reserve(all.size());
   for (const Packed& rank : all) {
     facts.push_back({rank.host.data(), rank.threads});
   }

@@ -246,10 +246,10 @@ Reply Api::show_job(const Request& request, JobId job) {
   }
 }
 
-/// Of what was refused: whether there is no such job, or it is another's.
+/// Called by the handler of what was refused: whether there is no such job, or it is another's.
 [[noreturn]] static void fail_precisely(LoopClient& loop, const Sender& sender, JobId job,
                                         const Problem& problem) {
-  if (problem.status() != 409) throw problem;
+  if (problem.status() != 409) throw;
   int status = 409;
   try {
     const json shown = loop.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
