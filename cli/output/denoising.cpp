@@ -83,8 +83,8 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
         "--denoise: the coordinator has kept no halves of the samples: it is an older "
         "one, or the job was submitted without --denoise");
   }
-  const std::uint32_t samples = *std::ranges::min_element(picture.statistics.samples);
-  if (samples < 2) {
+  const std::uint32_t least = *std::ranges::min_element(picture.statistics.samples);
+  if (least < 2) {
     std::cerr << "parray: --denoise: a pixel has less than 2 samples: the picture stays as it is\n";
     return;
   }
@@ -92,8 +92,8 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   const Time begin = clock.now();
   DenoisedSoFar fresh;
   DenoisedSoFar& so_far = extra.denoised ? *extra.denoised : fresh;
-  const std::uint64_t all = samples_of(picture.statistics.samples);
-  denoise_again(so_far, replicates, tracer, extra, samples, all, check_interrupted);
+  const std::uint64_t samples = samples_of(picture.statistics.samples);
+  denoise_again(so_far, replicates, tracer, extra, least, samples, check_interrupted);
   Denoised& denoised = so_far.picture;
   keep_raw(picture);
   picture.image.rgb = std::move(denoised.rgb);

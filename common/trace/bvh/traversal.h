@@ -88,6 +88,7 @@ class Traversal {
     const Slab<B> y(o.y, d.y, margin, steepest);
     const Slab<B> z(o.z, d.z, margin, steepest);
     const B sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
+    // NOLINTNEXTLINE(misc-redundant-expression): a NaN is not
     const auto number = sum == sum;  // what is none meets nothing, see enters_at: z comes last
     const B nowhere(infinity_stored);
     const B z_inverse = select(number, z.inverse, B(Store(0)));

@@ -45,11 +45,13 @@ struct RunSums {
   }
 
   PARRAY_INLINE void add_to(PixelSums& pixel) const {
+    // NOLINTBEGIN(readability-simplify-subscript-expr): [] takes unsigned numbers
     for (int channel = 0; channel < 3; ++channel) {
       pixel.sum.data()[channel] += sum[channel];
       pixel.sum_of_squares.data()[channel] += sum_of_squares[channel];
       pixel.odd.data()[channel] += odd[channel];
     }
+    // NOLINTEND(readability-simplify-subscript-expr)
   }
 };
 
