@@ -136,7 +136,7 @@ class Connection {
   }
 
  private:
-  static std::string text_of(int error) { return std::system_category().message(error); }
+  static std::string text_of(int error) { return std::generic_category().message(error); }
 
   void connect(const addrinfo& to) {
     socket_ = ::socket(to.ai_family, to.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, to.ai_protocol);

@@ -113,8 +113,8 @@ inline std::size_t NoiseModel::level_of(double variance) const {
 inline std::size_t NoiseModel::place_of(double variance, double ridge) const {
   const std::size_t level = level_of(variance);
   // Without branches, which nobody could foresee.
-  const auto above = [ridge](double limit) { return std::size_t{ridge < limit ? 1U : 0U}; };
-  const std::size_t kind = 3 - above(variance / 16) - above(variance / 4) - above(variance);
+  const auto below = [ridge](double limit) { return std::size_t{ridge < limit ? 1U : 0U}; };
+  const std::size_t kind = 3 - below(variance / 16) - below(variance / 4) - below(variance);
   return level == 0 ? 0 : kind * levels + level;
 }
 

@@ -190,7 +190,8 @@ std::string environment(const CommandText& command) {
 
 std::string exit_status() {
   std::string statuses = exit_statuses;
-  return section("EXIT STATUS") + text_line(statuses += ".");
+  statuses += '.';
+  return section("EXIT STATUS") + text_line(statuses);
 }
 
 }  // namespace
