@@ -195,6 +195,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
     known = &workers_.add(now, peer, m);
     judge_losses(*known);
     known->address = sender_.address;
+    known->machine = machine_of(sender_, m.name);
     workers_.bar(*known, convicted_.contains(known->key) ? "it has returned wrong bits before" : "",
                  is_drained(*known));
     grants_due_ = true;

@@ -26,7 +26,8 @@ SceneService::Node SceneService::node_of(const WorkerRecord& worker) {
   node.id = worker.id;
   node.machine = worker.hello.host.empty() ? '#' + std::to_string(worker.id)
                                            : worker.hello.host + ' ' + worker.address;
-  node.loopback = worker.address.starts_with("127.") || worker.address == "::1";
+  node.loopback = worker.address.starts_with("127.") || worker.address == "::1" ||
+                  worker.address == "localhost";
   if (worker.hello.share_port != 0 && !worker.address.empty()) {
     node.address = endpoint(worker.address, worker.hello.share_port);
     node.key = worker.hello.share_key;

@@ -12,6 +12,7 @@
 
 #include "common/schedule/chunk_sizer.h"
 #include "coordinator/lease_table.h"
+#include "coordinator/machine_id.h"
 #include "coordinator/result_collector.h"
 #include "proto/clock.h"
 #include "proto/link.h"
@@ -25,6 +26,7 @@ struct WorkerRecord {
   PeerId peer;
   msg::Hello hello;
   std::string address;  ///< of its machine, as this side sees it; empty: unknown
+  MachineId machine;    ///< several workers may have the same
   TracerKey key = 0;
   Time last_heard{};
   unsigned pace = 1;  ///< of its heartbeat, as it was told last

@@ -217,7 +217,7 @@ void make_farm_keys(const fs::path& directory) {
                  pair.open + "\nsecret " + pair.secret + "\n",
              0600, true);
   write_members(allowed_file(directory),
-                {make_member(directory, pair.open, Role::worker, "worker"),
+                {make_member(directory, pair.open, Role::worker, shared_worker_key),
                  make_member(directory, pair.open, Role::admin, "admin")},
                 true);
 }

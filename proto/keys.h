@@ -40,6 +40,9 @@ struct Sender {
   std::string address{};  ///< of its machine, as this side sees it; empty: unknown
 };
 
+/// Name of the key that all workers may share: it tells no machine from another.
+inline constexpr const char* shared_worker_key = "worker";
+
 /// Least and largest share that a user may have.
 inline constexpr double least_share = 0.001;
 inline constexpr double largest_share = 1000;

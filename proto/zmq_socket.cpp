@@ -54,6 +54,12 @@ std::string property(zmq::message_t& part, const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// Whoever comes by a socket file (ipc://) is on this machine; ZeroMQ calls it
+/// ":USER:GROUP:PROCESS".
+std::string address_of(std::string peer) {
+  return peer.empty() || peer.front() == ':' ? "localhost" : std::move(peer);
+}
+
 }  // namespace
 
 ZmqSocket::ZmqSocket(zmq::context_t& context, zmq::socket_type type, std::size_t max_message_bytes,
@@ -162,7 +168,7 @@ std::optional<Delivery> ZmqSocket::receive() {
     more = part.more();
     if (router_ && !more) {  // the last part: the first may know nothing of its connection
       delivery.sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
-      delivery.sender.address = property(part, "Peer-Address");
+      delivery.sender.address = address_of(property(part, "Peer-Address"));
     }
     if (router_ && i == 0 && !dropping_) {
       delivery.peer = part.to_string();
