@@ -22,6 +22,7 @@
 #include "coordinator/manual.h"
 #include "coordinator/replica/keeper.h"
 #include "proto/joined_link.h"
+#include "proto/tokens.h"
 #include "proto/zmq_link.h"
 
 namespace {
@@ -77,6 +78,17 @@ void declare_http(CommandLine& line, Arguments& a) {
       .group(http_group)
       .needs(http);
   line.number("--http-streams", a.http.streams, 0, 10000, "Event streams served at once")
+      .group(http_group)
+      .needs(http)
+      .show_default();
+  line.number("--http-connections", a.http.connections, 1, 100000, "Connections of HTTP at once")
+      .group(http_group)
+      .needs(http)
+      .show_default();
+  line.number(
+          "--http-connections-per-address", a.http.address_connections, 1, 100000,
+          "Of one address, a proxy's, too. Whoever has not sent a request yet makes room for who "
+          "comes later; /healthz and /readyz are answered all the same")
       .group(http_group)
       .needs(http)
       .show_default();
@@ -237,18 +249,18 @@ void keep_freed_blocks() {
   // NOLINTEND(concurrency-mt-unsafe)
 }
 
-/// Every worker and every client is a file descriptor. Throws InputError when there cannot be
-/// enough.
-void allow_connections(std::size_t workers) {
+/// Every worker, every client and every connection of HTTP is a file descriptor. Throws InputError
+/// when there cannot be enough.
+void allow_connections(std::size_t workers, std::size_t http) {
   constexpr std::size_t others = 256;  // clients, files, the library's own
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
-  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < workers + others) {
+  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < workers + http + others) {
     throw InputError("--max-workers " + std::to_string(workers) + ": this process may open " +
                      std::to_string(limit.rlim_cur) + " files and needs " +
-                     std::to_string(workers + others) + ": raise ulimit -n, or serve fewer");
+                     std::to_string(workers + http + others) + ": raise ulimit -n, or serve fewer");
   }
 }
 
@@ -319,6 +331,38 @@ std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
   return face;
 }
 
+/// Tells when the lists of keys are not followed any more, and when they are again.
+class KeyWatch {
+ public:
+  KeyWatch(const std::string& keys, std::shared_ptr<spdlog::logger> log)
+      : keys_(keys), log_(std::move(log)) {}
+
+  void look(Time now) {
+    constexpr Time rest = seconds(2);
+    if (keys_.empty() || now < look_at_) return;
+    look_at_ = now + rest;
+    std::string problem;
+    try {
+      check_key_lists(keys_);
+    } catch (const InputError& error) {
+      problem = error.what();
+    }
+    if (problem == problem_) return;
+    problem_ = problem;
+    if (problem.empty()) {
+      log_->info("the lists in {} are followed again", keys_);
+    } else {
+      log_->error("{}; until then what the lists said before counts", problem);
+    }
+  }
+
+ private:
+  const std::string keys_;
+  const std::shared_ptr<spdlog::logger> log_;
+  Time look_at_{};
+  std::string problem_;
+};
+
 int serve(Arguments& a) {
   check(a);
   a.options.heartbeat = from_seconds(a.heartbeat);
@@ -332,7 +376,8 @@ int serve(Arguments& a) {
   a.keeper.takeover_after = from_seconds(a.takeover_after);
   Keeper keeper(a.keeper, *log, check_interrupted);
   keep_freed_blocks();
-  allow_connections(a.options.max_workers);
+  allow_connections(a.options.max_workers, a.http.address.empty() ? 0 : a.http.connections);
+  if (!a.keys.empty()) check_key_lists(a.keys);
   ZmqServer server(a.bind, a.max_message_bytes, a.keys);
   if (a.keys.empty() && !is_loopback(a.bind)) {
     log->warn("--insecure: anybody who reaches {} can send jobs and pose as a worker", a.bind);
@@ -356,7 +401,11 @@ int serve(Arguments& a) {
   InprocHub hub([&server] { server.link().wake(); });
   JoinedLink link(server.link(), hub.coordinator());
   const auto face = make_http_face(a, hub, log);
-  run_actor(coordinator, link, clock, [&](Time) { return interrupt_noted() || keeper.fenced(); });
+  KeyWatch key_watch(a.keys, log);
+  run_actor(coordinator, link, clock, [&](Time now) {
+    key_watch.look(now);
+    return interrupt_noted() || keeper.fenced();
+  });
   if (keeper.fenced()) {
     throw RunError("fenced: the standby at " + a.keeper.replicate_to +
                    " has taken over and serves as a later generation");

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 #include <zmq.h>
 
@@ -134,6 +135,8 @@ bool read_share(std::istringstream& words, double& share) {
 std::vector<Member> read_members(const fs::path& file) {
   std::vector<Member> members;
   std::istringstream lines(read_file(file));
+  refuse_if_others_can_write(file.parent_path());
+  refuse_if_others_can_write(file);
   std::size_t number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
@@ -206,11 +209,15 @@ KeyPair make_key_pair() {
 
 void make_farm_keys(const fs::path& directory) {
   std::error_code error;
-  fs::create_directories(directory, error);
+  const bool made = fs::create_directories(directory, error);
   if (error) {
     throw InputError(directory.string() + ": " + error.message() +
                      ": name a directory that can be made");
   }
+  // Whatever the umask.
+  constexpr auto of_others = fs::perms::group_write | fs::perms::others_write;
+  if (made) fs::permissions(directory, of_others, fs::perm_options::remove, error);
+  refuse_if_others_can_write(directory);
   const KeyPair pair = make_key_pair();
   write_file(directory / "coordinator.key",
              "# ParRay: the coordinator's own key. Whoever has it can pose as this farm.\npublic " +
@@ -250,9 +257,23 @@ void remove_member_key(const fs::path& directory, const std::string& name) {
   fs::remove(directory / (name + ".key"), ignored);
 }
 
+void refuse_if_others_can_write(const fs::path& path) {
+  struct stat found {};
+  struct statvfs mounted {};
+  const bool writable = stat(path.c_str(), &found) == 0 && (found.st_mode & 022) != 0;
+  if (!writable || (statvfs(path.c_str(), &mounted) == 0 && (mounted.f_flag & ST_RDONLY) != 0)) {
+    return;
+  }
+  throw InputError(path.string() +
+                   " decides who is let in, and others on this machine can write it: see what "
+                   "stands there, then chmod go-w " +
+                   path.string());
+}
+
 KeyPair read_coordinator_key(const fs::path& directory) {
   const fs::path file = directory / "coordinator.key";
   const auto values = read_secret_file(file);
+  refuse_if_others_can_write(directory);
   return {key_in(values, "public", file), key_in(values, "secret", file)};
 }
 
@@ -281,7 +302,7 @@ void AllowList::read_again(Time now) {
   try {
     read();
   } catch (const InputError&) {
-    // It is gone, or a line is wrong: what it was counts until it is mended.
+    // It is gone, a line is wrong, or others can write it: what it was counts until it is mended.
   }
 }
 

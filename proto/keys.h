@@ -19,7 +19,8 @@
 ///     DIR/NAME.key          what a worker or a person gets: the coordinator's public key, and a
 ///     pair
 ///
-/// Files with a secret must be closed to others (mode 0600), or they are refused.
+/// Files with a secret must be closed to others (mode 0600), or they are refused. So are lists, and
+/// directories with lists, that others can write: whoever writes them can let anybody in.
 namespace parray {
 
 /// What the owner of a key may do.
@@ -79,13 +80,18 @@ KeyPair read_coordinator_key(const std::filesystem::path& directory);
 /// InputError.
 MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
 
+/// Throws InputError with the remedy when group or others can write the file or directory `path`.
+/// What is mounted read-only, or is not there, nobody can write.
+void refuse_if_others_can_write(const std::filesystem::path& path);
+
 /// DIR/allowed, read again once a second when it is asked. One thread.
 class AllowList {
  public:
   /// Throws InputError.
   explicit AllowList(const std::filesystem::path& directory);
 
-  /// Nobody: the key is not on the list. While the file cannot be read, what it said last counts.
+  /// Nobody: the key is not on the list. While the file cannot be read or others can write it, what
+  /// it said last counts.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
   /// The same by the key's name.
   [[nodiscard]] std::optional<Sender> find_name(Time now, const std::string& name);

@@ -24,6 +24,8 @@ std::string digest_of(const std::string& token) {
 }
 
 Tokens read_tokens(const fs::path& directory) {
+  refuse_if_others_can_write(directory);
+  refuse_if_others_can_write(directory / "tokens");
   Tokens tokens;
   std::ifstream in(directory / "tokens");
   for (std::string line; std::getline(in, line);) {
@@ -47,7 +49,10 @@ void write_tokens(const fs::path& directory, const Tokens& tokens) {
   }
   out.close();
   std::error_code error;
-  if (out) fs::rename(fresh, file, error);
+  // Whatever the umask.
+  constexpr auto of_others = fs::perms::group_write | fs::perms::others_write;
+  if (out) fs::permissions(fresh, of_others, fs::perm_options::remove, error);
+  if (out && !error) fs::rename(fresh, file, error);
   if (!out || error) throw RunError("writing " + file.string() + " failed");
 }
 
@@ -95,12 +100,19 @@ void remove_token(const fs::path& directory, const std::string& name) {
   }
 }
 
-TokenList::TokenList(const fs::path& directory) : directory_(directory), allowed_(directory) {}
+void check_key_lists(const fs::path& directory) { const TokenList readable(directory); }
+
+TokenList::TokenList(const fs::path& directory)
+    : directory_(directory), allowed_(directory), tokens_(read_tokens(directory)) {}
 
 std::optional<Sender> TokenList::find(Time now, const std::string& token) {
   if (now >= look_again_at_) {
     look_again_at_ = now + seconds(1);
-    tokens_ = read_tokens(directory_);
+    try {
+      tokens_ = read_tokens(directory_);
+    } catch (const InputError&) {
+      // Others can write it: what it was counts until it is mended.
+    }
   }
   const std::string digest = digest_of(token);
   std::string name;

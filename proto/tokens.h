@@ -17,11 +17,15 @@ namespace parray {
 /// `directory`.
 std::string make_token(const std::filesystem::path& directory, const std::string& name);
 
-/// NAME has no token any more, if there was one. Throws RunError.
+/// NAME has no token any more, if there was one. Throws InputError, RunError.
 void remove_token(const std::filesystem::path& directory, const std::string& name);
 
+/// Throws InputError when the lists in DIR cannot be read or others can write them: a running
+/// coordinator goes by what they said before.
+void check_key_lists(const std::filesystem::path& directory);
+
 /// DIR/tokens and DIR/allowed, read again once a second when it is asked: whoever is taken off the
-/// list has no token either. One thread.
+/// list has no token either. While others can write a file, what it said last counts. One thread.
 class TokenList {
  public:
   /// Throws InputError.

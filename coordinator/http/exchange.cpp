@@ -8,26 +8,6 @@
 namespace parray::http {
 namespace {
 
-std::string_view title_of(int status) {
-  static const std::map<int, std::string_view> titles = {{400, "Bad Request"},
-                                                         {401, "Unauthorized"},
-                                                         {403, "Forbidden"},
-                                                         {404, "Not Found"},
-                                                         {405, "Method Not Allowed"},
-                                                         {409, "Conflict"},
-                                                         {413, "Content Too Large"},
-                                                         {414, "URI Too Long"},
-                                                         {415, "Unsupported Media Type"},
-                                                         {421, "Misdirected Request"},
-                                                         {422, "Unprocessable Content"},
-                                                         {429, "Too Many Requests"},
-                                                         {500, "Internal Server Error"},
-                                                         {503, "Service Unavailable"},
-                                                         {504, "Gateway Timeout"}};
-  const auto found = titles.find(status);
-  return found == titles.end() ? "Error" : found->second;
-}
-
 class TextSink final : public BodySink {
  public:
   explicit TextSink(std::size_t most) : most_(most) {}
@@ -49,6 +29,41 @@ class TextSink final : public BodySink {
 
 }  // namespace
 
+std::string_view reason_of(int status) {
+  static const std::map<int, std::string_view> reasons = {{200, "OK"},
+                                                          {204, "No Content"},
+                                                          {400, "Bad Request"},
+                                                          {401, "Unauthorized"},
+                                                          {403, "Forbidden"},
+                                                          {404, "Not Found"},
+                                                          {405, "Method Not Allowed"},
+                                                          {408, "Request Timeout"},
+                                                          {409, "Conflict"},
+                                                          {413, "Content Too Large"},
+                                                          {414, "URI Too Long"},
+                                                          {415, "Unsupported Media Type"},
+                                                          {421, "Misdirected Request"},
+                                                          {422, "Unprocessable Content"},
+                                                          {429, "Too Many Requests"},
+                                                          {431, "Request Header Fields Too Large"},
+                                                          {500, "Internal Server Error"},
+                                                          {501, "Not Implemented"},
+                                                          {503, "Service Unavailable"},
+                                                          {504, "Gateway Timeout"},
+                                                          {505, "HTTP Version Not Supported"}};
+  const auto found = reasons.find(status);
+  return found == reasons.end() ? "Error" : found->second;
+}
+
+Fields fields_of(const Reply& reply) {
+  Fields fields = reply.headers;
+  const auto named = [](const auto& field) { return field.first == "Cache-Control"; };
+  if (std::ranges::none_of(fields, named)) fields.emplace_back("Cache-Control", "no-store");
+  fields.emplace_back("X-Content-Type-Options", "nosniff");
+  fields.emplace_back("Referrer-Policy", "no-referrer");
+  return fields;
+}
+
 Reply json_reply(const std::string& text, int status) {
   Reply reply;
   reply.status = status;
@@ -65,7 +80,7 @@ Reply text_reply(std::string text, const std::string& type) {
 
 Reply problem_reply(const Problem& problem) {
   nlohmann::json map = {{"type", "about:blank"},
-                        {"title", title_of(problem.status())},
+                        {"title", reason_of(problem.status())},
                         {"status", problem.status()},
                         {"detail", printable(problem.what(), 2000)}};
   if (problem.exit_status() != 0) map["exit_status"] = problem.exit_status();

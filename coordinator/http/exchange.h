@@ -79,6 +79,12 @@ struct Reply {
   std::shared_ptr<EventStream> events{};  ///< instead of a body
 };
 
+/// "Not Found" of 404.
+std::string_view reason_of(int status);
+
+/// The fields that a reply is sent with, beside those of its body.
+Fields fields_of(const Reply& reply);
+
 Reply json_reply(const std::string& text, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);

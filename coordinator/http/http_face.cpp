@@ -14,6 +14,7 @@
 #include "coordinator/http/guard.h"
 #include "coordinator/http/server.h"
 #include "coordinator/limits.h"
+#include "coordinator/log_budget.h"
 
 namespace parray::http {
 namespace {
@@ -109,8 +110,13 @@ class HttpFace::Impl {
             options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
         api_(loop_, intake_, pictures_, events_, webhooks_,
              {options.intake.body_bytes, options.intake.parts, options.streams}),
-        server_(options.address, options.threads + options.streams,
-                [this](const Request& request) { return answer(request); }) {
+        door_log_(log_, 1),
+        server_(options.address, server_limits(options),
+                {[this](const Request& request) { return answer(request); },
+                 [this](const RequestHead& head, const std::string& address, bool reserve) {
+                   return at_door(head, address, reserve);
+                 },
+                 [this](const std::string& line) { door_log_.warn(SteadyClock().now(), line); }}) {
     api_.add_to(router_);
     for (const Asset& asset : assets()) serve_asset(asset);
   }
@@ -142,6 +148,38 @@ class HttpFace::Impl {
           return asset_reply(request, asset, etag);
         },
         {}, Router::Door::open);
+  }
+
+  static ServerLimits server_limits(const Options& options) {
+    ServerLimits limits;
+    limits.threads = options.threads + options.streams;
+    limits.seats.connections = options.connections;
+    limits.seats.of_address = options.address_connections;
+    return limits;
+  }
+
+  /// Whether the program lives is answered whatever else there is to do.
+  [[nodiscard]] std::optional<Reply> at_door(const RequestHead& head, const std::string& address,
+                                             bool reserve) const {
+    const bool looks = head.method == "GET" || head.method == "HEAD";
+    if (looks && head.target == "/healthz") {
+      Request request;
+      request.method = head.method;
+      request.path = head.target;
+      request.remote = address;
+      request.field = [&head](const char* name) { return head.field(name); };
+      try {
+        guard_.check_origin(request);
+      } catch (const Problem& problem) {
+        return problem_reply(problem);
+      }
+      return text_reply("ok\n");
+    }
+    if (!reserve || (looks && head.target == "/readyz")) return {};
+    return problem_reply(Problem(503,
+                                 "as many connections are there as may be (--http-connections, "
+                                 "--http-connections-per-address): try again later",
+                                 0, {{"Retry-After", "5"}}));
   }
 
   Reply answer(const Request& from) {
@@ -188,7 +226,8 @@ class HttpFace::Impl {
   Events events_;
   Webhooks webhooks_;
   Api api_;
-  Server server_;  ///< last: nobody asks any more when the others go
+  LogBudget door_log_;  ///< the doorman's thread's
+  Server server_;       ///< last: nobody asks any more when the others go
 };
 
 HttpFace::HttpFace(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)

@@ -19,7 +19,9 @@ struct Options {
   std::string state;    ///< directory; empty: nothing outlives the process
   std::vector<std::string> hosts;          ///< names that it is called by, beside localhost
   std::vector<std::string> webhook_hosts;  ///< that are told when jobs have ended
-  std::size_t threads = 32;                ///< connections served at once, event streams aside
+  std::size_t threads = 80;                ///< requests answered at once, event streams aside
+  std::size_t connections = 1024;          ///< in all
+  std::size_t address_connections = 256;   ///< of one address
   std::size_t streams = 128;
   std::size_t requests = 1000;  ///< a second of one address
   IntakeLimits intake{};

@@ -3,21 +3,39 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "coordinator/http/exchange.h"
+#include "coordinator/http/request_head.h"
+#include "coordinator/http/seats.h"
 
 namespace parray::http {
 
-/// Speaks HTTP/1.1 by cpp-httplib, with a bounded number of threads. What is asked goes to
-/// `answer`, from any of them.
+struct ServerLimits {
+  std::size_t threads = 80;  ///< requests that are answered at once
+  std::size_t bodies = 16;   ///< of these, with a body that does not come at once
+  SeatLimits seats{};
+};
+
+/// Speaks HTTP/1.1: a doorman holds the connections, threads answer requests. Requests with large
+/// bodies and those for /readyz, which waits for the loop, have threads of their own.
 class Server {
  public:
-  /// `address`: HOST:PORT, port 0 for a free one. `threads`: as many connections are served at
-  /// once; others wait. Throws InputError when `address` is none, RunError when it cannot be bound.
-  Server(const std::string& address, std::size_t threads,
-         std::function<Reply(const Request&)> answer);
-  /// Waits for what is being answered.
+  struct Callbacks {
+    /// The answer to a request. Any thread.
+    std::function<Reply(const Request&)> answer;
+    /// As Doorman::Callbacks.
+    std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
+                                       bool reserve)>
+        at_door;
+    std::function<void(const std::string&)> warn;
+  };
+
+  /// `address`: HOST:PORT, port 0 for a free one. Throws InputError when `address` is none,
+  /// RunError when it cannot be bound.
+  Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks);
+  /// Cuts all connections, and waits for what is being answered.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

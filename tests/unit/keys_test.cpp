@@ -1,12 +1,14 @@
 #include "proto/keys.h"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "common/base/error.h"
+#include "proto/tokens.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 
@@ -54,6 +56,53 @@ TEST_CASE("a farm's keys name each other, and their secrets are closed to others
   }
   CHECK_FALSE(list.find(Time(0), coordinator.open));
   CHECK_FALSE(list.find(Time(0), make_key_pair().open));
+}
+
+TEST_CASE("lists that others can write are refused, and so is their directory") {
+  const auto remedy_of = [](const auto& work) { return message_of<InputError>(work); };
+  const auto open_to = [](const fs::path& path, fs::perms perms) {
+    fs::permissions(path, perms, fs::perm_options::add);
+  };
+  for (const fs::perms perms : {fs::perms::group_write, fs::perms::others_write}) {
+    const Farm farm;
+    make_token(farm.keys, "admin");
+    for (const char* name : {"allowed", "tokens", ""}) {
+      const fs::path path = *name == 0 ? farm.keys : farm.keys / name;
+      open_to(path, perms);
+      const std::string remedy = "chmod go-w " + path.string();
+      CHECK(remedy_of([&] { check_key_lists(farm.keys); }).find(remedy) != std::string::npos);
+      CHECK_THROWS_AS(make_token(farm.keys, "admin"), InputError);
+      fs::permissions(path, perms, fs::perm_options::remove);
+      check_key_lists(farm.keys);
+    }
+    open_to(farm.keys, perms);
+    CHECK_THROWS_AS(read_coordinator_key(farm.keys), InputError);
+    CHECK_THROWS_AS(add_member_key(farm.keys, Role::client, "ann"), InputError);
+  }
+}
+
+TEST_CASE("a list that others can write while it is in use lets nobody else in") {
+  const Farm farm;
+  const std::string token = make_token(farm.keys, "admin");
+  AllowList list(farm.keys);
+  TokenList tokens(farm.keys);
+  const std::string admin = read_member_key(farm.keys, "admin").own.open;
+  const std::string stranger = make_key_pair().open;
+  fs::permissions(farm.keys / "allowed", fs::perms::others_write, fs::perm_options::add);
+  fs::permissions(farm.keys / "tokens", fs::perms::others_write, fs::perm_options::add);
+  std::ofstream(farm.keys / "allowed", std::ios::app) << "admin me " << stranger << "\n";
+  write(farm.keys / "tokens", "");
+  CHECK_FALSE(list.find(seconds(5), stranger));
+  CHECK(list.find(seconds(5), admin));
+  CHECK(tokens.find(seconds(5), token));
+}
+
+TEST_CASE("keys are closed to others whatever the umask") {
+  const mode_t before = umask(0);
+  const Farm farm;
+  make_token(farm.keys, "admin");
+  umask(before);
+  check_key_lists(farm.keys);
 }
 
 TEST_CASE("keys come and go while a list is in use, within a second") {

@@ -1,0 +1,135 @@
+#include "coordinator/http/request_head.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "common/base/printable.h"
+#include "coordinator/http/exchange.h"
+
+namespace parray::http {
+namespace {
+
+constexpr std::string_view line_end = "\r\n";
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return lower;
+}
+
+/// RFC 9110, section 5.6.2.
+bool is_token(std::string_view text) {
+  constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
+  return !text.empty() && std::ranges::all_of(text, [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           marks.find(c) != std::string_view::npos;
+  });
+}
+
+bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'; }
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t";
+  const std::size_t begin = text.find_first_not_of(blanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
+}
+
+[[noreturn]] void refuse(const std::string& detail) { throw Problem(400, detail); }
+
+void parse_request_line(std::string_view line, RequestHead& head) {
+  const std::size_t first = line.find(' ');
+  const std::size_t last = line.rfind(' ');
+  const bool three = first != std::string_view::npos && first < last;
+  if (!three || !is_token(line.substr(0, first)) ||
+      line.substr(first + 1, last - first - 1).find(' ') != std::string_view::npos) {
+    refuse("'" + printable(line.substr(0, 100)) + "' is no request line: METHOD TARGET HTTP/1.1");
+  }
+  const std::string_view version = line.substr(last + 1);
+  if (version != "HTTP/1.1" && version != "HTTP/1.0") {
+    throw Problem(505,
+                  "this server speaks HTTP/1.1, not '" + printable(version.substr(0, 20)) + "'");
+  }
+  head.closes = version == "HTTP/1.0";
+  head.method = line.substr(0, first);
+  head.target = line.substr(first + 1, last - first - 1);
+}
+
+void parse_field(std::string_view line, RequestHead& head) {
+  const std::size_t colon = line.find(':');
+  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) {
+    refuse("'" + printable(line.substr(0, 100)) + "' is no header field: NAME: VALUE");
+  }
+  head.fields.emplace_back(lower_case(line.substr(0, colon)), trimmed(line.substr(colon + 1)));
+}
+
+std::uint64_t parse_length(const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size()) {
+    refuse("Content-Length: '" + printable(text) + "' is no number of bytes");
+  }
+  return value;
+}
+
+/// How the body is delimited (RFC 9112, section 6).
+void find_body(RequestHead& head) {
+  for (const auto& [name, value] : head.fields) {
+    if (name == "content-length") {
+      if (head.length) refuse("Content-Length is there twice");
+      head.length = parse_length(value);
+    } else if (name == "transfer-encoding") {
+      if (head.chunked) refuse("Transfer-Encoding is there twice");
+      if (lower_case(value) != "chunked") {
+        throw Problem(501, "Transfer-Encoding: '" + printable(value) +
+                               "' is not understood: send chunked, or a Content-Length");
+      }
+      head.chunked = true;
+    }
+  }
+  if (head.chunked && head.length) refuse("Content-Length and Transfer-Encoding: send one of them");
+}
+
+}  // namespace
+
+std::string RequestHead::field(std::string_view name) const {
+  const auto found = std::ranges::find(
+      fields, name, [](const auto& entry) -> std::string_view { return entry.first; });
+  return found == fields.end() ? "" : found->second;
+}
+
+std::string_view RequestHead::path() const {
+  return std::string_view(target).substr(0, std::min(target.find('?'), target.size()));
+}
+
+std::optional<std::size_t> end_of_head(std::string_view bytes, std::size_t searched) {
+  constexpr std::string_view end = "\r\n\r\n";
+  const std::size_t from = searched < end.size() ? 0 : searched - (end.size() - 1);
+  const std::size_t found = bytes.find(end, from);
+  return found == std::string_view::npos ? std::nullopt : std::optional(found + end.size());
+}
+
+RequestHead parse_head(std::string_view bytes) {
+  RequestHead head;
+  head.bytes = bytes.size();
+  for (std::size_t begin = 0; begin < bytes.size();) {
+    const std::size_t end = std::min(bytes.find(line_end, begin), bytes.size());
+    const std::string_view line = bytes.substr(begin, end - begin);
+    if (std::ranges::any_of(line, is_control)) {
+      refuse("the head of the request has control characters in a line");
+    }
+    if (begin == 0) {
+      parse_request_line(line, head);
+    } else if (!line.empty()) {
+      parse_field(line, head);
+    }
+    begin = end + line_end.size();
+  }
+  find_body(head);
+  head.closes = head.closes || lower_case(head.field("connection")) == "close";
+  return head;
+}
+
+}  // namespace parray::http

@@ -1,0 +1,100 @@
+#include "coordinator/http/seats.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+
+namespace parray::http {
+
+Seats::Admission Seats::enter(Time now, ConnectionId id, const std::string& address) {
+  const auto of_address = of_address_.find(address);
+  const bool crowded = of_address != of_address_.end() && of_address->second >= limits_.of_address;
+  Admission admission;
+  if (crowded || ordinary_ >= limits_.connections) {
+    admission.displaced = longest_silent(false, crowded ? &address : nullptr);
+    admission.reserve = !admission.displaced;
+  }
+  if (admission.reserve && seats_.size() - ordinary_ >= limits_.reserve) {
+    admission.displaced = longest_silent(true, nullptr);
+    if (!admission.displaced) {
+      admission.displaced = id;
+      return admission;
+    }
+  }
+  if (admission.displaced) leave(*admission.displaced);
+  seats_[id] = {address, admission.reserve, Phase::idle, now};
+  if (!admission.reserve) {
+    ++ordinary_;
+    ++of_address_[address];
+  }
+  return admission;
+}
+
+void Seats::leave(ConnectionId id) {
+  const auto found = seats_.find(id);
+  if (found == seats_.end()) return;
+  if (!found->second.reserve) {
+    --ordinary_;
+    const auto count = of_address_.find(found->second.address);
+    if (--count->second == 0) of_address_.erase(count);
+  }
+  seats_.erase(found);
+}
+
+void Seats::begins_head(Time now, ConnectionId id) {
+  Seat& seat = seats_.at(id);
+  if (seat.phase != Phase::idle) return;
+  seat.phase = Phase::head;
+  seat.since = now;
+}
+
+void Seats::has_asked(ConnectionId id) { seats_.at(id).phase = Phase::asked; }
+
+void Seats::awaits_head(Time now, ConnectionId id) {
+  Seat& seat = seats_.at(id);
+  seat.phase = Phase::idle;
+  seat.since = now;
+}
+
+std::vector<ConnectionId> Seats::late(Time now) const {
+  std::vector<ConnectionId> found;
+  for (const auto& [id, seat] : seats_) {
+    if (now >= deadline(seat)) found.push_back(id);
+  }
+  return found;
+}
+
+/// Of those that have not asked yet, of one address or of all.
+std::optional<ConnectionId> Seats::longest_silent(bool reserve, const std::string* address) const {
+  std::optional<ConnectionId> found;
+  Time since = never;
+  for (const auto& [id, seat] : seats_) {
+    const bool eligible = seat.phase != Phase::asked && seat.reserve == reserve &&
+                          (address == nullptr || seat.address == *address);
+    if (eligible && seat.since < since) {
+      found = id;
+      since = seat.since;
+    }
+  }
+  return found;
+}
+
+Time Seats::deadline(const Seat& seat) const {
+  if (seat.phase == Phase::asked) return never;
+  if (seat.reserve) return seat.since + limits_.reserve_time;
+  return seat.since + (seat.phase == Phase::head ? limits_.head_time : limits_.idle_time);
+}
+
+std::string owner_of_address(const std::string& address) {
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  if (inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1) return address;
+  constexpr std::array<unsigned char, 12> mapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
+  if (std::equal(mapped.begin(), mapped.end(), bytes.begin())) return address;
+  std::fill(bytes.begin() + bytes.size() / 2, bytes.end(), static_cast<unsigned char>(0));
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  inet_ntop(AF_INET6, bytes.data(), text.data(), text.size());
+  return text.data();
+}
+
+}  // namespace parray::http

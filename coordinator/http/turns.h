@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace parray::http {
+
+/// Things that wait, each in somebody's name. Names take turns: next is a thing of the name that
+/// has the fewest under way and, of these, the one whose last turn is longest ago. One thread.
+template <typename Item>
+class Turns {
+ public:
+  /// `most_of_one`: things of one name that are under way at once, >= 1.
+  explicit Turns(std::size_t most_of_one) : most_of_one_(most_of_one) {}
+
+  void push(const std::string& name, Item item) {
+    lines_[name].waiting.push_back(std::move(item));
+    ++waiting_;
+  }
+
+  /// The next one, which is under way until ended(). None: none waits, or none may begin.
+  std::optional<Item> take() {
+    Line* next = nullptr;
+    for (auto& [name, line] : lines_) {
+      const bool may = !line.waiting.empty() && line.under_way < most_of_one_;
+      if (may && (next == nullptr || line.before(*next))) next = &line;
+    }
+    if (next == nullptr) return std::nullopt;
+    Item item = std::move(next->waiting.front());
+    next->waiting.pop_front();
+    ++next->under_way;
+    next->last_turn = ++turns_;
+    --waiting_;
+    return item;
+  }
+
+  /// One that take() has given out in that name is over.
+  void ended(const std::string& name) {
+    const auto line = lines_.find(name);
+    --line->second.under_way;
+    if (line->second.under_way == 0 && line->second.waiting.empty()) lines_.erase(line);
+  }
+
+  [[nodiscard]] std::size_t waiting() const { return waiting_; }
+  [[nodiscard]] std::size_t waiting(const std::string& name) const {
+    const auto line = lines_.find(name);
+    return line == lines_.end() ? 0 : line->second.waiting.size();
+  }
+
+ private:
+  struct Line {
+    std::deque<Item> waiting;
+    std::size_t under_way = 0;
+    std::uint64_t last_turn = 0;
+
+    [[nodiscard]] bool before(const Line& other) const {
+      return std::pair(under_way, last_turn) < std::pair(other.under_way, other.last_turn);
+    }
+  };
+
+  std::size_t most_of_one_;
+  std::map<std::string, Line> lines_;
+  std::size_t waiting_ = 0;
+  std::uint64_t turns_ = 0;
+};
+
+}  // namespace parray::http

@@ -1,0 +1,173 @@
+"""What strangers can take of the coordinator's HTTP interface: connections, memory, time, turns."""
+
+import http.client
+import os
+import socket
+import threading
+import time
+import unittest
+
+from farm import wait_for
+from web import Answer, Web
+
+
+def connect(farm):
+    host, port = farm.web.split(":")
+    return socket.create_connection((host, int(port)), timeout=60)
+
+
+def is_closed(connection):
+    """Whether the other side has closed it; what it has sent is thrown away."""
+    connection.setblocking(False)
+    try:
+        while connection.recv(65536):
+            pass
+        return True
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
+class SlowHeads:
+    """Connections that send a byte of a head now and then."""
+
+    def __init__(self, farm, count):
+        self.connections = [connect(farm) for _ in range(count)]
+        self.ended = False
+        for connection in self.connections:
+            connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ")
+        self.thread = threading.Thread(target=self._send, daemon=True)
+        self.thread.start()
+
+    def _send(self):
+        while not self.ended:
+            for connection in self.connections:
+                try:
+                    connection.send(b"x")
+                except OSError:
+                    pass
+            time.sleep(0.5)
+
+    def open(self):
+        return [connection for connection in self.connections if not is_closed(connection)]
+
+    def close(self):
+        self.ended = True
+        self.thread.join()
+        for connection in self.connections:
+            connection.close()
+
+
+class Connections(unittest.TestCase):
+    def test_200_slow_connections_keep_nobody_from_an_answer_and_are_ended(self):
+        with Web() as farm:
+            slow = SlowHeads(farm, 200)
+            for path in ("/healthz", "/readyz", "/api/v1/jobs", "/metrics"):
+                self.assertEqual(farm.ask("GET", path, timeout=8).status, 200, path)
+            self.assertEqual(len(slow.open()), 200)
+            wait_for(lambda: not slow.open(), "the end of slow connections")
+            slow.close()
+
+    def test_it_stops_while_200_slow_connections_are_open(self):
+        with Web() as farm:
+            slow = SlowHeads(farm, 200)
+            farm.coordinator.terminate()
+            self.assertEqual(farm.coordinator.wait(timeout=30), 0, farm.coordinator_log())
+            slow.close()
+
+    def test_who_says_nothing_makes_room_for_who_comes_later(self):
+        with Web("--http-connections-per-address", "8") as farm:
+            silent = [connect(farm) for _ in range(20)]
+            self.assertEqual(farm.ask("GET", "/api/v1/jobs").status, 200)
+            wait_for(lambda: sum(is_closed(connection) for connection in silent) >= 12, "the end of the oldest")
+            for connection in silent:
+                connection.close()
+
+    def test_beyond_the_most_connections_health_is_still_answered(self):
+        with Web("--http-connections-per-address", "3") as farm:
+            streams = []
+            for _ in range(3):
+                streams.append(http.client.HTTPConnection(farm.web, timeout=60))
+                streams[-1].request("GET", "/api/v1/events")
+                self.assertEqual(streams[-1].getresponse().status, 200)
+            refused = farm.ask("GET", "/api/v1/jobs")
+            self.assertEqual(refused.status, 503)
+            self.assertIn("--http-connections-per-address", refused.json()["detail"])
+            self.assertTrue(refused.headers["Retry-After"])
+            self.assertEqual(farm.ask("GET", "/healthz").status, 200)
+            self.assertEqual(farm.ask("GET", "/readyz").status, 200)
+            for stream in streams:
+                stream.close()
+
+
+class Heads(unittest.TestCase):
+    def sent_before_the_end(self, farm, begin, part, most=64 << 20):
+        """How many bytes of an endless request are taken."""
+        with connect(farm) as connection:
+            connection.sendall(begin)
+            block = part * ((1 << 16) // len(part))
+            sent = 0
+            try:
+                while sent < most:
+                    connection.sendall(block)
+                    sent += len(block)
+            except OSError:
+                pass
+            return sent
+
+    def test_what_has_no_end_is_ended(self):
+        head = b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+        endless = {"a request line": (b"GET /", b"a"),
+                   "a field": (b"GET / HTTP/1.1\r\nX: ", b"a"),
+                   "fields": (b"GET / HTTP/1.1\r\n", b"a: b\r\n"),
+                   "empty lines": (b"", b"\r\n"),
+                   "a chunk's size": (head + b"Transfer-Encoding: chunked\r\n\r\n1;", b"a")}
+        with Web() as farm:
+            for what, (begin, part) in endless.items():
+                self.assertLess(self.sent_before_the_end(farm, begin, part), 64 << 20, what)
+
+    def test_a_long_head_is_refused_with_a_reason(self):
+        with Web() as farm:
+            with connect(farm) as connection:
+                connection.sendall(b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 12000)
+                answer = http.client.HTTPResponse(connection)
+                answer.begin()
+                self.assertEqual(answer.status, 431)
+                self.assertIn(b"65536 bytes", answer.read())
+
+    def test_a_head_of_two_meanings_is_refused(self):
+        post = b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
+        heads = {post + b"Content-Length: 2\r\nContent-Length: 3\r\n\r\n{}": 400,
+                 post + b"Content-Length: 2\r\nTransfer-Encoding: chunked\r\n\r\n{}": 400,
+                 post + b"Content-Length : 2\r\n\r\n{}": 400,
+                 post + b"Content-Length: +2\r\n\r\n{}": 400,
+                 post + b"Transfer-Encoding: gzip, chunked\r\n\r\n": 501,
+                 b"GET / HTTP/1.1\r\nHost: localhost\r\nX: a\n b\r\n\r\n": 400,
+                 b"GET /\x00 HTTP/1.1\r\nHost: localhost\r\n\r\n": 400,
+                 b"GET / HTTP/2.0\r\n\r\n": 505}
+        with Web() as farm:
+            for head, status in heads.items():
+                with connect(farm) as connection:
+                    connection.sendall(head)
+                    answer = http.client.HTTPResponse(connection)
+                    answer.begin()
+                    self.assertEqual(answer.status, status, head)
+                    self.assertEqual(answer.getheader("Content-Type"), "application/problem+json")
+
+    def test_requests_that_come_together_are_answered_in_turn(self):
+        with Web() as farm, connect(farm) as connection:
+            ask = lambda path: f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
+            connection.sendall(ask("/healthz") + ask("/api/v1/jobs") + ask("/healthz") + ask("/nothing"))
+            statuses = []
+            for _ in range(4):
+                answer = http.client.HTTPResponse(connection)
+                answer.fp = connection.makefile("rb", buffering=0)  # nothing of the next one is read
+                answer.begin()
+                statuses.append(answer.status)
+                answer.fp.read(int(answer.getheader("Content-Length")))
+            self.assertEqual(statuses, [200, 200, 200, 404])
+
+
+if __name__ == "__main__":
+    unittest.main()

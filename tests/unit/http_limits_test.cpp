@@ -1,0 +1,176 @@
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "coordinator/http/exchange.h"
+#include "coordinator/http/pace.h"
+#include "coordinator/http/request_head.h"
+#include "coordinator/http/seats.h"
+#include "coordinator/http/turns.h"
+
+namespace parray::http {
+namespace {
+
+int status_of_head(const std::string& text) {
+  try {
+    parse_head(text);
+  } catch (const Problem& problem) {
+    return problem.status();
+  }
+  return 200;
+}
+
+TEST_CASE("a head ends behind its empty line, however its bytes come") {
+  const std::string text = "GET / HTTP/1.1\r\nHost: a\r\n\r\nGET";
+  const std::size_t end = text.size() - 3;
+  CHECK(end_of_head(text, 0) == end);
+  for (std::size_t there = 1; there <= end; ++there) {
+    CHECK(end_of_head(text.substr(0, there), there - 1).has_value() == (there == end));
+  }
+  CHECK_FALSE(end_of_head("GET / HTTP/1.1\n\n", 0));
+}
+
+TEST_CASE("a head says its method, target, fields and how long its body is") {
+  const RequestHead get = parse_head("GET /a?b=c HTTP/1.1\r\nHOST:  x:1 \r\nEmpty:\r\n\r\n");
+  CHECK(get.method == "GET");
+  CHECK(get.target == "/a?b=c");
+  CHECK(get.path() == "/a");
+  CHECK(get.field("host") == "x:1");
+  CHECK(get.field("empty").empty());
+  CHECK_FALSE(get.has_body());
+  CHECK_FALSE(get.closes);
+  const RequestHead post = parse_head("POST / HTTP/1.1\r\nContent-Length: 17\r\n\r\n");
+  CHECK(post.length == 17);
+  CHECK(post.has_body());
+  CHECK(parse_head("POST / HTTP/1.1\r\nTransfer-Encoding: Chunked\r\n\r\n").chunked);
+  CHECK(parse_head("GET / HTTP/1.1\r\nConnection: Close\r\n\r\n").closes);
+  CHECK(parse_head("GET / HTTP/1.0\r\n\r\n").closes);
+}
+
+TEST_CASE("a head that two programs could read in two ways is refused") {
+  const std::string post = "POST / HTTP/1.1\r\n";
+  for (const char* field :
+       {"Content-Length: 2\r\nContent-Length: 2", "Content-Length: -1", "Content-Length: +1",
+        "Content-Length: 1, 1", "Content-Length:", "Content-Length: 99999999999999999999",
+        "Content-Length: 0x1", "Content-Length : 1", " Content-Length: 1", "no colon", ": a",
+        "a: b\nc: d", "a: b\rc: d", "Content-Length: 1\r\nTransfer-Encoding: chunked",
+        "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked"}) {
+    CHECK_MESSAGE(status_of_head(post + field + "\r\n\r\n") == 400, field);
+  }
+  CHECK(status_of_head(post + "Transfer-Encoding: gzip\r\n\r\n") == 501);
+  for (const char* line : {"GET", "GET /", "GET  / HTTP/1.1", "GET / / HTTP/1.1", "G(T / HTTP/1.1",
+                           " GET / HTTP/1.1", "", "GET /\x01 HTTP/1.1"}) {
+    CHECK_MESSAGE(status_of_head(std::string(line) + "\r\n\r\n") == 400, line);
+  }
+  CHECK(status_of_head(std::string("GET /\0 HTTP/1.1\r\n\r\n", 19)) == 400);
+  CHECK(status_of_head("GET / HTTP/2.0\r\n\r\n") == 505);
+}
+
+TEST_CASE("who is slower than the rate is given up however evenly the bytes come") {
+  const auto seconds_until_over = [](std::size_t bytes_a_second) {
+    Pace pace(seconds(10), 1000);
+    int waited = 0;
+    while (!pace.over() && waited < 1000) {
+      pace.waited(seconds(1));
+      pace.moved(bytes_a_second);
+      ++waited;
+    }
+    return waited;
+  };
+  CHECK(seconds_until_over(0) == 10);
+  CHECK(seconds_until_over(1) <= 11);
+  CHECK(seconds_until_over(500) <= 20);
+  CHECK(seconds_until_over(1000) == 1000);
+  CHECK(seconds_until_over(5000) == 1000);
+}
+
+TEST_CASE("bytes give back no more than the whole patience") {
+  Pace pace(seconds(10), 1000);
+  pace.moved(1'000'000);
+  CHECK(pace.left() == seconds(10));
+  pace.waited(seconds(4));
+  pace.moved(1000);
+  CHECK(pace.left() == seconds(7));
+}
+
+constexpr SeatLimits few{.connections = 4, .of_address = 3, .reserve = 2};
+
+TEST_CASE("a connection has one deadline for its whole head and one for silence") {
+  Seats seats{few};
+  seats.enter(seconds(0), 1, "a");
+  seats.enter(seconds(0), 2, "a");
+  seats.begins_head(seconds(1), 1);
+  seats.begins_head(seconds(9), 1);  // more of the same head
+  CHECK(seats.late(seconds(10)).empty());
+  CHECK(seats.late(seconds(11)) == std::vector<ConnectionId>{1});
+  seats.has_asked(1);
+  CHECK(seats.late(seconds(15)) == std::vector<ConnectionId>{2});
+  seats.leave(2);
+  CHECK(seats.late(seconds(1000)).empty());
+  seats.awaits_head(seconds(1000), 1);
+  CHECK(seats.late(seconds(1014)).empty());
+  CHECK(seats.late(seconds(1015)) == std::vector<ConnectionId>{1});
+}
+
+TEST_CASE("the longest silent connection of an address makes room for its next one") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    CHECK_FALSE(seats.enter(seconds(id), id, "a").displaced);
+  }
+  seats.has_asked(1);
+  const auto next = seats.enter(seconds(4), 4, "a");
+  CHECK(next.displaced == 2);
+  CHECK_FALSE(next.reserve);
+  CHECK_FALSE(seats.enter(seconds(5), 5, "b").displaced);
+  CHECK(seats.enter(seconds(6), 6, "c").displaced == 3);  // there are four in all
+}
+
+TEST_CASE("where all have asked the next ones sit in the reserve, for a short time") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    seats.enter(seconds(0), id, "a");
+    seats.has_asked(id);
+  }
+  CHECK(seats.enter(seconds(1), 4, "a").reserve);
+  CHECK_FALSE(seats.enter(seconds(1), 5, "b").reserve);
+  CHECK(seats.enter(seconds(2), 6, "a").reserve);
+  CHECK(seats.enter(seconds(2), 7, "a").displaced == 4);  // the reserve is full
+  CHECK(seats.late(seconds(4)) == std::vector<ConnectionId>{6, 7});
+  seats.has_asked(6);
+  seats.has_asked(7);
+  CHECK(seats.enter(seconds(3), 8, "a").displaced == 8);  // there is no room at all
+  seats.leave(1);
+  CHECK_FALSE(seats.enter(seconds(4), 9, "a").reserve);
+}
+
+TEST_CASE("an address of IPv6 counts as its network") {
+  CHECK(owner_of_address("10.1.2.3") == "10.1.2.3");
+  CHECK(owner_of_address("2001:db8:1:2:3:4:5:6") == owner_of_address("2001:db8:1:2::9"));
+  CHECK(owner_of_address("2001:db8:1:2::9") != owner_of_address("2001:db8:1:3::9"));
+  CHECK(owner_of_address("::ffff:10.1.2.3") != owner_of_address("::ffff:10.1.2.4"));
+}
+
+TEST_CASE("names take turns, whoever has more waiting") {
+  Turns<std::string> turns(2);
+  for (const char* item : {"a1", "a2", "a3", "a4"}) turns.push("a", item);
+  turns.push("b", "b1");
+  turns.push("b", "b2");
+  CHECK(turns.take() == "a1");
+  CHECK(turns.take() == "b1");
+  turns.push("c", "c1");
+  CHECK(turns.take() == "c1");
+  CHECK(turns.take() == "a2");
+  CHECK(turns.take() == "b2");
+  CHECK_FALSE(turns.take());  // a has as many under way as one may have
+  CHECK(turns.waiting() == 2);
+  CHECK(turns.waiting("a") == 2);
+  turns.ended("a");
+  CHECK(turns.take() == "a3");
+  turns.ended("b");
+  turns.ended("b");
+  CHECK_FALSE(turns.take());
+}
+
+}  // namespace
+}  // namespace parray::http
