@@ -12,6 +12,7 @@
 #include "common/image/picture_bytes.h"
 #include "common/scene/scene_bytes.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/submit_token.h"
 
 namespace parray {
 
@@ -34,13 +35,20 @@ struct Coordinator::Accepted {
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   const std::string user = sender_.role == Role::any ? m.user : sender_.name;
+  const std::string token = name_in_token(m.token);
   for (const auto& [id, job] : jobs_) {
-    if (job.record.token == m.token && job.record.user == user) {  // a repeated submit
+    if (name_in_token(job.record.token) != token || job.record.user != user) continue;
+    if (may_be_same_content(job.record.token, m.token)) {  // a repeated submit
       send(peer, msg::Submitted{m.request, id});
-      return;
+    } else {
+      fail_request(peer, m.request, 2,
+                   "job " + std::to_string(id) +
+                       " was submitted with this Idempotency-Key, and with another content: take "
+                       "another key for another job");
     }
+    return;
   }
-  if (submitting_.contains(m.token)) {
+  if (submitting_.contains(token)) {
     return;  // its answer is on its way
   }
   const auto accepted = std::make_shared<Accepted>();
@@ -86,14 +94,14 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
       record.series_id = next_job_++;
     }
     record.id = next_job_;
-    submitting_[m.token] = record.listed_as();
+    submitting_[token] = record.listed_as();
     make_room_for_job();
   } catch (const NoRoom& error) {
-    submitting_.erase(m.token);
+    submitting_.erase(token);
     send(peer, msg::Error{m.request, 2, error.what(), true});
     return;
   } catch (const InputError& error) {
-    submitting_.erase(m.token);
+    submitting_.erase(token);
     fail_request(peer, m.request, 2, error.what());
     return;
   }
@@ -114,7 +122,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
         job.scene = scene;
       }
     } catch (const ChecksumError&) {  // damaged on its way: the client repeats it
-      return {[this, accepted] { submitting_.erase(accepted->job.record.token); }, {}};
+      return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); },
+              {}};
     } catch (const DecodeError& error) {
       accepted->refusal = error.what();
     } catch (const StorageFull& error) {
@@ -132,7 +141,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
 
 void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {
   Job& job = accepted.job;
-  submitting_.erase(job.record.token);
+  submitting_.erase(name_in_token(job.record.token));
   if (!accepted.refusal.empty()) {
     fail_request(peer, request, accepted.status, accepted.refusal);
     return;

@@ -30,8 +30,8 @@ JobId job_in(const Arguments& arguments) {
   return whole_number("id", arguments.at(0), 1, largest_job);
 }
 
-/// Names a job before it has a number. Throws Problem 400.
-std::string token_of(const Request& request) {
+/// Names a job before it has a number. `digest`: of its content. Throws Problem 400.
+std::string token_of(const Request& request, const std::string& digest) {
   constexpr std::size_t longest = 48;
   const std::string key = request.field("idempotency-key");
   if (!key.empty()) {
@@ -43,7 +43,8 @@ std::string token_of(const Request& request) {
       throw Problem(400, "Idempotency-Key: '" + printable(key) +
                              "' is not 1 to 48 letters, digits, '_', '.' and '-'");
     }
-    return "http-" + key;
+    constexpr std::size_t digits = 10;  // they find mistakes, not forgeries
+    return "http-" + key + "#" + digest.substr(0, digits);
   }
   std::random_device device;
   std::string token = "http:";
@@ -205,10 +206,10 @@ void Api::add_workers(Router& router) {
 }
 
 Reply Api::submit(const Request& request) {
-  const std::string token = token_of(request);
+  token_of(request, "");  // before a body is read for nothing
   Taken taken = intake_.take(request);
   if (!taken.webhook.empty()) webhooks_.check(taken.webhook);
-  taken.submit.token = token;
+  taken.submit.token = token_of(request, taken.digest);
   taken.submit.user.clear();
   JobId job = 0;
   try {
@@ -292,7 +293,7 @@ Reply Api::report(const Request& request, JobId job) {
 Reply Api::picture(const Request& request, JobId job, Pictures::Kind kind) {
   Pictures::Made made;
   try {
-    made = pictures_.get(request.sender, job, kind);
+    made = pictures_.get(request.sender, owner_of(request), job, kind);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }

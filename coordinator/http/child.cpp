@@ -125,26 +125,12 @@ WorkDirectory::~WorkDirectory() {
   fs::remove_all(path_, ignored);
 }
 
-ChildRunner::ChildRunner(unsigned at_once) : program_(find_child()), free_(at_once) {}
+ChildRunner::ChildRunner() : program_(find_child()) {}
 
-ChildEnd ChildRunner::run(const std::vector<std::string>& arguments, const fs::path& directory,
-                          const ChildLimits& limits) {
-  const auto take_turn = [this] {
-    const std::scoped_lock lock(turn_);
-    return free_ > 0 ? free_-- > 0 : false;
-  };
-  while (!stopped_ && !take_turn()) std::this_thread::sleep_for(milliseconds(5));
+ChildEnd ChildRunner::run(const std::vector<std::string>& wanted, const fs::path& directory,
+                          const ChildLimits& limits) const {
   if (stopped_) throw RunError("the coordinator is stopping");
-  const auto give_back = [this](const void*) {
-    const std::scoped_lock lock(turn_);
-    ++free_;
-  };
-  const std::unique_ptr<const void, decltype(give_back)> turn(this, give_back);
-  return run_now(arguments, directory, limits);
-}
-
-ChildEnd ChildRunner::run_now(std::vector<std::string> arguments, const fs::path& directory,
-                              const ChildLimits& limits) const {
+  std::vector<std::string> arguments = wanted;
   arguments.insert(arguments.begin(),
                    {program_.string(), "--memory=" + std::to_string(limits.memory),
                     "--seconds=" + std::to_string(limits.seconds)});

@@ -2,8 +2,6 @@
 
 #include <atomic>
 #include <filesystem>
-#include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -41,28 +39,23 @@ struct ChildEnd {
 };
 
 /// Runs parray-http-child (cli/http_child/main.cpp) beside everything else: at low priority,
-/// without any file, socket or lock of this process, so many at once and no more. Any thread.
+/// without any file, socket or lock of this process. Any thread.
 class ChildRunner {
  public:
   /// Throws RunError when the program is not there.
-  explicit ChildRunner(unsigned at_once);
+  ChildRunner();
 
-  /// Waits for a turn and until the child has ended. `directory` is its current one. Throws
+  /// Waits until the child has ended. `directory` is its current one. Throws
   /// RunError when it cannot be started, or after stop().
   ChildEnd run(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
-               const ChildLimits& limits);
+               const ChildLimits& limits) const;
 
   /// Ends what runs, and what would run later.
   void stop() { stopped_ = true; }
 
  private:
-  ChildEnd run_now(std::vector<std::string> arguments, const std::filesystem::path& directory,
-                   const ChildLimits& limits) const;
-
   const std::filesystem::path program_;
   std::atomic<bool> stopped_ = false;
-  std::mutex turn_;  // guards free_
-  unsigned free_;
 };
 
 }  // namespace parray::http

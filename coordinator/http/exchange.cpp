@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/printable.h"
+#include "coordinator/http/seats.h"
 
 namespace parray::http {
 namespace {
@@ -88,6 +89,11 @@ Reply problem_reply(const Problem& problem) {
   reply.type = "application/problem+json";
   reply.headers = problem.headers();
   return reply;
+}
+
+std::string owner_of(const Request& request) {
+  const std::string& user = request.sender.name;
+  return user.empty() ? "address " + owner_of_address(request.remote) : "user " + user;
 }
 
 std::string read_text(const Request& request, std::size_t most) {

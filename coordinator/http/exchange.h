@@ -89,6 +89,9 @@ Reply json_reply(const std::string& text, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);
 
+/// In whose turn the request is served: its user's, or, where there are no keys, its address's.
+std::string owner_of(const Request& request);
+
 /// Reads at most `most` bytes; throws Problem 413 beyond. For small bodies.
 std::string read_text(const Request& request, std::size_t most);
 

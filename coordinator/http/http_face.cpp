@@ -101,9 +101,10 @@ class HttpFace::Impl {
         guard_(options.keys, options.hosts),
         budget_(options.requests),
         loop_(hub),
-        runner_(2),
-        intake_(runner_, directory_.path(), options.intake),
-        pictures_(loop_, runner_, directory_.path()),
+        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 12, .one_inside = 8}),
+        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 64, .one_inside = 48}),
+        intake_(runner_, scene_places_, directory_.path(), options.intake),
+        pictures_(loop_, runner_, picture_places_, directory_.path()),
         events_(loop_, options.streams),
         webhooks_(
             loop_, options.webhook_hosts,
@@ -124,6 +125,8 @@ class HttpFace::Impl {
   ~Impl() {
     loop_.stop();
     runner_.stop();
+    scene_places_.stop();
+    picture_places_.stop();
     events_.stop();
     webhooks_.stop();
   }
@@ -221,6 +224,8 @@ class HttpFace::Impl {
   Router router_;
   LoopClient loop_;
   ChildRunner runner_;
+  Places scene_places_;
+  Places picture_places_;
   Intake intake_;
   Pictures pictures_;
   Events events_;

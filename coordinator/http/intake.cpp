@@ -7,9 +7,11 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/sha256.h"
 #include "common/base/suggest.h"
 
 namespace parray::http {
@@ -114,6 +116,8 @@ class Parts final : public BodySink {
       throw Problem(413, "more than " + std::to_string(limits_.parts) +
                              " parts: the server takes no more (--http-parts)");
     }
+    add_to_digest(std::to_string(name.size()) + " " + name + std::to_string(file_name.size()) +
+                  " " + file_name);
     to_options_ = name == "options";
     if (to_options_) return;
     const bool nameless_scene = name == "scene" && file_name.empty();
@@ -123,6 +127,7 @@ class Parts final : public BodySink {
 
   void take(std::string_view bytes) override {
     bytes_ += bytes.size();
+    add_to_digest(bytes);
     if (bytes_ > limits_.body_bytes) {
       throw Problem(413, "the body is larger than " + std::to_string(limits_.body_bytes) +
                              " bytes: the server takes no more (--http-body)");
@@ -147,8 +152,12 @@ class Parts final : public BodySink {
                            : "several files and no part 'scene': say which of them is the scene");
   }
   [[nodiscard]] const std::string& options() const { return options_; }
+  /// Of all that has come; nothing can be added any more.
+  std::string digest() { return digest_.hex(); }
 
  private:
+  void add_to_digest(std::string_view bytes) { digest_.add(std::as_bytes(std::span(bytes))); }
+
   void open(const std::string& file_name, const std::string& part) {
     if (file_name.empty()) {
       throw Problem(422, "part '" + printable(part) +
@@ -178,30 +187,13 @@ class Parts final : public BodySink {
   std::size_t parts_ = 0;
   std::uint64_t bytes_ = 0;
   std::ofstream out_;
+  Sha256 digest_;
 };
 
 std::string file_text(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
-
-/// One more of what is counted, while it lasts.
-class Counted {
- public:
-  Counted(std::atomic<std::size_t>& count, std::size_t most) : count_(count) {
-    if (count_++ >= most) {
-      --count_;
-      throw Problem(503, "too many scenes are coming in: try again in a while", 0,
-                    {{"Retry-After", "1"}});
-    }
-  }
-  ~Counted() { --count_; }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
- private:
-  std::atomic<std::size_t>& count_;
-};
 
 }  // namespace
 
@@ -237,13 +229,17 @@ Taken Intake::take(const Request& request) {
     throw Problem(
         415, "'" + printable(type) + "' is no scene: send application/json or multipart/form-data");
   }
-  const Counted counted(coming_, limits_.at_once);
+  const Places::Entry entry(places_, owner_of(request));
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "parts";
   fs::create_directory(files);
   Parts parts(files, limits_);
   request.read_body(parts, form);
-  return read(files, parts.scene(), parts.options());
+  const std::string scene = parts.scene();
+  const Places::Place place(entry);
+  Taken taken = read(files, scene, parts.options());
+  taken.digest = parts.digest();
+  return taken;
 }
 
 Taken Intake::read(const fs::path& directory, const std::string& scene,

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -10,6 +9,7 @@
 
 #include "coordinator/http/child.h"
 #include "coordinator/http/exchange.h"
+#include "coordinator/http/places.h"
 #include "proto/messages.h"
 
 namespace parray::http {
@@ -17,7 +17,6 @@ namespace parray::http {
 struct IntakeLimits {
   std::uint64_t body_bytes = std::uint64_t{256} << 20;
   std::size_t parts = 100;
-  std::size_t at_once = 8;  ///< bodies that come in
   ChildLimits child{};
 };
 
@@ -25,6 +24,7 @@ struct IntakeLimits {
 struct Taken {
   msg::Submit submit;
   std::string webhook;  ///< empty: none
+  std::string digest;   ///< SHA-256 of the names and contents of all parts
 };
 
 /// The whole number, from 0 on, that `value` is: 20 and 20.0 are the same in JSON.
@@ -39,9 +39,11 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
 /// thread.
 class Intake {
  public:
-  /// `directory`: for those of requests. `runner` must outlive this.
-  Intake(ChildRunner& runner, std::filesystem::path directory, IntakeLimits limits)
-      : runner_(runner), directory_(std::move(directory)), limits_(limits) {}
+  /// `directory`: for those of requests. `runner` and `places`, where scenes are read, must outlive
+  /// this.
+  Intake(const ChildRunner& runner, Places& places, std::filesystem::path directory,
+         IntakeLimits limits)
+      : runner_(runner), places_(places), directory_(std::move(directory)), limits_(limits) {}
 
   /// Throws Problem, RunError.
   Taken take(const Request& request);
@@ -51,10 +53,10 @@ class Intake {
              const std::string& options) const;
   [[noreturn]] void fail(const ChildEnd& end) const;
 
-  ChildRunner& runner_;
+  const ChildRunner& runner_;
+  Places& places_;
   const std::filesystem::path directory_;
   const IntakeLimits limits_;
-  std::atomic<std::size_t> coming_ = 0;
 };
 
 }  // namespace parray::http

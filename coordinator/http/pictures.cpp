@@ -90,7 +90,8 @@ void Pictures::drop_old() {
   }
 }
 
-Pictures::Made Pictures::get(const Sender& sender, JobId job, Kind kind) {
+Pictures::Made Pictures::get(const Sender& sender, const std::string& owner, JobId job, Kind kind) {
+  const Places::Entry entrance(places_, owner);
   const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
   const bool done = shown.at("state") == name_of(JobState::done);
   const auto entry = entry_of(job, kind);
@@ -101,6 +102,7 @@ Pictures::Made Pictures::get(const Sender& sender, JobId job, Kind kind) {
   const bool fresh = made.bytes && made.partial != done && (done || now - entry->made_at < rest);
   if (!fresh) {
     made = {};
+    const Places::Place place(entrance);
     made = of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;

@@ -10,6 +10,7 @@
 
 #include "coordinator/http/child.h"
 #include "coordinator/http/loop_client.h"
+#include "coordinator/http/places.h"
 #include "coordinator/store/job_record.h"
 
 namespace parray::http {
@@ -31,8 +32,9 @@ class Pictures {
   };
 
   /// `directory`: for what children read and write. The others must outlive this.
-  Pictures(LoopClient& loop, ChildRunner& runner, std::filesystem::path directory)
-      : loop_(loop), runner_(runner), directory_(std::move(directory)) {}
+  Pictures(LoopClient& loop, const ChildRunner& runner, Places& places,
+           std::filesystem::path directory)
+      : loop_(loop), runner_(runner), places_(places), directory_(std::move(directory)) {}
 
   struct Made {
     std::shared_ptr<const std::string> bytes;
@@ -43,8 +45,8 @@ class Pictures {
     bool partial = false;       ///< the job is not done
   };
   /// Throws Problem: there is no such job, or nothing to show yet, or, of maps of the error, it is
-  /// not done.
-  Made get(const Sender& sender, JobId job, Kind kind);
+  /// not done. `owner`: in whose turn it is made.
+  Made get(const Sender& sender, const std::string& owner, JobId job, Kind kind);
 
  private:
   struct Entry {
@@ -62,7 +64,8 @@ class Pictures {
   std::string make_file(const msg::ImageData& data, Kind kind);
 
   LoopClient& loop_;
-  ChildRunner& runner_;
+  const ChildRunner& runner_;
+  Places& places_;
   const std::filesystem::path directory_;
   SteadyClock clock_;
   std::mutex mutex_;  // guards entries_

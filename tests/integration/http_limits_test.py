@@ -1,14 +1,18 @@
 """What strangers can take of the coordinator's HTTP interface: connections, memory, time, turns."""
 
+import gzip
 import http.client
+import json
 import os
+import pathlib
 import socket
+import tempfile
 import threading
 import time
 import unittest
 
-from farm import wait_for
-from web import Answer, Web
+from farm import run, wait_for
+from web import SCENE, Web
 
 
 def connect(farm):
@@ -167,6 +171,62 @@ class Heads(unittest.TestCase):
                 statuses.append(answer.status)
                 answer.fp.read(int(answer.getheader("Content-Length")))
             self.assertEqual(statuses, [200, 200, 200, 404])
+
+
+class Repeats(unittest.TestCase):
+    def test_a_key_that_comes_again_with_another_content_is_refused(self):
+        with tempfile.TemporaryDirectory() as state, Web("--state", state) as farm:
+            key = {"Idempotency-Key": "once"}
+            parts = lambda spp: (("scene", None, json.dumps(SCENE)), ("options", None, json.dumps({"spp": spp})))
+            job = farm.submitted(farm.post_form(*parts(5), **key))
+            for _ in range(2):
+                self.assertEqual(farm.submitted(farm.post_form(*parts(5), **key)), job)
+                for other in (farm.post_form(*parts(6), **key), farm.post_scene(**key)):
+                    self.assertEqual(other.status, 422, other.body)
+                    self.assertIn(f"job {job} was submitted with this Idempotency-Key", other.json()["detail"])
+                farm.coordinator.terminate()  # and the next one knows it, too
+                farm.coordinator.wait()
+                farm.start_coordinator()
+            self.assertEqual(len(farm.get("/jobs").json()["jobs"]), 1)
+
+
+@unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "reading takes minutes")
+class Turns(unittest.TestCase):
+    def keys_of(self, directory):
+        """The directory of a farm's keys, and what ann and bob send to be known."""
+        keys = pathlib.Path(directory) / "keys"
+        self.assertEqual(run("keygen", keys).returncode, 0)
+        heads = []
+        for name in ("ann", "bob"):
+            self.assertEqual(run("keygen", keys, "--name", name).returncode, 0)
+            token = run("keygen", keys, "--token", name).stdout.strip()
+            heads.append({"Authorization": f"Bearer {token}"})
+        return keys, *heads
+
+    def test_pictures_do_not_wait_for_scenes_nor_small_scenes_for_large_ones_of_others(self):
+        block = "".join(f"H {i} {i % 1000} {i % 77}\n" for i in range(10_000)).encode()
+        large = gzip.compress(b"9000000\nmany\n" + 900 * block, 1)  # takes all the time that there is
+        with tempfile.TemporaryDirectory() as directory:
+            keys, ann, bob = self.keys_of(directory)
+            with Web("--keys", keys, "--http-scene-seconds", "3") as farm:
+                farm._start("parray-worker", "--connect", farm.address, "--threads", 1, "--keys", keys / "worker.key")
+                job = farm.submitted(farm.post_scene(**bob))
+                wait_for(lambda: farm.get(f"/jobs/{job}", **bob).json()["state"] == "done", "the picture")
+                ended = []
+
+                def upload():
+                    ended.append(farm.post_form(("file", "large.xyz.gz", large), **ann).status)
+
+                uploads = [threading.Thread(target=upload) for _ in range(3)]
+                for thread in uploads:
+                    thread.start()
+                reads = lambda: list(farm.directory.glob("parray-http-*/request-*/parts.messages"))
+                wait_for(lambda: len(reads()) == 2, "two readers")
+                self.assertEqual(farm.get(f"/jobs/{job}/image.png", **bob).status, 200)
+                self.assertEqual(farm.post_scene(**bob).status, 201)
+                self.assertEqual(ended, [])  # ann's are still being read
+                for thread in uploads:
+                    thread.join()
 
 
 if __name__ == "__main__":

@@ -1,13 +1,17 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "common/base/error.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/pace.h"
+#include "coordinator/http/places.h"
 #include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
+#include "coordinator/submit_token.h"
 
 namespace parray::http {
 namespace {
@@ -170,6 +174,63 @@ TEST_CASE("names take turns, whoever has more waiting") {
   turns.ended("b");
   turns.ended("b");
   CHECK_FALSE(turns.take());
+}
+
+TEST_CASE("a token's name is the job's, and its digest tells contents apart") {
+  CHECK(name_in_token("http-a#12") == "http-a");
+  CHECK(name_in_token("abc") == "abc");
+  CHECK(may_be_same_content("a#1", "a#1"));
+  CHECK_FALSE(may_be_same_content("a#1", "a#2"));
+  CHECK(may_be_same_content("a", "a#2"));  // of a job that was submitted before there were digests
+}
+
+/// Owners in the order in which they got the one place that there is.
+class Queue {
+ public:
+  explicit Queue(Places& places) : places_(places) {}
+  ~Queue() { wait(); }
+  Queue(const Queue&) = delete;
+  Queue& operator=(const Queue&) = delete;
+
+  /// Returns when it waits.
+  void add(const std::string& owner) {
+    const std::size_t before = places_.waiting();
+    threads_.emplace_back([this, owner] {
+      const Places::Entry entry(places_, owner);
+      const Places::Place place(entry);
+      order_.push_back(owner);  // guarded by the place
+    });
+    while (places_.waiting() == before) std::this_thread::yield();
+  }
+  void wait() {
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+  [[nodiscard]] const std::vector<std::string>& order() const { return order_; }
+
+ private:
+  Places& places_;
+  std::vector<std::string> order_;
+  std::vector<std::thread> threads_;
+};
+
+TEST_CASE("places are given by turns, whoever asks for more, and not after the end") {
+  Places places("things", {.places = 1, .of_one = 1, .inside = 4, .one_inside = 3});
+  Queue queue(places);
+  {
+    const Places::Entry first(places, "a");
+    const Places::Place held(first);
+    queue.add("a");
+    queue.add("a");
+    CHECK_THROWS_AS(Places::Entry(places, "a"), Problem);  // three are inside
+    queue.add("b");
+    CHECK_THROWS_AS(Places::Entry(places, "c"), Problem);  // four in all
+  }
+  queue.wait();
+  CHECK(queue.order() == std::vector<std::string>{"b", "a", "a"});
+  const Places::Entry late(places, "c");
+  places.stop();
+  CHECK_THROWS_AS(Places::Place{late}, RunError);
 }
 
 }  // namespace

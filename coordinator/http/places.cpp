@@ -1,0 +1,65 @@
+#include "coordinator/http/places.h"
+
+#include "common/base/error.h"
+#include "coordinator/http/exchange.h"
+
+namespace parray::http {
+
+Places::Entry::Entry(Places& places, const std::string& owner) : places_(places), owner_(owner) {
+  const std::scoped_lock lock(places_.mutex_);
+  const auto mine = places_.of_owner_.find(owner_);
+  const std::size_t of_mine = mine == places_.of_owner_.end() ? 0 : mine->second;
+  if (places_.inside_ >= places_.limits_.inside || of_mine >= places_.limits_.one_inside) {
+    throw Problem(503, "too many " + places_.what_ + " are asked for at once: try again in a while",
+                  0, {{"Retry-After", "1"}});
+  }
+  ++places_.inside_;
+  ++places_.of_owner_[owner_];
+}
+
+Places::Entry::~Entry() {
+  const std::scoped_lock lock(places_.mutex_);
+  --places_.inside_;
+  const auto mine = places_.of_owner_.find(owner_);
+  if (--mine->second == 0) places_.of_owner_.erase(mine);
+}
+
+Places::Place::Place(const Entry& entry) : places_(entry.places_), owner_(entry.owner_) {
+  std::unique_lock lock(places_.mutex_);
+  Waiter waiter;
+  places_.turns_.push(owner_, &waiter);
+  places_.give();
+  places_.changed_.wait(lock, [&] { return waiter.has_place || places_.stopped_; });
+  if (!waiter.has_place) throw RunError("the coordinator is stopping");
+}
+
+Places::Place::~Place() {
+  const std::scoped_lock lock(places_.mutex_);
+  ++places_.free_;
+  places_.turns_.ended(owner_);
+  places_.give();
+}
+
+void Places::stop() {
+  const std::scoped_lock lock(mutex_);
+  stopped_ = true;
+  changed_.notify_all();
+}
+
+std::size_t Places::waiting() {
+  const std::scoped_lock lock(mutex_);
+  return turns_.waiting();
+}
+
+/// To whoever is next; called with the lock.
+void Places::give() {
+  while (!stopped_ && free_ > 0) {
+    const auto waiter = turns_.take();
+    if (!waiter) return;
+    --free_;
+    (*waiter)->has_place = true;
+    changed_.notify_all();
+  }
+}
+
+}  // namespace parray::http
