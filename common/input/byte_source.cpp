@@ -52,7 +52,7 @@ std::string_view ByteSource::ahead(std::size_t least) {
 }
 
 void ByteSource::fail_zero_byte() const {
-  fail_at(file_, line_, "", "a zero byte, which JSON text never has: save the file as UTF-8");
+  fail_at(file_, line_, "", "a NUL byte, which JSON text never has: save the file as UTF-8");
 }
 
 }  // namespace parray

@@ -9,6 +9,7 @@
 #include "common/base/printable.h"
 #include "common/input/byte_source.h"
 #include "common/input/json_fields.h"
+#include "common/input/scene_keys.h"
 #include "common/input/scene_sections.h"
 #include "common/input/seed_format.h"
 #include "common/input/sphere_text.h"
@@ -16,10 +17,6 @@
 
 namespace parray {
 namespace {
-
-constexpr std::array<std::string_view, 11> known_keys{
-    "version",   "camera",    "image",   "render",    "style", "sky",
-    "finishing", "materials", "spheres", "particles", "labels"};
 
 struct RequiredKey {
   std::string_view key;
@@ -44,8 +41,8 @@ bool SceneBuilder::has_key(std::string_view key) const {
 
 JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
   const JsonPlace place = root_.at(key);
-  if (std::ranges::find(known_keys, key) == known_keys.end()) {
-    fail_unknown_key(key, line, root_, known_keys);
+  if (std::ranges::find(scene_keys, key) == scene_keys.end()) {
+    fail_unknown_key(key, line, root_, scene_keys);
   }
   if (has_key(key)) place.fail(line, "duplicate key '" + key + "': remove one of them");
   keys_.push_back(key);

@@ -1,12 +1,19 @@
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "common/input/formats/format_table.h"
 #include "common/input/scene_file.h"
+#include "common/scene/scene_bytes.h"
 #include "tests/support/memory.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"
@@ -45,14 +52,150 @@ std::string repeated(const std::string& text, int times) {
   return all;
 }
 
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Shipped scenes, and scenes of the report's own format.
+std::vector<std::filesystem::path> scene_files() {
+  const std::filesystem::path source = PARRAY_SOURCE_DIR;
+  std::vector<std::filesystem::path> scenes{source / "tests/integration/seed-scene.json"};
+  for (const char* folder : {"scenes", "scenes/regression"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(source / folder)) {
+      if (entry.path().extension() == ".json") scenes.push_back(entry.path());
+    }
+  }
+  return scenes;
+}
+
+/// As json.dumps() of Python writes it: one line, blanks behind commas and colons.
+std::string as_python_writes(const auto& json) {
+  std::string text;
+  for (const char c : json.dump(0)) {
+    if (c == '\n') {
+      if (text.ends_with(',')) text += ' ';
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+/// The same JSON in every layout that programs write, by the layout's name.
+std::map<std::string, std::string> layouts_of(const std::string& text) {
+  const auto json = nlohmann::ordered_json::parse(text);
+  const auto sorted = nlohmann::json::parse(text);
+  return {{"as shipped", text},
+          {"one line", as_python_writes(json)},
+          {"compact", json.dump()},
+          {"indented", json.dump(4)},
+          {"indented by tabs", json.dump(1, '\t')},
+          {"sorted keys", sorted.dump(2)},
+          {"sorted keys on one line", as_python_writes(sorted)},
+          {"a blank head", std::string(200'000, ' ') + as_python_writes(json)},
+          {"a head of empty lines", std::string(70'000, '\n') + json.dump()},
+          {"byte order mark", "\xEF\xBB\xBF" + as_python_writes(json)},
+          {"byte order mark and blanks", "\xEF\xBB\xBF\r\n\t " + json.dump()}};
+}
+
+/// Names with every extension of a format, and with others.
+std::vector<std::string> file_names() {
+  std::vector<std::string> names{"dump.melt", "noname", "A.PDB", "a.json",
+                                 "a.gz",      "a.zip",  "a.txt", "a.dat"};
+  for (const ParticleFormat& format : particle_formats()) {
+    for (const std::string_view extension : format.extensions) {
+      names.push_back("a" + std::string(extension));
+    }
+  }
+  return names;
+}
+
 }  // namespace
+
+TEST_CASE("a scene is a scene in every layout of JSON and under every name") {
+  const ParticleFiles files;
+  const auto scenes = scene_files();
+  CHECK(scenes.size() > 15);
+  for (const auto& path : scenes) {
+    CAPTURE(path);
+    const std::string identity = scene_identity(read_scene_file(path).scene);
+    for (const auto& [layout, text] : layouts_of(text_of(path))) {
+      CAPTURE(layout);
+      const auto file = files.write("scene", text);
+      CHECK(kind_of(file) == "scene");
+      CHECK(scene_identity(read_scene_file(file).scene) == identity);
+    }
+  }
+  for (const auto& [layout, text] : layouts_of(text_of(scenes.front()))) {
+    for (const std::string& name : file_names()) {
+      CAPTURE(name);
+      CHECK(kind_of(files.write(name, text)) == "scene");
+    }
+  }
+}
+
+TEST_CASE("JSON that is no scene is refused by the name of what it is") {
+  const ParticleFiles files;
+  const std::string pandas = "looks like a table as JSON (as pandas writes it), not a scene: write";
+  const std::string ase = "looks like atoms of ASE as JSON, not a scene: write extended XYZ";
+  const std::string list = "looks like a JSON list, not a scene: write a CSV file";
+  const std::string utf16 = "looks like UTF-16 text: save the file as UTF-8";
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {R"({"x": {"0": 1.0, "1": 2.0}, "y": {"0": 1.0, "1": 2.0}, "z": {"0": 1, "1": 2}})", pandas},
+      {R"({"0": {"x": 1.0, "y": 2.0, "z": 3.0}, "1": {"x": 1.0, "y": 2.0, "z": 3.0}})", pandas},
+      {R"({"columns":["x","y","z"],"index":[0],"data":[[1.0,2.0,3.0]]})", pandas},
+      {R"({"schema": {"fields": [{"name": "x"}]}, "data": [{"x": 1, "y": 2, "z": 3}]})", pandas},
+      {"{\"x\": 1, \"y\": 2, \"z\": 3}\n{\"x\": 4, \"y\": 5, \"z\": 6}\n", pandas},
+      {R"({"1": {"cell": [1], "numbers": [6], "positions": [[0, 0, 0]]}, "nextid": 2})", ase},
+      {R"({"__ase_objtype__": "atoms", "x": 1, "y": 2, "z": 3})", ase},
+      {R"({"@module": "pymatgen.core.structure", "@class": "Structure", "x": 1})",
+       "looks like an object of pymatgen as JSON"},
+      {R"({"nodes": [], "asset": {"version": "2.0"}})", "looks like a glTF mesh"},
+      {R"([{"x": 1, "y": 2, "z": 3}, {"x": 4, "y": 5, "z": 6}])", list},
+      {"[[1, 2, 3],\n[4, 5, 6]]\n", list},
+      {"[\n  {\"x\": 1}\n]\n", list},
+      {"{\0\"\0s\0"s, utf16},
+      {"\0{\0\"\0s"s, utf16},
+      {" \0\n\0{\0\"\0s\0"s, utf16},
+      {"\xff\xfe{\0\"\0"s, utf16},
+      {R"({"version": 1, )" + "\0"s + scene.substr(1),
+       "looks like JSON with a NUL byte (byte 16): copy or write the file again"}};
+  for (const auto& [text, what] : cases) {
+    for (const std::string& name : file_names()) {
+      CAPTURE(name);
+      const std::string kind = kind_of(files.write(name, text));
+      CHECK_MESSAGE(kind.starts_with(what), kind);
+    }
+  }
+}
+
+TEST_CASE("keys below the top level do not make a scene something else") {
+  const ParticleFiles files;
+  std::string named = scene;
+  for (std::size_t at = named.find("\"a\""); at != std::string::npos; at = named.find("\"a\"")) {
+    named.replace(at, 3, "\"asset\"");
+  }
+  CHECK(kind_of(files.write("a", named)) == "scene");
+  CHECK(read_scene_file(files.write("a", named)).scene.spheres.size() == 1);
+}
+
+TEST_CASE("a NUL byte far behind the start of a scene is refused with its line") {
+  const ParticleFiles files;
+  std::string text = scene;
+  text.insert(1, std::string(100'000, '\n'));
+  text.insert(text.find("\"spheres\""), 1, '\0');
+  const auto path = files.write("a", text);
+  const std::string message = message_of<InputError>([&] { read_scene_file(path); });
+  CHECK_MESSAGE(message.find("a:100003: ") != std::string::npos, message);
+  CHECK_MESSAGE(message.find("NUL") != std::string::npos, message);
+}
 
 TEST_CASE("a file is what its contents say, whatever its name") {
   const ParticleFiles files;
   for (const auto& [sample, bytes] : test::valid_particle_files()) {
     const std::string format = format_for(sample);
-    for (const char* name : {"dump.melt", "noname", "A.PDB", "a.pdb1", "a.ent", "a.xyz", "a.csv",
-                             "a.ply", "a.cif", "a.json", "a.dump", "a.gz", "a.zip"}) {
+    for (const std::string& name : file_names()) {
       CAPTURE(name);
       // Columns of PQR may be those of PDB: the next test.
       const bool named_pdb = format_for("a.pdb") == (format_by_name(name) ? format_for(name) : "");

@@ -141,9 +141,9 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
       {"truncated at the end", valid_scene().substr(0, valid_scene().size() - 2),
        "s.json:15: /spheres: the file ends in the middle of the scene: is it complete?"},
       {"a zero byte", with("20", std::string("2\0", 2)),
-       "s.json:6: /: a zero byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:6: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
       {"zero bytes after the end", valid_scene() + std::string(3, '\0'),
-       "s.json:17: /: a zero byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:17: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
       {"half a byte order mark", "\xEF\xBB" + valid_scene(),
        "s.json:1: /: not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at '\\xef\\xbb{'): "
        "look for a missing quote, comma or bracket"},

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "common/base/printable.h"
+#include "common/input/formats/json_kind.h"
 #include "common/input/formats/recognisers.h"
 #include "common/input/particles/particle_text.h"
 
@@ -36,7 +37,7 @@ struct Signature {
 };
 
 // Each from the public description of its format.
-constexpr std::array<Signature, 41> signatures{{
+constexpr std::array<Signature, 39> signatures{{
     {"\x89PNG\r\n", 0, "a PNG picture", picture},
     {"\xff\xd8\xff", 0, "a JPEG picture", picture},
     {"GIF8", 0, "a GIF picture", picture},
@@ -81,8 +82,6 @@ constexpr std::array<Signature, 41> signatures{{
     {"OVITO", 0, "a session of OVITO", "export the particles from it as extended XYZ"},
     {"\xff\xfe", 0, "UTF-16 text", utf16},
     {"\xfe\xff", 0, "UTF-16 text", utf16},
-    {"{\0"sv, 0, "UTF-16 text", utf16},
-    {"\0{"sv, 0, "UTF-16 text", utf16},
 }};
 
 /// Formats of particles that are told from others, but have no reader.
@@ -187,9 +186,6 @@ Finding text_without_signature(const FileStart& start) {
     return {"an HTML page", "was the download refused?"};
   }
   if (first.starts_with("<?xml") || first.starts_with("<VTKFile")) return {"XML text", convert};
-  if (first.starts_with('{') && lower.find("\"asset\"") != std::string::npos) {
-    return {"a glTF mesh", mesh};
-  }
   if (first.starts_with("solid") && start.bytes().find("facet") != std::string::npos) {
     return {"an STL mesh", mesh};
   }
@@ -211,6 +207,7 @@ Finding finding_of(const FileStart& start, const std::filesystem::path& name) {
   for (const Signature& known : signatures) {
     if (start.has(known.bytes, known.at)) return {known.what, known.remedy};
   }
+  if (is_wide_json(start)) return {"UTF-16 text", utf16};
   for (const Unread& known : unread) {
     if (known.looks(start) >= Likeness::likely) return {known.what, known.remedy};
   }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/input/formats/foreign_files.h"
+#include "common/input/formats/json_kind.h"
 #include "common/input/formats/readers.h"
 #include "common/input/formats/recognisers.h"
 #include "common/input/particles/particle_text.h"
@@ -77,12 +78,9 @@ Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   return fits && best.likeness != Likeness::certain ? Guess{named, Likeness::likely} : best;
 }
 
-bool is_scene(const FileStart& start) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  std::string_view text = start.bytes();
-  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string_view::npos && text[first] == '{';
+/// Fails if `other_json` names what the file is instead of a scene.
+void refuse_json(const FilePlace& place, const std::string& other_json) {
+  if (!other_json.empty()) place.fail("looks like " + other_json);
 }
 
 std::string known_formats() {
@@ -106,14 +104,19 @@ const ParticleFormat* format_by_name(const std::filesystem::path& path) {
 
 const ParticleFormat* particle_format_of(PackedFile& file) {
   const FileStart& start = file.start();
+  const FilePlace place{file.name()};
+  const char first = first_character(file);
+  const std::string other_json = json_without_scene(start, first);
+  if (first == '{' && other_json.empty()) return nullptr;
   const ParticleFormat* const named = format_by_name(file.path());
   const Guess guess = best_guess(start, named);
+  const bool is_table = guess.format == &formats.back();  // which a JSON list resembles
+  if (first == '{' || is_table) refuse_json(place, other_json);
   if (guess.likeness >= Likeness::likely) return guess.format;
-  const FilePlace place{file.name()};
+  refuse_json(place, other_json);
   if (start.bytes().empty()) place.fail("the file is empty: is it complete?");
   const std::string foreign = foreign_file(start, unpacked_name(file.path()));
   if (!foreign.empty()) place.fail("looks like " + foreign);
-  if (is_scene(start)) return nullptr;
   if (named != nullptr) return named;
   if (guess.format != nullptr) return guess.format;
   place.fail("neither a scene nor particles, but " + first_words(start) + ": ParRay reads " +

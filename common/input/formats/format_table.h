@@ -31,10 +31,11 @@ std::span<const ParticleFormat> particle_formats();
 /// By the file name's extension, that of a packed file looked through; nullptr: none.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
-/// The format that the file's first bytes show: one that is certain, the one of its name if that is
-/// possible, one that is likely, the one of its name, one that is possible, in this order. nullptr:
-/// a scene file, which begins with a brace. Throws InputError "FILE: problem: remedy", with what
-/// the file seems to be, for any other.
+/// Returns the format that the file's first bytes show. A file whose first character after blanks
+/// and a byte order mark is a brace is JSON, and no format is asked: nullptr stands for a scene
+/// file. Of the formats, this order decides: one that is certain, the one of the file's name if it
+/// is possible, one that is likely, the one of the name, one that is possible. Throws InputError
+/// "FILE: problem: remedy", with what the file seems to be, for anything else.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray

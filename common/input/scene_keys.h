@@ -1,0 +1,13 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace parray {
+
+/// The keys at the top level of a scene file.
+inline constexpr std::array<std::string_view, 11> scene_keys{
+    "version",   "camera",    "image",   "render",    "style", "sky",
+    "finishing", "materials", "spheres", "particles", "labels"};
+
+}  // namespace parray
