@@ -1,13 +1,14 @@
 // parray-http-child: what the coordinator's HTTP interface has done by others. It reads what
 // strangers send, under limits of memory and processor time, and makes picture files; both in a
-// directory that the coordinator has made, which is the current one's parent or itself. People do
-// not start it.
+// directory that the coordinator has made, the current one's parent, beyond which it can open
+// nothing. People do not start it.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
+#include "cli/http_child/confinement.h"
 #include "cli/output/delivery.h"
 #include "cli/output/error_map.h"
 #include "cli/output/extra_channels.h"
@@ -53,15 +55,23 @@ void limit(decltype(RLIMIT_AS) what, rlim_t value) {
   if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
 }
 
-/// A scene can neither eat the machine nor outlive who has asked for it.
-void confine(const Arguments& a) {
+Enclosure enclosure_of(std::uint64_t file_bytes) {
+  return {std::filesystem::current_path().parent_path(), file_bytes};
+}
+
+/// A scene can neither eat the machine nor outlive who has asked for it, and whoever takes this
+/// process over by a damaged file gets nothing else. `file_bytes`: of the largest file that it may
+/// write.
+void confine(const Arguments& a, std::uint64_t file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   prctl(PR_SET_DUMPABLE, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, a.seconds);
 #ifndef PARRAY_SANITIZED  // whose shadow takes more address space than any machine has memory
   limit(RLIMIT_AS, a.memory);
+  enclose_process(enclosure_of(file_bytes));
+#else
+  static_cast<void>(file_bytes);
 #endif
 }
 
@@ -81,7 +91,7 @@ std::string read_file(const std::filesystem::path& file) {
 
 /// Of the scene in the current directory: ../control and ../bulk, the frames of its `submit`.
 int submit(const Arguments& a) {
-  confine(a);
+  confine(a, a.memory);
   Submission submission = load_submission(a.scene, a.render, a.priority, {}, NamedFiles::beside);
   refuse_transparency(submission,
                       "pictures by HTTP keep their background: leave it out of the scene");
@@ -98,7 +108,9 @@ int submit(const Arguments& a) {
 
 /// Of `pixels` and `report` in the current directory: the file `wanted`.
 int picture(const Arguments& a) {
-  confine(a);
+  constexpr std::uint64_t most_of_head = std::uint64_t{1} << 20;
+  constexpr std::uint64_t most_of_pixel = 128;
+  confine(a, most_of_head + most_of_pixel * a.width * a.height);
   Picture picture;
   picture.report = json::parse(read_file("report"));
   PictureParts parts =
@@ -119,6 +131,18 @@ int picture(const Arguments& a) {
     if (can_hold_channels(a.wanted)) add_sample_counts(picture);
     write_picture(a.wanted, picture);
   }
+  return 0;
+}
+
+/// Says on stderr what it could do beyond its directory, as one line; nothing where all is refused.
+int confinement(const Arguments& a) {
+  constexpr std::uint64_t small = 1000;
+  confine(a, small);
+  std::string text;
+  for (const std::string& way : ways_out(enclosure_of(small), a.wanted)) {
+    text += (text.empty() ? "" : ", ") + way;
+  }
+  if (!text.empty()) std::cerr << text << '\n';
   return 0;
 }
 
@@ -145,6 +169,12 @@ void declare_picture(CommandLine& line, Arguments& a, Action& chosen) {
   command.on_chosen([&] { chosen = [&a] { return picture(a); }; });
 }
 
+void declare_confinement(CommandLine& line, Arguments& a, Action& chosen) {
+  Command command = line.command("confinement", "Try what this process can do");
+  command.option("FILE", a.wanted, "That it must not read").required();
+  command.on_chosen([&] { chosen = [&a] { return confinement(a); }; });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -155,6 +185,7 @@ int main(int argc, char** argv) {
     line.number("--seconds", arguments.seconds, 1, 1000000, "Of processor time").required();
     declare_submit(line, arguments, chosen);
     declare_picture(line, arguments, chosen);
+    declare_confinement(line, arguments, chosen);
     return [&chosen] { return chosen ? chosen() : 2; };
   });
 }

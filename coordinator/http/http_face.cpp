@@ -2,9 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <fstream>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <thread>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -127,6 +129,7 @@ class HttpFace::Impl {
     runner_.stop();
     scene_places_.stop();
     picture_places_.stop();
+    if (looking_at_children_.joinable()) looking_at_children_.join();
     events_.stop();
     webhooks_.stop();
   }
@@ -138,10 +141,33 @@ class HttpFace::Impl {
                   return text_reply(text(), type);
                 });
   }
-  void start() { server_.start(); }
+  void start() {
+    looking_at_children_ = std::thread([this] { look_at_children(); });
+    server_.start();
+  }
   [[nodiscard]] const std::string& address() const { return server_.address(); }
 
  private:
+  /// Says once what this kernel cannot keep children from.
+  void look_at_children() {
+    try {
+      const WorkDirectory theirs(directory_.path());
+      const WorkDirectory others(directory_.path());
+      const fs::path inside = theirs.path() / "inside";
+      const fs::path outside = others.path() / "outside";
+      fs::create_directory(inside);
+      std::ofstream(outside) << "secret";
+      const ChildEnd end = runner_.run({"confinement", outside.string()}, inside, ChildLimits{});
+      if (end.message.empty()) return;
+      log_->warn(
+          "HTTP: this kernel (Landlock, seccomp) does not wholly contain the process that reads "
+          "what strangers send: {}",
+          printable(end.message, 500));
+    } catch (const RunError& error) {
+      log_->debug("HTTP: whether children are contained is not known: {}", error.what());
+    }
+  }
+
   void serve_asset(const Asset& asset) {
     const std::string etag =
         '"' + sha256_hex(std::as_bytes(std::span(asset.bytes))).substr(0, 32) + '"';
@@ -231,6 +257,7 @@ class HttpFace::Impl {
   Events events_;
   Webhooks webhooks_;
   Api api_;
+  std::thread looking_at_children_;
   LogBudget door_log_;  ///< the doorman's thread's
   Server server_;       ///< last: nobody asks any more when the others go
 };

@@ -1,18 +1,22 @@
 """What strangers can take of the coordinator's HTTP interface: connections, memory, time, turns."""
 
+import bz2
+import ctypes
 import gzip
 import http.client
 import json
+import lzma
 import os
 import pathlib
 import socket
+import subprocess
 import tempfile
 import threading
 import time
 import unittest
 
-from farm import run, wait_for
-from web import SCENE, Web
+from farm import BIN, run, wait_for
+from web import SCENE, WATER, Web
 
 
 def connect(farm):
@@ -227,6 +231,57 @@ class Turns(unittest.TestCase):
                 self.assertEqual(ended, [])  # ann's are still being read
                 for thread in uploads:
                     thread.join()
+
+
+def kernel_knows_landlock():
+    """landlock_create_ruleset(2), asked for its version."""
+    return ctypes.CDLL(None).syscall(444, None, 0, 1) >= 1
+
+
+@unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "sanitizers need what is refused")
+@unittest.skipUnless(kernel_knows_landlock(), "this kernel knows no Landlock")
+class Containment(unittest.TestCase):
+    def child(self, directory, *arguments):
+        return subprocess.run([BIN.parent / "lib/parray/parray-http-child", "--memory", str(2 << 30), "--seconds", "20",
+                               *map(str, arguments)], cwd=directory, capture_output=True, text=True, timeout=60)
+
+    def test_a_reader_of_scenes_opens_nothing_outside_its_own_directory(self):
+        with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
+            parts = pathlib.Path(request) / "parts"
+            parts.mkdir()
+            (parts / "own.json").write_text(json.dumps(SCENE))
+            scene = pathlib.Path(outside) / "scene.json"
+            scene.write_text(json.dumps(SCENE))
+            (parts / "link.json").symlink_to(scene)
+            self.assertEqual(self.child(parts, "submit", "own.json").returncode, 0)
+            self.assertTrue((pathlib.Path(request) / "control").exists())
+            self.assertEqual(self.child(parts, "submit", "link.json").returncode, 2)
+            self.assertEqual(self.child(parts, "submit", scene).returncode, 2)
+
+    def test_a_maker_of_pictures_opens_nothing_outside_its_own_directory(self):
+        with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
+            files = pathlib.Path(request) / "picture"
+            files.mkdir()
+            (pathlib.Path(outside) / "report").write_text("{}")
+            (files / "report").symlink_to(pathlib.Path(outside) / "report")
+            self.assertIn("reading report failed", self.child(files, "picture", "image.png", 1, 1).stderr)
+
+    def test_none_of_the_ways_out_that_it_tries_is_open(self):
+        with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
+            files = pathlib.Path(request) / "files"
+            files.mkdir()
+            secret = pathlib.Path(outside) / "secret"
+            secret.write_text("secret")
+            tried = self.child(files, "confinement", secret)
+            self.assertEqual((tried.returncode, tried.stderr), (0, ""))
+
+    def test_packed_files_are_read_as_before(self):
+        packers = {"gz": gzip.compress, "xz": lzma.compress, "bz2": bz2.compress}
+        with Web() as farm:
+            for name, pack in packers.items():
+                answer = farm.post_form(("file", f"water.xyz.{name}", pack(WATER.encode())))
+                self.assertEqual(answer.status, 201, answer.body)
+            self.assertNotIn("does not wholly contain", farm.coordinator_log())
 
 
 if __name__ == "__main__":
