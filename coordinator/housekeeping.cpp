@@ -95,9 +95,11 @@ void Coordinator::keep_house(Time now) {
   if (store_ == nullptr) {
     return;
   }
-  backroom_.give([this, store = store_]() -> Backroom::Outcome {
-    return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
-  });
+  backroom_.give(
+      [this, store = store_, keep_lost = options_.limits.keep_lost_seconds]() -> Backroom::Outcome {
+        store->tidy(keep_lost);
+        return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
+      });
 }
 
 /// Jobs that have ended make room, the oldest first.

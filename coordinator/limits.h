@@ -18,6 +18,7 @@ struct Limits {
   std::size_t user_pixels = std::size_t{1} << 30;  ///< of the unfinished jobs of one user
   std::uint64_t disk = std::uint64_t{100} << 30;   ///< bytes of the store
   std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< likewise, of one user
+  double keep_lost_seconds = 30.0 * 24 * 3600;        ///< that files which were set aside are kept
   double keep_seconds = 90.0 * 24 * 3600;             ///< since it ended, that a job is kept
   std::size_t requests = 1000;  ///< messages a second of one peer that is no worker
 };

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "common/base/cgroup_limits.h"
 #include "common/base/cpu_count.h"
@@ -21,6 +22,7 @@
 #include "coordinator/http/http_face.h"
 #include "coordinator/manual.h"
 #include "coordinator/replica/keeper.h"
+#include "coordinator/store/state_tools.h"
 #include "proto/joined_link.h"
 #include "proto/tokens.h"
 #include "proto/zmq_link.h"
@@ -44,6 +46,10 @@ struct Arguments {
   double disk_gib = 100;
   double user_disk_gib = 50;
   double keep_days = 90;
+  double keep_lost_days = 30;
+  std::string check;                ///< directory
+  std::string repair;               ///< directory
+  std::vector<std::string> backup;  ///< directory and target
   http::Options http;
   double http_body_mib = 256;
   double http_scene_gib = 2;
@@ -52,6 +58,7 @@ struct Arguments {
 
 constexpr const char* farm_group = "Farm";
 constexpr const char* state_group = "State";
+constexpr const char* tools_group = "Instead of serving";
 constexpr const char* workers_group = "Workers";
 constexpr const char* limits_group = "Limits";
 constexpr const char* http_group = "HTTP";
@@ -140,6 +147,10 @@ void declare_limits(CommandLine& line, Arguments& a) {
   line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days that a job is kept once it has ended")
       .show_default()
       .group(limits_group);
+  line.number("--keep-lost", a.keep_lost_days, 0.0001, 1e5,
+              "Days that files which no record names are kept below lost/ of --state")
+      .show_default()
+      .group(limits_group);
   line.number("--max-requests", limits.requests, 1, 1000000,
               "Messages a second of one peer that is no worker; more are dropped")
       .show_default()
@@ -177,6 +188,27 @@ void declare_state(CommandLine& line, Arguments& a) {
       .group(state_group);
 }
 
+void declare_tools(CommandLine& line, Arguments& a) {
+  line.option("--check", a.check,
+              "Read the state below DIR, print one line for each damage, and end with status 1 if "
+              "there is any. Changes nothing; no coordinator may serve it meanwhile")
+      .type_name("DIR")
+      .completes(Completes::directories)
+      .group(tools_group);
+  line.option("--repair", a.repair,
+              "Mend the state below DIR: build a lost or damaged database from the files beside "
+              "it, and print what was done and what is lost. Replaced files move to DIR/lost")
+      .type_name("DIR")
+      .completes(Completes::directories)
+      .group(tools_group);
+  line.option("--backup", a.backup,
+              "Copy the state below DIR, which a coordinator may be serving, to the new directory "
+              "TARGET. To restore it, serve it with --state")
+      .type_name("DIR TARGET")
+      .completes(Completes::directories)
+      .group(tools_group);
+}
+
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--bind", a.bind,
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
@@ -193,6 +225,7 @@ void declare_options(CommandLine& line, Arguments& a) {
             "Serve other machines without keys: anybody there can send jobs and pose as a worker")
       .group(farm_group);
   declare_state(line, a);
+  declare_tools(line, a);
   declare_http(line, a);
   declare_limits(line, a);
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
@@ -363,6 +396,33 @@ class KeyWatch {
   std::string problem_;
 };
 
+int print_lines(const std::vector<std::string>& lines, const std::string& if_none) {
+  for (const std::string& text : lines) {
+    std::cout << text << '\n';
+  }
+  if (lines.empty()) {
+    std::cout << if_none << '\n';
+  }
+  return lines.empty() ? 0 : 1;
+}
+
+int check_state_of(const Arguments& a) {
+  return print_lines(find_damage(a.check), a.check + ": no damage");
+}
+
+int repair_state_of(const Arguments& a) {
+  print_lines(repair_state(a.repair, seconds_since_1970()), a.repair + ": there was no damage");
+  return 0;
+}
+
+int back_up_state_of(const Arguments& a) {
+  if (a.backup.size() != 2) {
+    throw InputError("--backup takes two directories: that of --state, and a new one for the copy");
+  }
+  return print_lines(back_up_state(a.backup[0], a.backup[1], seconds_since_1970()),
+                     a.backup[1] + ": a complete copy");
+}
+
 int serve(Arguments& a) {
   check(a);
   a.options.heartbeat = from_seconds(a.heartbeat);
@@ -387,6 +447,7 @@ int serve(Arguments& a) {
   a.options.limits.disk = static_cast<std::uint64_t>(a.disk_gib * 0x1p30);
   a.options.limits.user_disk = static_cast<std::uint64_t>(a.user_disk_gib * 0x1p30);
   a.options.limits.keep_seconds = a.keep_days * 24 * 3600;
+  a.options.limits.keep_lost_seconds = a.keep_lost_days * 24 * 3600;
   a.options.wall_clock = seconds_since_1970;
   a.options.backroom.wake = [&server] { server.link().wake(); };
   a.options.backroom.threads = usable_cpus();
@@ -428,6 +489,15 @@ int main(int argc, char** argv) {
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);
     return [&] {
+      if (!arguments.check.empty()) {
+        return check_state_of(arguments);
+      }
+      if (!arguments.repair.empty()) {
+        return repair_state_of(arguments);
+      }
+      if (!arguments.backup.empty()) {
+        return back_up_state_of(arguments);
+      }
       note_signals();
       return serve(arguments);
     };

@@ -8,6 +8,11 @@ inline constexpr const char* coordinator_manual =
 started again, it goes on with every row that it had acknowledged. A second one with the same
 `--state` and `--wait` serves within a second when the first has ended.
 
+# State
+`--check DIR` reads a state and names each damage; `--repair DIR` builds a lost or damaged database from
+the files beside it; `--backup DIR TARGET` copies a state, also one that is being served. A damaged
+database is not served. Files that no record names move to `lost` below the state.
+
 # Keys
 Beyond this machine it listens to keys only, made by `parray keygen`; `--insecure` is the way round,
 and says what that means.

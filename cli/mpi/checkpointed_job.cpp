@@ -203,7 +203,7 @@ void CheckpointedJob::forget() {
   for (const char* suffix : {"", "-wal", "-shm"}) {
     fs::remove(directory_ / (std::string(database_name) + suffix), ignored);
   }
-  for (const char* name : {"jobs", "scenes", "reserve", ""}) {
+  for (const char* name : {"jobs", "scenes", "reserve", "commits", ""}) {
     fs::remove(directory_ / name, ignored);  // unless somebody has put something else there
   }
 }

@@ -14,12 +14,20 @@ namespace {
 
 constexpr std::size_t most_message_bytes = std::size_t{64} << 20;  // pieces are far smaller
 
+std::unique_ptr<Store> open_store(const std::string& directory, spdlog::logger& log) {
+  auto store = std::make_unique<DiskStore>(directory);
+  for (const std::string& line : store->reports()) {
+    log.warn("--state {}: {}", directory, line);
+  }
+  return store;
+}
+
 std::unique_ptr<Store> wait_for_store(const std::string& directory, spdlog::logger& log,
                                       const std::function<void()>& stop) {
   constexpr Time nap = milliseconds(100);
   for (bool told = false;;) {
     try {
-      return std::make_unique<DiskStore>(directory);
+      return open_store(directory, log);
     } catch (const StateInUse&) {
       if (!std::exchange(told, true)) {
         log.info("another coordinator uses {}: waiting for its end", directory);
@@ -42,8 +50,7 @@ Keeper::Keeper(const KeeperOptions& options, spdlog::logger& log,
   if (options.state.empty()) {
     return;
   }
-  disk_ = options.wait ? wait_for_store(options.state, log, stop)
-                       : std::make_unique<DiskStore>(options.state);
+  disk_ = options.wait ? wait_for_store(options.state, log, stop) : open_store(options.state, log);
   if (!options.standby.empty()) {
     take_over(options, log, stop);
   } else if (!options.replicate_to.empty()) {

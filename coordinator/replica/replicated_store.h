@@ -66,6 +66,7 @@ class ReplicatedStore final : public Store {
   void each_rows(JobId job, const RowsVisitor& visit) override { inner_.each_rows(job, visit); }
   std::optional<std::string> picture(JobId job) override { return inner_.picture(job); }
   std::uint64_t picture_bytes(JobId job) override { return inner_.picture_bytes(job); }
+  void tidy(double keep_lost) override { inner_.tidy(keep_lost); }
 
  private:
   void find_lineage();

@@ -48,6 +48,16 @@ std::uint64_t Database::number(const char* sql) {
   return statement.step() ? statement.number(0) : 0;
 }
 
+void Database::keep_log_on_close(bool keep) {
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, keep ? 1 : 0, nullptr);
+}
+
+bool Database::moved() const {
+  int moved = 0;
+  return sqlite3_file_control(db_, "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK &&
+         moved != 0;
+}
+
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(db_);
   const std::string place = "--state " + directory_.string() + ": ";
@@ -60,6 +70,9 @@ void Database::fail() const {
   }
   if (is_full(code)) {
     throw StorageFull(place + "nothing more can be kept (" + why + "): make room there");
+  }
+  if ((code & 0xff) == SQLITE_CORRUPT || (code & 0xff) == SQLITE_NOTADB) {
+    throw DatabaseDamaged("parray.sqlite: " + why);
   }
   throw RunError(place + "parray.sqlite: " + why);
 }

@@ -5,17 +5,25 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/error.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace parray {
 
+/// The database's file is damaged. `what()` says how, without the directory.
+class DatabaseDamaged : public RunError {
+ public:
+  using RunError::RunError;
+};
+
 /// A connection to one SQLite file. One thread.
 ///
 /// Errors are exceptions: StateInUse when another process uses the file, InputError when it cannot
 /// be opened,
-/// StorageFull when there is no room to write, RunError for anything else (damage). All name the
-/// directory that the file is in.
+/// StorageFull when there is no room to write, DatabaseDamaged, RunError for anything else. All but
+/// DatabaseDamaged name the directory that the file is in.
 class Database {
  public:
   /// Opens the file, which is made if need be.
@@ -26,6 +34,11 @@ class Database {
 
   void run(const std::string& sql);       ///< one or more statements without results
   std::uint64_t number(const char* sql);  ///< first column of the first row; 0: there is no row
+
+  /// Whether closing leaves the write-ahead log as it is, instead of taking it into the file.
+  void keep_log_on_close(bool keep);
+  /// The file was removed, or another one was put in its place: what is committed would be lost.
+  [[nodiscard]] bool moved() const;
 
  private:
   friend class Statement;

@@ -1,18 +1,16 @@
 #include "coordinator/store/disk_store.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <system_error>
 #include <utility>
 
-#include "coordinator/store/schema.h"
+#include "coordinator/store/records.h"
 
 namespace parray {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The mark stands among the notes.
-constexpr const char* mark_name = "mark";
 
 /// The lowest number whose file is not there; `path_of` gives its path.
 template <typename PathOf>
@@ -25,63 +23,7 @@ std::uint64_t free_number(const PathOf& path_of) {
   return number;
 }
 
-void remove_file(const fs::path& path) {
-  std::error_code ignored;  // the next life tries again
-  fs::remove(path, ignored);
-}
-
 }  // namespace
-
-DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, disk) {
-  try {
-    database_ = std::make_unique<Database>(files_.directory() / "parray.sqlite");
-    ready_database(*database_, files_);
-    load();
-  } catch (const StorageFull& error) {
-    throw InputError(error.what());
-  }
-  remove_leftovers();
-}
-
-DiskStore::~DiskStore() = default;
-
-void DiskStore::load() {
-  Statement jobs(*database_, "SELECT id, scene, unfinished FROM jobs");
-  while (jobs.step()) {
-    jobs_[jobs.number(0)] = {std::string(jobs.bytes(1)), jobs.number(2) != 0};
-  }
-  Statement scenes(*database_, "SELECT digest, bytes, checksum FROM scenes");
-  while (scenes.step()) {
-    scenes_[std::string(scenes.bytes(0))] = {scenes.number(1), scenes.number(2)};
-  }
-  Statement logs(*database_, "SELECT job, number, bytes FROM logs");
-  while (logs.step()) {
-    jobs_[logs.number(0)].log = {logs.number(1), logs.number(2)};
-  }
-  Statement pictures(*database_, "SELECT job, number, bytes, checksum FROM pictures");
-  while (pictures.step()) {
-    jobs_[pictures.number(0)].picture = {pictures.number(1),
-                                         {pictures.number(2), pictures.number(3)}};
-  }
-}
-
-void DiskStore::remove_leftovers() const {
-  std::set<fs::path> named;
-  for (const auto& [digest, file] : scenes_) {
-    named.insert(files_.scene(digest));
-  }
-  for (const auto& [id, entry] : jobs_) {
-    if (entry.log) {
-      const fs::path rows = files_.rows(id, entry.log->number);
-      StateFiles::cut(rows, entry.log->committed);
-      named.insert(rows);
-    }
-    if (entry.picture) {
-      named.insert(files_.picture(id, entry.picture->number));
-    }
-  }
-  files_.remove_leftovers(named);
-}
 
 const DiskStore::JobEntry* DiskStore::find(JobId job) const {
   const auto found = jobs_.find(job);
@@ -93,8 +35,9 @@ void DiskStore::put_job(const JobRecord& job) {
   JobEntry& entry = jobs_[job.id];
   entry.scene = job.scene;
   entry.unfinished = needs_scene(job.state);
+  entry.has_record = true;
   Change& change = changes_[job.id];
-  change.record = true;
+  change.record = change.copy = true;
   change.text = std::move(text);
 }
 
@@ -112,6 +55,7 @@ void DiskStore::append_rows(JobId job, std::string entry) {
   if (!log) {
     log.emplace();
     log->number = free_number([&](std::uint64_t n) { return files_.rows(job, n); });
+    changes_[job].copy = true;
   }
   log->fresh.append(std::move(entry));
   changes_[job].log = true;
@@ -124,7 +68,7 @@ void DiskStore::drop_log(JobId job, JobEntry& entry) {
   const fs::path rows = files_.rows(job, entry.log->number);
   entry.log.reset();
   Change& change = changes_[job];
-  change.log = true;
+  change.log = change.copy = true;
   // A file that was never written leaves its number to the next.
   if (std::error_code ignored; fs::exists(rows, ignored)) {
     change.doomed.push_back(rows);
@@ -140,7 +84,7 @@ void DiskStore::drop_rows(JobId job) {
 void DiskStore::drop_picture(JobId job, JobEntry& entry) {
   if (entry.picture) {
     Change& change = changes_[job];
-    change.picture = true;
+    change.picture = change.copy = true;
     change.doomed.push_back(files_.picture(job, entry.picture->number));
     entry.picture.reset();
   }
@@ -152,7 +96,8 @@ void DiskStore::put_picture(JobId job, std::span<const std::string_view> pieces)
   JobEntry& entry = jobs_[job];
   drop_picture(job, entry);
   entry.picture = {number, file};
-  changes_[job].picture = true;
+  Change& change = changes_[job];
+  change.picture = change.copy = true;
 }
 
 void DiskStore::drop_work(JobId job) {
@@ -185,24 +130,84 @@ void DiskStore::commit() {
       !new_mark_) {
     return;
   }
+  check_place();
   std::exception_ptr failure;
   const std::set<JobId> held_back = write_logs(failure);
-  files_.sync_directories();
   const std::vector<std::string> unused = unused_scenes(held_back);
   try {
-    record(held_back, unused);
+    keep(held_back, unused);
   } catch (const StorageFull&) {
     // A full disk must not keep anybody from making room on it.
     if (!frees_room(unused) || !files_.release_reserve()) {
       throw;
     }
-    record(held_back, unused);
+    keep(held_back, unused);
   }
   settle(held_back, unused);
   files_.keep_reserve();
   if (failure) {
     std::rethrow_exception(failure);
   }
+}
+
+/// A database that was removed takes commits without a word.
+void DiskStore::check_place() const {
+  if (database_->moved()) {
+    throw StorageFull("--state " + files_.directory().string() +
+                      ": parray.sqlite was moved or removed: put it back");
+  }
+}
+
+void DiskStore::keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
+  if (!counts_commits_) {
+    files_.overwrite(files_.commits(), commit_count_to_text(batch_));
+    counts_commits_ = true;
+  }
+  write_copies(held_back);
+  files_.sync_directories();
+  record(held_back, unused);
+}
+
+/// Writes the copies of what the commit is about to record. Until it is done they stand beside the
+/// former ones.
+void DiskStore::write_copies(const std::set<JobId>& held_back) {
+  for (const auto& [id, change] : changes_) {
+    if (held_back.contains(id)) {
+      StateFiles::remove(files_.job_next(id));  // of a commit that failed
+    } else if (change.drops()) {
+      StateFiles::remove(files_.job_next(id));
+      if (std::error_code ignored; fs::exists(files_.job_json(id), ignored)) {
+        files_.rename(files_.job_json(id), files_.job_dropped(id));
+        files_.expect_sync(files_.job(id));
+      }
+    } else if (change.copy) {
+      write_copy(id, change);
+    }
+  }
+  if (!new_notes_.empty()) {
+    files_.overwrite(files_.notes_next(), notes_file_to_text({batch_ + 1, notes()}));
+  }
+}
+
+void DiskStore::write_copy(JobId job, const Change& change) {
+  const JobEntry& entry = jobs_.at(job);
+  if (!entry.has_record) {
+    return;
+  }
+  JobFile copy{batch_ + 1, record_of(job, change), {}, entry.picture};
+  if (entry.log) {
+    copy.rows = {entry.log->number, entry.log->committed + entry.log->fresh.bytes()};
+  }
+  files_.overwrite(files_.job_next(job), job_file_to_text(job, copy));
+}
+
+std::string DiskStore::record_of(JobId job, const Change& change) {
+  if (change.record) {
+    return change.text;
+  }
+  Statement row(*database_, "SELECT record FROM jobs WHERE id = ?");
+  row.bind(job);
+  return row.step() ? std::string(row.bytes(0)) : "";
 }
 
 bool DiskStore::frees_room(const std::vector<std::string>& unused) const {
@@ -252,15 +257,16 @@ std::vector<std::string> DiskStore::unused_scenes(const std::set<JobId>& held_ba
 void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   Transaction transaction(*database_);
   for (const std::string& digest : new_scenes_) {
-    const WholeFile& file = scenes_.at(digest);
-    execute(*database_, "INSERT OR REPLACE INTO scenes VALUES (?, ?, ?)", digest, file.bytes,
-            file.checksum);
+    write_scene(*database_, digest, scenes_.at(digest));
   }
   for (const std::string& digest : unused) {
-    execute(*database_, "DELETE FROM scenes WHERE digest = ?", digest);
+    write_scene(*database_, digest, std::nullopt);
   }
   for (const auto& [name, text] : new_notes_) {
-    execute(*database_, "INSERT OR REPLACE INTO notes VALUES (?, ?)", name, text);
+    write_note(*database_, name, text);
+  }
+  if (!new_notes_.empty()) {
+    write_note(*database_, own_note::notes_batch, std::to_string(batch_ + 1));
   }
   for (const auto& [id, change] : changes_) {
     if (!held_back.contains(id)) {
@@ -268,86 +274,118 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
     }
   }
   record_mark(held_back.empty());
+  write_note(*database_, own_note::batch, std::to_string(batch_ + 1));
   transaction.commit();
 }
 
 void DiskStore::record_mark(bool everything) {
   if (everything && new_mark_) {
-    execute(*database_, "INSERT OR REPLACE INTO notes VALUES (?, ?)", std::string_view(mark_name),
-            *new_mark_);
+    write_note(*database_, own_note::mark, *new_mark_);
+    write_note(*database_, own_note::reached, *new_mark_);
   } else {
-    execute(*database_, "DELETE FROM notes WHERE name = ?", std::string_view(mark_name));
+    execute(*database_, "DELETE FROM notes WHERE name = ?", own_note::mark);
   }
 }
 
 void DiskStore::record_change(JobId job, const Change& change) {
   const JobEntry* entry = find(job);
-  if (change.record && change.text.empty()) {
+  if (change.drops()) {
     execute(*database_, "DELETE FROM jobs WHERE id = ?", job);
   } else if (change.record) {
-    execute(*database_, "INSERT OR REPLACE INTO jobs VALUES (?, ?, ?, ?)", job, entry->scene,
-            std::uint64_t{entry->unfinished ? 1U : 0U}, change.text);
+    execute(*database_, "INSERT OR REPLACE INTO jobs VALUES (?, ?, ?, ?, ?)", job, entry->scene,
+            std::uint64_t{entry->unfinished ? 1U : 0U}, change.text, batch_ + 1);
+  } else if (change.copy) {
+    execute(*database_, "UPDATE jobs SET batch = ? WHERE id = ?", batch_ + 1, job);
   }
   if (change.log) {
-    record_log(job, entry);
+    const bool kept = entry != nullptr && entry->log;
+    write_rows(*database_, job,
+               kept ? std::optional(RowsFile{entry->log->number,
+                                             entry->log->committed + entry->log->fresh.bytes()})
+                    : std::nullopt);
   }
   if (change.picture) {
-    record_picture(job, entry);
+    write_picture(*database_, job, entry != nullptr ? entry->picture : std::nullopt);
   }
-}
-
-void DiskStore::record_log(JobId job, const JobEntry* entry) {
-  if (entry == nullptr || !entry->log) {
-    execute(*database_, "DELETE FROM logs WHERE job = ?", job);
-    return;
-  }
-  execute(*database_, "INSERT OR REPLACE INTO logs VALUES (?, ?, ?)", job, entry->log->number,
-          entry->log->committed + entry->log->fresh.bytes());
-}
-
-void DiskStore::record_picture(JobId job, const JobEntry* entry) {
-  if (entry == nullptr || !entry->picture) {
-    execute(*database_, "DELETE FROM pictures WHERE job = ?", job);
-    return;
-  }
-  execute(*database_, "INSERT OR REPLACE INTO pictures VALUES (?, ?, ?, ?)", job,
-          entry->picture->number, entry->picture->file.bytes, entry->picture->file.checksum);
 }
 
 /// What was committed is no change any more, and its files that nobody needs go.
 void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
+  ++batch_;
+  log_is_fresh_ = false;
+  files_.overwrite_later(files_.commits(), commit_count_to_text(batch_));
+  if (!new_notes_.empty()) {
+    put_in_place(files_.notes_next(), files_.notes_json());
+  }
   new_scenes_.clear();
   new_notes_.clear();
   if (held_back.empty()) {
     new_mark_.reset();
   }
-  for (const std::string& digest : unused) {
-    scenes_.erase(digest);
-    remove_file(files_.scene(digest));
-  }
-  scenes_dropped_ = scenes_dropped_ && !held_back.empty();
   std::erase_if(changes_, [&](const auto& changed) {
-    const auto& [id, change] = changed;
-    if (held_back.contains(id)) {
+    if (held_back.contains(changed.first)) {
       return false;
     }
-    if (const auto found = jobs_.find(id); found != jobs_.end() && found->second.log) {
-      RowLog& log = *found->second.log;
-      log.committed += log.fresh.bytes();
-      log.fresh = {};
-    }
-    for (const fs::path& file : change.doomed) {
-      remove_file(file);
-    }
-    if (!change.doomed.empty()) {
-      remove_file(files_.job(id));  // if it is empty now
-    }
+    settle_change(changed.first, changed.second);
     return true;
   });
+  for (const std::string& digest : unused) {
+    scenes_.erase(digest);
+    StateFiles::remove(files_.scene(digest));
+  }
+  scenes_dropped_ = scenes_dropped_ && !held_back.empty();
 }
+
+void DiskStore::settle_change(JobId job, const Change& change) {
+  const auto found = jobs_.find(job);
+  if (found != jobs_.end() && found->second.log) {
+    RowLog& log = *found->second.log;
+    log.committed += log.fresh.bytes();
+    log.fresh = {};
+  }
+  if (change.copy && found != jobs_.end() && found->second.has_record) {
+    put_in_place(files_.job_next(job), files_.job_json(job));
+  }
+  for (const fs::path& file : change.doomed) {
+    StateFiles::remove(file);
+  }
+  if (change.drops()) {
+    StateFiles::remove(files_.job_dropped(job));
+  }
+  if (!change.doomed.empty() || change.drops()) {
+    StateFiles::remove(files_.job(job));  // if it is empty now
+  }
+}
+
+/// Failing, it leaves that to the next opening.
+void DiskStore::put_in_place(const fs::path& next, const fs::path& current) {
+  try {
+    files_.rename(next, current);
+  } catch (const RunError&) {
+    return;
+  }
+}
+
+void DiskStore::tidy(double keep_lost) {
+  if (!std::exchange(log_is_fresh_, true)) {
+    try {
+      database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
+    } catch (const StorageFull&) {
+      log_is_fresh_ = false;
+    }
+  }
+  if (lost_bytes_ > 0) {
+    files_.remove_lost(static_cast<double>(uptime()) - keep_lost);
+    lost_bytes_ = files_.lost_bytes();
+  }
+}
+
+/// Seconds.
+std::uint64_t DiskStore::uptime() { return std::strtoull(note(uptime_note).c_str(), nullptr, 10); }
 
 Store::Usage DiskStore::usage() {
   Usage usage;
+  usage.total = lost_bytes_;
   const auto bytes_of = [](const auto& file) { return file.bytes; };
   for (const auto& [digest, file] : scenes_) {
     usage.total += bytes_of(file);
@@ -377,11 +415,11 @@ std::map<std::string, std::string> DiskStore::notes() {
   while (rows.step()) {
     notes.try_emplace(std::string(rows.bytes(0)), rows.bytes(1));
   }
-  notes.erase(mark_name);
+  erase_own_notes(notes);
   return notes;
 }
 
-std::string DiskStore::mark() { return new_mark_ ? *new_mark_ : note(mark_name); }
+std::string DiskStore::mark() { return new_mark_ ? *new_mark_ : note(std::string(own_note::mark)); }
 
 std::vector<JobRecord> DiskStore::jobs() {
   std::map<JobId, std::string> texts;

@@ -11,6 +11,7 @@
 
 #include "coordinator/store/database.h"
 #include "coordinator/store/disk.h"
+#include "coordinator/store/inspection.h"
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/state_files.h"
 #include "coordinator/store/store.h"
@@ -24,18 +25,14 @@ struct RowLog {
   FreshRows fresh{};            ///< entries that are to follow them
 };
 
-struct KeptPicture {
-  std::uint64_t number = 0;  ///< of its file
-  WholeFile file;
-};
-
 /// Keeps everything below one directory: records in DIR/parray.sqlite (SQLite, write-ahead log,
 /// synced at every commit), bulk data in the plain files of state_files.h, each byte written once.
+/// Beside each record stands a copy (job_file.h), from which a lost database can be built again.
 ///
 /// What commit() has returned for survives the death of the process and of the machine at any
 /// moment. A commit makes the bulk data durable first and names it in the database last; a file
 /// goes only after the commit that forgets it. So whatever a crash leaves, the database names only
-/// what is there, and what it does not name is removed on opening.
+/// what is there. Opening moves files that it does not name to lost/ and deletes none of them.
 ///
 /// On a full disk a commit holds back the jobs whose rows found no room, keeps the rest, and so
 /// frees what was dropped, before it throws.
@@ -47,8 +44,8 @@ class DiskStore final : public Store {
   /// schema.h). `disk` outlives this.
   ///
   /// Throws StateInUse when another coordinator uses it, InputError when the directory cannot be
-  /// used or lacks even the room to open; RunError when the database is damaged or of a later
-  /// version.
+  /// used or lacks even the room to open; StateDamaged (schema.h) when the database is damaged or
+  /// has lost commits; RunError when it is of a later version.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
   DiskStore(const DiskStore&) = delete;
@@ -75,10 +72,15 @@ class DiskStore final : public Store {
   std::optional<std::string> picture(JobId job) override;
   std::uint64_t picture_bytes(JobId job) override;
 
+  void tidy(double keep_lost) override;
+  /// What opening has found and mended, a line each.
+  [[nodiscard]] const std::vector<std::string>& reports() const { return reports_; }
+
  private:
   struct JobEntry {
     std::string scene;  ///< digest
     bool unfinished = false;
+    bool has_record = false;
     std::optional<RowLog> log{};
     std::optional<KeptPicture> picture{};
   };
@@ -88,23 +90,36 @@ class DiskStore final : public Store {
     std::string text{};  ///< of the record; empty: the job is dropped
     bool log = false;
     bool picture = false;
+    bool copy = false;                            ///< job.json has to be written again
     std::vector<std::filesystem::path> doomed{};  ///< files to remove once it is committed
+    [[nodiscard]] bool drops() const { return record && text.empty(); }
   };
 
-  void load();
-  void remove_leftovers() const;
+  // disk_store_opening.cpp
+  void open();
+  Records read_database(FoundFiles& found);
+  void keep_up(const Upkeep& upkeep, const FoundFiles& found, const Records& records);
+  void load(const Records& records);
+  void take_stock();
+
   void drop_log(JobId job, JobEntry& entry);
   void drop_picture(JobId job, JobEntry& entry);
+  void check_place() const;
   std::set<JobId> write_logs(std::exception_ptr& failure);
   [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
+  void keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void write_copies(const std::set<JobId>& held_back);
+  void write_copy(JobId job, const Change& change);
+  std::string record_of(JobId job, const Change& change);
   void record(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void record_mark(bool everything);
   void record_change(JobId job, const Change& change);
-  void record_log(JobId job, const JobEntry* entry);
-  void record_picture(JobId job, const JobEntry* entry);
   void settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void settle_change(JobId job, const Change& change);
+  void put_in_place(const std::filesystem::path& next, const std::filesystem::path& current);
   [[nodiscard]] const JobEntry* find(JobId job) const;
+  [[nodiscard]] std::uint64_t uptime();
 
   StateFiles files_;
   std::unique_ptr<Database> database_;
@@ -119,6 +134,12 @@ class DiskStore final : public Store {
   std::map<std::string, std::string> new_notes_;
   std::optional<std::string> new_mark_;
   bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
+
+  std::uint64_t batch_ = 0;       ///< commits so far
+  bool counts_commits_ = false;   ///< the file `commits` is there
+  bool log_is_fresh_ = true;      ///< nothing was committed since tidy()
+  std::uint64_t lost_bytes_ = 0;  ///< below lost/
+  std::vector<std::string> reports_;
 };
 
 }  // namespace parray

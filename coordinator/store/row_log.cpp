@@ -105,4 +105,37 @@ void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
   }
 }
 
+bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes) {
+  const std::unique_ptr<std::FILE, CloseFile> in(std::fopen(file.c_str(), "rbe"));
+  std::uint64_t at = 0;
+  while (in && at < bytes) {
+    std::string header(header_bytes, '\0');
+    if (std::fseek(in.get(), static_cast<long>(at), SEEK_SET) != 0 ||
+        std::fread(header.data(), 1, header_bytes, in.get()) != header_bytes) {
+      return false;
+    }
+    const auto length = ByteReader(header).get<std::uint64_t>();
+    if (length > bytes) {
+      return false;
+    }
+    at += header_bytes + length;
+  }
+  return at == bytes;
+}
+
+std::uint64_t sound_bytes(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(file, error);
+  std::uint64_t sound = 0;
+  try {
+    each_entry_in(file, error ? 0 : size,
+                  [&](std::string_view entry) { sound += header_bytes + entry.size(); });
+  } catch (const RunError&) {
+    return sound;
+  } catch (const DecodeError&) {
+    return sound;
+  }
+  return sound;
+}
+
 }  // namespace parray

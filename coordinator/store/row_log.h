@@ -41,4 +41,11 @@ class FreshRows {
 void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
                    const Store::RowsVisitor& visit);
 
+/// Whether the first `bytes` bytes of the file are whole entries, as the headers say. Reads no
+/// data.
+bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes);
+
+/// Bytes of the whole, undamaged entries at the beginning of the file; 0 if it cannot be read.
+std::uint64_t sound_bytes(const std::filesystem::path& file);
+
 }  // namespace parray

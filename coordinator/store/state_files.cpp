@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <system_error>
@@ -47,16 +49,13 @@ bool is_number(std::string_view name) {
 }
 
 bool is_kept_name(std::string_view name) {
-  if (name.ends_with(temporary_suffix)) {
-    name.remove_suffix(temporary_suffix.size());
-  }
   for (const std::string_view kind : {"rows", "picture"}) {
     if (name == kind || (name.starts_with(kind) && name[kind.size()] == '.' &&
                          is_number(name.substr(kind.size() + 1)))) {
       return true;
     }
   }
-  return is_digest(name);
+  return is_digest(name) || name == "job.json" || name == "job.next" || name == "job.dropped";
 }
 
 fs::path numbered(fs::path file, std::uint64_t number) {
@@ -72,25 +71,31 @@ fs::directory_iterator entries_of(const fs::path& directory) {
   return {directory, ignored};
 }
 
-void remove_unnamed(const fs::path& directory, const std::set<fs::path>& named) {
-  for (const fs::directory_entry& entry : entries_of(directory)) {
-    if (is_kept_name(entry.path().filename().string()) && !named.contains(entry.path())) {
-      std::error_code ignored;
-      fs::remove(entry.path(), ignored);
-    }
+bool is_temporary(std::string_view name) {
+  return name == "job.next" ||
+         (name.ends_with(temporary_suffix) &&
+          is_kept_name(name.substr(0, name.size() - temporary_suffix.size())));
+}
+
+/// The path itself, or with the lowest number behind it that is free.
+fs::path free_path(const fs::path& wanted) {
+  fs::path path = wanted;
+  std::error_code ignored;
+  for (std::uint64_t number = 1; fs::exists(path, ignored); ++number) {
+    path = numbered(wanted, number);
   }
+  return path;
 }
 
 }  // namespace
 
-/// Absolute and without a slash at its end, so that paths below it compare equal.
-static fs::path normal(const fs::path& directory) {
+fs::path normal_directory(const fs::path& directory) {
   const fs::path path = fs::absolute(directory).lexically_normal();
   return path.has_filename() || path == path.root_path() ? path : path.parent_path();
 }
 
 StateFiles::StateFiles(const fs::path& directory, Disk& disk)
-    : directory_(normal(directory)), disk_(disk), unsynced_({directory_}) {
+    : directory_(normal_directory(directory)), disk_(disk), unsynced_({directory_}) {
   std::error_code error;
   if (fs::create_directories(directory_, error)) {
     unsynced_.insert(directory_.parent_path());
@@ -117,6 +122,24 @@ fs::path StateFiles::rows(JobId job, std::uint64_t number) const {
 
 fs::path StateFiles::picture(JobId job, std::uint64_t number) const {
   return numbered(this->job(job) / "picture", number);
+}
+
+fs::path StateFiles::job_json(JobId job) const { return this->job(job) / "job.json"; }
+fs::path StateFiles::job_next(JobId job) const { return this->job(job) / "job.next"; }
+fs::path StateFiles::job_dropped(JobId job) const { return this->job(job) / "job.dropped"; }
+
+std::vector<JobId> StateFiles::jobs_with_directory() const {
+  std::vector<JobId> jobs;
+  for (const fs::directory_entry& entry : entries_of(directory_ / "jobs")) {
+    const std::string name = entry.path().filename().string();
+    JobId id = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), id);
+    if (error == std::errc() && std::to_string(id) == name) {
+      jobs.push_back(id);
+    }
+  }
+  std::ranges::sort(jobs);
+  return jobs;
 }
 
 void StateFiles::fail(const fs::path& file, int error) const {
@@ -212,6 +235,29 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
   }
 }
 
+void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
+  make_directory(file.parent_path());
+  unsynced_.insert(file.parent_path());
+  const OpenFile out(file, O_WRONLY | O_CREAT | O_TRUNC);
+  if (out.get() < 0) {
+    fail(file, errno);
+  }
+  put_all(out.get(), std::span(&bytes, 1), 0, file);
+}
+
+void StateFiles::overwrite_later(const fs::path& file, std::string_view bytes) {
+  const OpenFile out(file, O_WRONLY);
+  if (out.get() >= 0 && disk_.write(out.get(), bytes, 0) < 0) {
+    return;  // what it held stays
+  }
+}
+
+void StateFiles::rename(const fs::path& from, const fs::path& onto) {
+  if (disk_.rename(from.c_str(), onto.c_str()) != 0) {
+    fail(onto, errno);
+  }
+}
+
 void StateFiles::sync_directories() {
   while (!unsynced_.empty()) {
     const fs::path& directory = *unsynced_.begin();
@@ -271,6 +317,11 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
   return bytes;
 }
 
+void StateFiles::remove(const fs::path& path) {
+  std::error_code ignored;
+  fs::remove(path, ignored);
+}
+
 void StateFiles::cut(const fs::path& file, std::uint64_t bytes) {
   std::error_code error;
   if (fs::file_size(file, error) > bytes && !error) {
@@ -278,15 +329,105 @@ void StateFiles::cut(const fs::path& file, std::uint64_t bytes) {
   }
 }
 
-void StateFiles::remove_leftovers(const std::set<fs::path>& named) const {
-  remove_unnamed(directory_ / "scenes", named);
-  for (const fs::directory_entry& entry : entries_of(directory_ / "jobs")) {
-    if (is_number(entry.path().filename().string())) {
-      remove_unnamed(entry.path(), named);
-      std::error_code not_empty;
-      fs::remove(entry.path(), not_empty);
+bool StateFiles::set_aside(const fs::path& file, std::uint64_t uptime) {
+  const fs::path place = lost() / std::to_string(uptime) / file.lexically_relative(directory_);
+  std::error_code error;
+  fs::create_directories(place.parent_path(), error);
+  fs::rename(file, free_path(place), error);
+  return !error;
+}
+
+void StateFiles::set_aside_unnamed_in(const fs::path& directory, const std::set<fs::path>& named,
+                                      std::uint64_t uptime, std::vector<fs::path>& moved) {
+  std::vector<fs::path> unnamed;
+  for (const fs::directory_entry& entry : entries_of(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (is_temporary(name)) {
+      std::error_code ignored;
+      fs::remove(entry.path(), ignored);
+    } else if (is_kept_name(name) && !named.contains(entry.path())) {
+      unnamed.push_back(entry.path());
     }
   }
+  std::ranges::sort(unnamed);
+  for (const fs::path& file : unnamed) {
+    if (set_aside(file, uptime)) {
+      moved.push_back(file);
+    }
+  }
+}
+
+std::vector<fs::path> StateFiles::set_aside_unnamed(const std::set<fs::path>& named,
+                                                    std::uint64_t uptime) {
+  std::vector<fs::path> moved;
+  set_aside_unnamed_in(directory_ / "scenes", named, uptime, moved);
+  for (const JobId id : jobs_with_directory()) {
+    set_aside_unnamed_in(job(id), named, uptime, moved);
+    std::error_code not_empty;
+    fs::remove(job(id), not_empty);
+  }
+  return moved;
+}
+
+std::uint64_t StateFiles::lost_bytes() const {
+  std::uint64_t bytes = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(lost(), error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code gone;
+    const std::uint64_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0;
+    bytes += gone ? 0 : size;
+  }
+  return bytes;
+}
+
+void StateFiles::remove_lost(double uptime) const {
+  for (const fs::directory_entry& entry : entries_of(lost())) {
+    const std::string name = entry.path().filename().string();
+    if (is_number(name) && std::strtod(name.c_str(), nullptr) < uptime) {
+      std::error_code ignored;  // the next call tries again
+      fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
+std::optional<WholeFile> measure(const fs::path& file) {
+  const OpenFile in(file, O_RDONLY);
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash(XXH3_createState(),
+                                                                      &XXH3_freeState);
+  XXH3_64bits_reset(hash.get());
+  WholeFile found;
+  std::string block(std::size_t{1} << 20, '\0');
+  for (;;) {
+    const ssize_t got = in.get() < 0 ? -1 : ::read(in.get(), block.data(), block.size());
+    if (got < 0) {
+      return std::nullopt;
+    }
+    if (got == 0) {
+      found.checksum = XXH3_64bits_digest(hash.get());
+      return found;
+    }
+    XXH3_64bits_update(hash.get(), block.data(), static_cast<std::size_t>(got));
+    found.bytes += static_cast<std::uint64_t>(got);
+  }
+}
+
+std::optional<std::string> text_of_file(const fs::path& file) {
+  const OpenFile in(file, O_RDONLY);
+  std::error_code error;
+  const std::uint64_t size = fs::file_size(file, error);
+  if (in.get() < 0 || error) {
+    return std::nullopt;
+  }
+  std::string bytes(size, '\0');
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
+    if (got <= 0) {
+      return std::nullopt;
+    }
+    at += static_cast<std::size_t>(got);
+  }
+  return bytes;
 }
 
 }  // namespace parray

@@ -64,7 +64,8 @@ class Store {
   /// What was put before is kept, durably, when it returns; room of what was dropped is free.
   virtual void commit() = 0;
 
-  /// Bytes on the disk. A scene counts once in `total`, and for each job that has it.
+  /// Bytes on the disk. A scene counts once in `total`, and for each job that has it. `total`
+  /// includes files that were set aside.
   struct Usage {
     std::uint64_t total = 0;
     std::map<JobId, std::uint64_t> jobs{};
@@ -80,6 +81,13 @@ class Store {
   virtual void each_rows(JobId job, const RowsVisitor& visit) = 0;
   virtual std::optional<std::string> picture(JobId job) = 0;  ///< the whole file
   virtual std::uint64_t picture_bytes(JobId job) = 0;         ///< its size; 0: there is none
+
+  /// Work for quiet moments: call it every few seconds. Removes what was set aside more than
+  /// `keep_lost` seconds of uptime ago.
+  virtual void tidy(double keep_lost) = 0;
 };
+
+/// Name of the note that holds the seconds for which coordinators have served this state.
+inline constexpr const char* uptime_note = "uptime";
 
 }  // namespace parray

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,21 +30,22 @@ class FaultyDisk final : public Disk {
 
   ssize_t write(int file, std::string_view bytes, std::uint64_t offset) override {
     step();
-    if (room == 0 && !bytes.empty()) {
+    if (room == 0 && !bytes.empty() && overwritten(file, bytes, offset) == 0) {
       errno = ENOSPC;
       return -1;
     }
+    const std::uint64_t free = room == endless ? endless : room + overwritten(file, bytes, offset);
     const ssize_t written =
-        Disk::write(file, bytes.substr(0, std::min(room, bytes.size())), offset);
+        Disk::write(file, bytes.substr(0, std::min(free, bytes.size())), offset);
     if (written > 0 && room != endless) {
-      room -= static_cast<std::uint64_t>(written);
+      room = std::min(room, free - static_cast<std::uint64_t>(written));
     }
-    unsynced_.emplace_back(offset, written);
+    unsynced_[identity(file)].emplace_back(offset, written);
     return written;
   }
   int sync(int file) override {
     step();
-    const auto unsynced = std::exchange(unsynced_, {});
+    const auto unsynced = std::exchange(unsynced_[identity(file)], {});
     if (failing_syncs == 0) {
       return Disk::sync(file);
     }
@@ -73,7 +77,20 @@ class FaultyDisk final : public Disk {
     }
   }
 
-  std::vector<std::pair<std::uint64_t, ssize_t>> unsynced_;  ///< offset, bytes
+  /// Of the bytes, those that replace others and so need no room.
+  static std::uint64_t overwritten(int file, std::string_view bytes, std::uint64_t offset) {
+    struct stat status {};
+    fstat(file, &status);
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    return std::min<std::uint64_t>(bytes.size(), size > offset ? size - offset : 0);
+  }
+  static ino_t identity(int file) {
+    struct stat status {};
+    fstat(file, &status);
+    return status.st_ino;
+  }
+
+  std::map<ino_t, std::vector<std::pair<std::uint64_t, ssize_t>>> unsynced_;  ///< offset, bytes
 };
 
 }  // namespace parray::test

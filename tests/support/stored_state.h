@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -103,11 +104,13 @@ inline std::map<std::string, std::uint64_t> files_below(const std::filesystem::p
   return files;
 }
 
-/// Of files_below(), those that hold what was put.
+/// Of files_below(), those that hold scenes, rows and pictures and were not set aside.
 inline std::vector<std::string> bulk_files(const std::filesystem::path& directory) {
+  const std::set<std::string> records = {"reserve", "commits", "notes.json", "notes.next"};
   std::vector<std::string> names;
   for (const auto& [name, size] : files_below(directory)) {
-    if (!name.starts_with("parray.sqlite") && name != "reserve") {
+    if (!name.starts_with("parray.sqlite") && !name.starts_with("lost/") &&
+        name.find("/job.") == std::string::npos && !records.contains(name)) {
       names.push_back(name);
     }
   }

@@ -4,10 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <thread>
 
+#include "coordinator/store/state_tools.h"
 #include "tests/support/faulty_disk.h"
 #include "tests/support/message_of.h"
 #include "tests/support/stored_state.h"
@@ -167,18 +169,22 @@ TEST_CASE("a process killed at any step of a commit leaves the state before it o
   DiskStore store(state, disk);
   put_first(store);
   const StoredState before = stored_state(store);
-  int steps = 0;
+  std::vector<StoredState> left;
   disk.before = [&] {
-    ++steps;
     copy_state(state, crashed);
-    CHECK(stored_state(crashed) == before);
-    CHECK(bulk_files(crashed).size() == 3);
+    CHECK(find_damage(crashed) == Strings{});
+    left.push_back(stored_state(crashed));
+    CHECK(bulk_files(crashed).size() == (left.back() == before ? 3 : 5));
   };
   put_second(store);
   store.commit();
-  CHECK(steps > 10);
   const StoredState after = stored_state(store);
   CHECK(after.rows.at(1).size() == 3);
+  const auto first_after = std::find(left.begin(), left.end(), after);
+  CHECK(std::all_of(left.begin(), first_after, [&](const auto& s) { return s == before; }));
+  CHECK(std::all_of(first_after, left.end(), [&](const auto& s) { return s == after; }));
+  CHECK(first_after - left.begin() > 10);
+  CHECK(left.end() - first_after > 2);
   copy_state(state, crashed);
   CHECK(stored_state(crashed) == after);
 }
@@ -254,7 +260,7 @@ TEST_CASE("rows without room hold back their own job, and what is dropped makes 
   CHECK(bulk_files(directory.path()) == Strings{"jobs/1/rows", "scenes/" + digest('a')});
   const fs::path crashed = directory.path() / "crashed";
   fs::create_directory(crashed);
-  for (const char* name : {"parray.sqlite", "parray.sqlite-wal", "jobs", "scenes"}) {
+  for (const char* name : {"parray.sqlite", "parray.sqlite-wal", "commits", "jobs", "scenes"}) {
     fs::copy(directory.path() / name, crashed / name, fs::copy_options::recursive);
   }
   {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/base/error.h"
+#include "coordinator/store/schema.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
@@ -255,8 +256,7 @@ TEST_CASE("a state of a later version, a damaged record and a file that is none 
       store.commit();
     }
     run_sql(damaged.path(), ("UPDATE jobs SET record = '" + std::string(record) + "'").c_str());
-    DiskStore store(damaged.path());
-    CHECK_THROWS_WITH_AS(store.jobs(), doctest::Contains("job 1 is damaged"), RunError);
+    CHECK_THROWS_WITH_AS(DiskStore{damaged.path()}, doctest::Contains("of job 1"), StateDamaged);
   }
 
   const TemporaryDirectory garbage;
@@ -311,7 +311,7 @@ TEST_CASE("a directory that cannot be made is refused with its name") {
                        InputError);
 }
 
-TEST_CASE("leftovers of a crash go on opening, and what is not ours stays") {
+TEST_CASE("files that no record names move to lost, and files of others stay") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -334,8 +334,14 @@ TEST_CASE("leftovers of a crash go on opening, and what is not ours stays") {
   {
     DiskStore store(directory.path());
     CHECK(rows_of(store, 1) == Strings{"row"});
+    CHECK(store.reports().size() == 10);
+    CHECK(store.reports()[1] == "jobs/1/picture is named by no record: moved to lost/0");
+    CHECK(store.usage().total == 5 + 16 + 3 + 10 * 4);
+    store.tidy(1);
+    CHECK(store.usage().total == 5 + 16 + 3 + 10 * 4);
   }
   CHECK(bulk_files(directory.path()) == kept);
+  CHECK(file_bytes(directory.path() / "lost" / "0" / "jobs" / "33" / "picture.2") == "left");
   CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "2"));
   CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "4"));
 
@@ -348,6 +354,27 @@ TEST_CASE("leftovers of a crash go on opening, and what is not ours stays") {
   for (const std::string& name : foreign) {
     CHECK(std::filesystem::exists(directory.path() / name));
   }
+}
+
+TEST_CASE("what was set aside goes once it has been there for the uptime asked") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_note(uptime_note, "1000");
+    store.put_job(stored_job(1));
+    store.commit();
+  }
+  write_bytes(directory.path() / "jobs" / "1" / "picture", "left");
+  DiskStore store(directory.path());
+  const auto lost = directory.path() / "lost" / "1000" / "jobs" / "1" / "picture";
+  CHECK(std::filesystem::exists(lost));
+  store.put_note(uptime_note, "1060");
+  store.tidy(60);
+  CHECK(std::filesystem::exists(lost));
+  store.put_note(uptime_note, "1061");
+  store.tidy(60);
+  CHECK_FALSE(std::filesystem::exists(lost));
+  CHECK(store.usage().total == 0);
 }
 
 TEST_CASE("a dropped job's room is free at once, in the database too") {

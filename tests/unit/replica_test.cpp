@@ -479,10 +479,9 @@ TEST_CASE("a commit that keeps a part, or that has no mark of its own, leaves no
     store.append_rows(1, std::string(1000, 'x'));
     store.put_job(stored_job(2));
     store.put_mark("second");
-    disk.room = 100;
+    disk.failing_syncs = 1;  // that of the rows
     CHECK_THROWS_AS(store.commit(), StorageFull);
   }
-  disk.room = FaultyDisk::endless;
   DiskStore store(directory.path(), disk);
   CHECK(store.jobs().size() == 2);  // the other job was kept
   CHECK(store.mark().empty());

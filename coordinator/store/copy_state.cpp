@@ -1,0 +1,165 @@
+// The files of a state, copied while a coordinator may be writing them. Each is written once, but
+// for rows files, which grow, and for the small files, which are replaced whole.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <optional>
+#include <system_error>
+
+#include "coordinator/store/rebuild.h"
+#include "coordinator/store/row_log.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int most_tries = 20;  // of a job that changes while it is copied
+
+class Copier {
+ public:
+  Copier(const StateFiles& from, StateFiles& onto) : from_(from), onto_(onto) {}
+
+  std::vector<std::string> run() {
+    for (const JobId id : from_.jobs_with_directory()) {
+      copy_job(id);
+    }
+    copy_notes();
+    onto_.sync_directories();
+    sync_all();
+    return std::move(lines_);
+  }
+
+ private:
+  void copy_job(JobId id) {
+    for (int tries = 1;; ++tries) {
+      std::string trouble;
+      const std::optional<JobFile> job = committed(id, trouble);
+      if (!job) {  // it is being made or dropped
+        if (!trouble.empty()) {
+          lines_.push_back("left out: jobs/" + std::to_string(id) + "/job.json: " + trouble);
+        }
+        return;
+      }
+      const std::optional<std::string> missing = copy_files(id, *job);
+      const std::optional<JobFile> after = committed(id, trouble);
+      if (after && after->batch != job->batch && tries < most_tries) {
+        continue;
+      }
+      if (!after && trouble.empty()) {  // dropped meanwhile
+        std::error_code ignored;
+        fs::remove_all(onto_.job(id), ignored);
+        return;
+      }
+      if (missing) {
+        lines_.push_back("left out: " + *missing);
+      }
+      write(onto_.job_json(id), job_file_to_text(id, *job));
+      return;
+    }
+  }
+
+  /// What of a job is committed. Reads in an order that misses nothing: see find_files().
+  [[nodiscard]] std::optional<JobFile> committed(JobId id, std::string& trouble) const {
+    const FoundJob job = find_job(from_, id);
+    const auto text = text_of_file(from_.commits());
+    const std::uint64_t commits = text ? commit_count_from_text(*text).value_or(0) : 0;
+    trouble = job.trouble;
+    if (job.next && job.next->batch <= commits &&
+        (!job.json || job.next->batch > job.json->batch)) {
+      return job.next;
+    }
+    return job.json ? job.json : job.dropped;
+  }
+
+  /// Returns the name of a file that is not there.
+  std::optional<std::string> copy_files(JobId id, const JobFile& job) {
+    std::optional<std::string> missing;
+    const auto copy = [&](const fs::path& from, const fs::path& onto) {
+      if (!copy_file(from, onto)) {
+        missing = from.lexically_relative(from_.directory()).string();
+      }
+    };
+    if (job.rows) {
+      copy(from_.rows(id, job.rows->number), onto_.rows(id, job.rows->number));
+      StateFiles::cut(onto_.rows(id, job.rows->number),
+                      sound_bytes(onto_.rows(id, job.rows->number)));
+    }
+    if (job.picture) {
+      copy(from_.picture(id, job.picture->number), onto_.picture(id, job.picture->number));
+    }
+    JobRow row;
+    row.record = job.record;
+    complete_row(id, row);
+    std::error_code ignored;
+    if (row.unfinished && !fs::exists(onto_.scene(row.scene), ignored) &&
+        fs::exists(from_.scene(row.scene), ignored)) {
+      copy(from_.scene(row.scene), onto_.scene(row.scene));
+    }
+    return missing;
+  }
+
+  /// False: the source cannot be read. Throws RunError when the target cannot be written.
+  static bool copy_file(const fs::path& from, const fs::path& onto) {
+    std::error_code error;
+    if (!fs::exists(from, error)) {
+      return false;
+    }
+    fs::create_directories(onto.parent_path(), error);
+    if (!error) {
+      fs::copy_file(from, onto, fs::copy_options::overwrite_existing, error);
+    }
+    if (error == std::errc::no_such_file_or_directory) {
+      return false;
+    }
+    if (error) {
+      throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message());
+    }
+    return true;
+  }
+
+  void copy_notes() {
+    const FoundFiles found = find_notes(from_);
+    const std::optional<NotesFile>& next = found.notes_next;
+    const bool newer = next && next->batch <= found.commits.value_or(0) &&
+                       (!found.notes || next->batch > found.notes->batch);
+    if (newer || found.notes) {
+      write(onto_.notes_json(), notes_file_to_text(newer ? *next : *found.notes));
+    }
+  }
+
+  void write(const fs::path& file, const std::string& text) {
+    const std::string_view whole = text;
+    onto_.write(file, std::span(&whole, 1));
+  }
+
+  /// What was copied is on the disk when it returns.
+  void sync_all() const {
+    const int directory = open(onto_.directory().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const bool synced = directory >= 0 && syncfs(directory) == 0;
+    if (directory >= 0) {
+      close(directory);
+    }
+    if (!synced) {
+      throw RunError(onto_.directory().string() + ": the copy cannot be written to the disk");
+    }
+  }
+
+  const StateFiles& from_;
+  StateFiles& onto_;
+  std::vector<std::string> lines_;
+};
+
+}  // namespace
+
+std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto) {
+  const FoundFiles found = find_notes(from);
+  if (!found.has_commits && !from.jobs_with_directory().empty()) {
+    throw InputError(from.directory().string() +
+                     ": the file commits is missing: --check tells what is wrong");
+  }
+  return Copier(from, onto).run();
+}
+
+}  // namespace parray

@@ -1,0 +1,171 @@
+// How a DiskStore opens: what it believes of a directory, and what it does to it.
+#include <system_error>
+
+#include "coordinator/store/disk_store.h"
+#include "coordinator/store/schema.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Nothing: there is no file.
+std::optional<std::uint64_t> size_of(const fs::path& file) {
+  std::error_code error;
+  const std::uint64_t size = fs::file_size(file, error);
+  return error ? std::nullopt : std::optional(size);
+}
+
+/// Rows that a crash has left behind the committed ones may be cut off only where the database is
+/// right about where those end.
+void check_ends_of_rows(const StateFiles& files, const Records& records, Comparison& comparison) {
+  for (const auto& [id, row] : records.jobs) {
+    if (!row.rows) {
+      continue;
+    }
+    const fs::path file = files.rows(id, row.rows->number);
+    if (size_of(file).value_or(0) > row.rows->bytes && !ends_an_entry(file, row.rows->bytes)) {
+      comparison.grave.push_back("the database names a wrong end of jobs/" + std::to_string(id) +
+                                 "/" + file.filename().string());
+    }
+  }
+}
+
+}  // namespace
+
+DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, disk) {
+  try {
+    open();
+  } catch (const StorageFull& error) {
+    throw InputError(error.what());
+  } catch (const DatabaseDamaged& error) {
+    throw StateDamaged(files_.directory(), {error.what()});
+  }
+}
+
+DiskStore::~DiskStore() = default;
+
+void DiskStore::open() {
+  FoundFiles found = find_files(files_);
+  if (size_of(files_.database()).value_or(0) == 0 && !found.fresh()) {
+    throw StateDamaged(files_.directory(), {"parray.sqlite is missing or empty"});
+  }
+  database_ = std::make_unique<Database>(files_.database());
+  database_->keep_log_on_close(true);  // a damaged state stays as it is
+  const Records records = read_database(found);
+  Comparison comparison = compare(records, found);
+  check_ends_of_rows(files_, records, comparison);
+  if (!comparison.grave.empty()) {
+    throw StateDamaged(files_.directory(), comparison.grave);
+  }
+  database_->keep_log_on_close(false);
+  reports_ = std::move(comparison.minor);
+  load(records);
+  keep_up(comparison.upkeep, found, records);
+  take_stock();
+  log_is_fresh_ = false;
+  tidy(std::numeric_limits<double>::infinity());
+}
+
+/// `found` is as it is afterwards: an earlier version is converted.
+Records DiskStore::read_database(FoundFiles& found) {
+  if (ready_database(*database_, files_, found)) {
+    found = find_files(files_);
+  }
+  Statement check(*database_, "PRAGMA quick_check(1)");
+  if (check.step() && check.bytes(0) != "ok") {
+    throw DatabaseDamaged("parray.sqlite: " + std::string(check.bytes(0)));
+  }
+  return read_records(*database_);
+}
+
+void DiskStore::load(const Records& records) {
+  batch_ = records.batch;
+  for (const auto& [id, row] : records.jobs) {
+    JobEntry& entry = jobs_[id];
+    entry = {row.scene, row.unfinished, row.record.has_value()};
+    if (row.rows) {
+      entry.log = {row.rows->number, row.rows->bytes};
+    }
+    entry.picture = row.picture;
+  }
+  scenes_ = records.scenes;
+}
+
+/// Finishes what a crash has interrupted, and writes copies again that are damaged.
+void DiskStore::keep_up(const Upkeep& upkeep, const FoundFiles& found, const Records& records) {
+  for (const JobId id : upkeep.finish) {
+    put_in_place(files_.job_next(id), files_.job_json(id));
+  }
+  for (const JobId id : upkeep.restore) {
+    put_in_place(files_.job_dropped(id), files_.job_json(id));
+  }
+  for (const JobId id : upkeep.remove_next) {
+    StateFiles::remove(files_.job_next(id));
+  }
+  for (const JobId id : upkeep.remove_dropped) {
+    const JobFile& dropped = *found.jobs.at(id).dropped;
+    if (dropped.rows) {
+      StateFiles::remove(files_.rows(id, dropped.rows->number));
+    }
+    if (dropped.picture) {
+      StateFiles::remove(files_.picture(id, dropped.picture->number));
+    }
+    StateFiles::remove(files_.job_dropped(id));
+  }
+  const auto write = [&](const fs::path& file, const std::string& text) {
+    const std::string_view whole = text;
+    try {
+      files_.write(file, std::span(&whole, 1));
+    } catch (const RunError& error) {
+      reports_.emplace_back(error.what());  // the next opening tries again
+    }
+  };
+  for (const JobId id : upkeep.rewrite) {
+    const JobRow& row = records.jobs.at(id);
+    write(files_.job_json(id),
+          job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
+  }
+  if (upkeep.finish_notes) {
+    put_in_place(files_.notes_next(), files_.notes_json());
+  } else if (upkeep.rewrite_notes) {
+    write(files_.notes_json(), notes_file_to_text({records.notes_batch, records.notes}));
+  }
+  counts_commits_ = found.commits.has_value();
+}
+
+/// Sets aside what no record names, and reports files that are missing.
+void DiskStore::take_stock() {
+  std::set<fs::path> named;
+  const auto name = [&](const fs::path& file, std::uint64_t bytes) {
+    named.insert(file);
+    if (size_of(file).value_or(0) < bytes) {
+      reports_.push_back(file.lexically_relative(files_.directory()).string() +
+                         " is missing or cut");
+    }
+  };
+  for (const auto& [digest, file] : scenes_) {
+    name(files_.scene(digest), file.bytes);
+  }
+  for (const auto& [id, entry] : jobs_) {
+    if (entry.log) {
+      const fs::path rows = files_.rows(id, entry.log->number);
+      StateFiles::cut(rows, entry.log->committed);
+      name(rows, entry.log->committed);
+    }
+    if (entry.picture) {
+      name(files_.picture(id, entry.picture->number), entry.picture->file.bytes);
+    }
+    if (entry.has_record) {
+      named.insert(files_.job_json(id));
+    }
+  }
+  const std::uint64_t stamp = uptime();
+  for (const fs::path& file : files_.set_aside_unnamed(named, stamp)) {
+    reports_.push_back(file.lexically_relative(files_.directory()).string() +
+                       " is named by no record: moved to lost/" + std::to_string(stamp));
+  }
+  lost_bytes_ = files_.lost_bytes();
+}
+
+}  // namespace parray

@@ -1,0 +1,235 @@
+#include "coordinator/store/inspection.h"
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Nothing: the file is missing or damaged; `trouble` says what is wrong with one that is there.
+template <typename Read>
+auto read_copy(const fs::path& file, const Read& read, std::string& trouble)
+    -> std::optional<decltype(read(std::string_view()))> {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    return std::nullopt;
+  }
+  const std::optional<std::string> text = text_of_file(file);
+  if (!text) {
+    trouble = "it cannot be read";
+    return std::nullopt;
+  }
+  try {
+    return read(*text);
+  } catch (const RunError& error) {
+    trouble = error.what();
+    return std::nullopt;
+  }
+}
+
+/// Records differ in how they are written between versions.
+bool same_record(const std::string& a, const std::string& b) {
+  if (a == b) {
+    return true;
+  }
+  const json left = json::parse(a, nullptr, false);
+  return !left.is_discarded() && left == json::parse(b, nullptr, false);
+}
+
+std::string name_of_job(JobId id) { return "jobs/" + std::to_string(id); }
+
+class JobComparison {
+ public:
+  JobComparison(JobId id, const JobRow* row, const FoundJob& found, std::uint64_t batch,
+                Comparison& result)
+      : id_(id), row_(row), found_(found), batch_(batch), result_(result), json_(found.json) {}
+
+  void run() {
+    judge_next();
+    judge_dropped();
+    if (row_ != nullptr && row_->record) {
+      judge_row();
+      judge_json();
+    } else if (json_) {
+      grave("the database has no job " + std::to_string(id_) + ", but " + file() + " stands there");
+    } else if (!found_.trouble.empty()) {
+      grave("the database has no job " + std::to_string(id_) + ", and " + file() +
+            " is damaged: " + found_.trouble);
+    }
+  }
+
+ private:
+  [[nodiscard]] std::string file() const { return name_of_job(id_) + "/job.json"; }
+  void grave(std::string line) { result_.grave.push_back(std::move(line)); }
+  void minor(std::string line) { result_.minor.push_back(std::move(line)); }
+
+  void judge_next() {
+    if (!found_.next) {
+      return;
+    }
+    if (found_.next->batch > batch_ + 1) {
+      grave(name_of_job(id_) + "/job.next belongs to commit " + std::to_string(found_.next->batch) +
+            ", but the database ends with commit " + std::to_string(batch_));
+    } else if (row_ != nullptr && row_->record && row_->batch == found_.next->batch) {
+      json_ = found_.next;
+      result_.upkeep.finish.push_back(id_);
+    } else {
+      result_.upkeep.remove_next.push_back(id_);
+    }
+  }
+
+  void judge_dropped() {
+    if (!found_.dropped) {
+      return;
+    }
+    if (found_.dropped->batch > batch_) {
+      grave(name_of_job(id_) + "/job.dropped is newer than the database");
+    } else if (row_ == nullptr || !row_->record) {
+      result_.upkeep.remove_dropped.push_back(id_);
+    } else if (!json_) {
+      json_ = found_.dropped;
+      result_.upkeep.restore.push_back(id_);
+    }
+  }
+
+  void judge_row() {
+    if (row_->batch > batch_ || !row_matches_record(*row_)) {
+      grave("the database's row of job " + std::to_string(id_) + " contradicts itself");
+    }
+  }
+
+  void judge_json() {
+    if (!json_ || json_->batch < row_->batch) {
+      minor(file() + (json_                    ? " is older than the database"
+                      : found_.trouble.empty() ? " is missing"
+                                               : " is damaged: " + found_.trouble));
+      result_.upkeep.rewrite.push_back(id_);
+    } else if (json_->batch > row_->batch) {
+      grave("the database's record of job " + std::to_string(id_) + " is older than " + file());
+    } else if (!same_record(json_->record, *row_->record) || json_->picture != row_->picture ||
+               !rows_follow()) {
+      grave("the database's record of job " + std::to_string(id_) + " differs from " + file());
+    }
+  }
+
+  /// The same file, with as many bytes or more.
+  [[nodiscard]] bool rows_follow() const {
+    if (!json_->rows || !row_->rows) {
+      return json_->rows.has_value() == row_->rows.has_value();
+    }
+    return json_->rows->number == row_->rows->number && json_->rows->bytes <= row_->rows->bytes;
+  }
+
+  const JobId id_;
+  const JobRow* const row_;  ///< null: the database has none
+  const FoundJob& found_;
+  const std::uint64_t batch_;
+  Comparison& result_;
+  std::optional<JobFile> json_;  ///< as it is once upkeep is done
+};
+
+void compare_notes(const Records& records, const FoundFiles& found, Comparison& result) {
+  std::optional<NotesFile> notes = found.notes;
+  if (found.notes_next && found.notes_next->batch == records.notes_batch) {
+    notes = found.notes_next;
+    result.upkeep.finish_notes = true;
+  }
+  if (!notes || notes->batch < records.notes_batch) {
+    if (records.notes_batch > 0) {
+      result.minor.emplace_back("notes.json is missing, damaged or out of date");
+      result.upkeep.rewrite_notes = true;
+    }
+  } else if (notes->batch > records.notes_batch) {
+    result.grave.emplace_back("the database's notes are older than notes.json");
+  } else if (notes_file_to_text({0, notes->notes}) != notes_file_to_text({0, records.notes})) {
+    result.grave.emplace_back("the database's notes differ from notes.json");
+  }
+}
+
+void compare_commits(const Records& records, const FoundFiles& found, Comparison& result) {
+  if (found.commits && *found.commits > records.batch) {
+    result.grave.push_back("the database ends with commit " + std::to_string(records.batch) +
+                           ", but " + std::to_string(*found.commits) + " were completed");
+  } else if (!found.commits && (found.has_commits || records.batch > 1)) {
+    result.grave.push_back("the file commits is " +
+                           std::string(found.has_commits ? "damaged" : "missing") +
+                           ": whether the database is complete cannot be told");
+  }
+}
+
+}  // namespace
+
+FoundJob find_job(const StateFiles& files, JobId id) {
+  const auto read = [id](std::string_view text) { return job_file_from_text(id, text); };
+  FoundJob job;
+  std::string ignored;
+  job.next = read_copy(files.job_next(id), read, ignored);
+  job.json = read_copy(files.job_json(id), read, job.trouble);
+  job.dropped = read_copy(files.job_dropped(id), read, ignored);
+  return job;
+}
+
+FoundFiles find_notes(const StateFiles& files) {
+  FoundFiles found;
+  std::string trouble;
+  found.notes_next = read_copy(files.notes_next(), notes_file_from_text, trouble);
+  found.notes = read_copy(files.notes_json(), notes_file_from_text, trouble);
+  std::error_code error;
+  found.has_commits = fs::exists(files.commits(), error);
+  if (const auto text = text_of_file(files.commits())) {
+    found.commits = commit_count_from_text(*text);
+  }
+  return found;
+}
+
+FoundFiles find_files(const StateFiles& files) {
+  std::map<JobId, FoundJob> jobs;
+  for (const JobId id : files.jobs_with_directory()) {
+    jobs[id] = find_job(files, id);
+  }
+  FoundFiles found = find_notes(files);
+  found.jobs = std::move(jobs);
+  return found;
+}
+
+Comparison compare(const Records& records, const FoundFiles& found) {
+  Comparison result;
+  static const FoundJob nothing;
+  std::set<JobId> ids;
+  for (const auto& [id, row] : records.jobs) {
+    ids.insert(id);
+  }
+  for (const auto& [id, job] : found.jobs) {
+    ids.insert(id);
+  }
+  for (const JobId id : ids) {
+    const auto row = records.jobs.find(id);
+    const auto job = found.jobs.find(id);
+    JobComparison(id, row == records.jobs.end() ? nullptr : &row->second,
+                  job == found.jobs.end() ? nothing : job->second, records.batch, result)
+        .run();
+  }
+  compare_notes(records, found, result);
+  compare_commits(records, found, result);
+  return result;
+}
+
+void complete_row(JobId id, JobRow& row) {
+  const JobRecord record = record_from_json(id, row.record.value_or(""));
+  row.scene = record.scene;
+  row.unfinished = needs_scene(record.state);
+}
+
+bool row_matches_record(const JobRow& row) {
+  const json record = json::parse(row.record.value_or(""), nullptr, false);
+  return record.is_object() && record.value("scene", json()) == row.scene &&
+         record.value("state", json()).is_number_unsigned() &&
+         needs_scene(static_cast<JobState>(record.value("state", 0))) == row.unfinished;
+}
+
+}  // namespace parray

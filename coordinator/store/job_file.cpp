@@ -1,0 +1,123 @@
+#include "coordinator/store/job_file.h"
+
+#include <xxhash.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view before_checksum = "{\"checksum\": \"";
+constexpr std::string_view before_content = "\",\n\"content\": ";
+constexpr std::string_view after_content = "}\n";
+constexpr std::size_t digits = 16;
+
+std::string checksum_text(std::string_view bytes) {
+  constexpr std::string_view hexadecimal = "0123456789abcdef";
+  std::uint64_t checksum = XXH3_64bits(bytes.data(), bytes.size());
+  std::string text(digits, '0');
+  for (std::size_t i = digits; i > 0; --i, checksum >>= 4) {
+    text[i - 1] = hexadecimal[checksum & 15];
+  }
+  return text;
+}
+
+std::string sealed(const std::string& content) {
+  return std::string(before_checksum) + checksum_text(content) + std::string(before_content) +
+         content + std::string(after_content);
+}
+
+std::string_view opened(std::string_view text) {
+  constexpr std::size_t head = before_checksum.size() + digits + before_content.size();
+  if (text.size() < head + after_content.size() || !text.starts_with(before_checksum) ||
+      !text.ends_with(after_content) ||
+      text.substr(before_checksum.size() + digits, before_content.size()) != before_content) {
+    throw RunError("it is incomplete");
+  }
+  const std::string_view content = text.substr(head, text.size() - head - after_content.size());
+  if (text.substr(before_checksum.size(), digits) != checksum_text(content)) {
+    throw RunError("it fails its checksum");
+  }
+  return content;
+}
+
+template <typename Read>
+auto read_content(std::string_view text, const Read& read) {
+  const std::string_view content = opened(text);
+  try {
+    return read(json::parse(content));
+  } catch (const json::exception& error) {
+    throw RunError("it is none: " + printable(error.what(), 400));
+  }
+}
+
+}  // namespace
+
+std::string job_file_to_text(JobId id, const JobFile& file) {
+  json content = {{"job", id}, {"batch", file.batch}};
+  try {
+    content["record"] = json::parse(file.record);
+  } catch (const json::exception& error) {
+    throw RunError("the state's record of job " + std::to_string(id) +
+                   " is damaged: " + printable(error.what(), 400));
+  }
+  if (file.rows) {
+    content["rows"] = {{"number", file.rows->number}, {"bytes", file.rows->bytes}};
+  }
+  if (file.picture) {
+    content["picture"] = {{"number", file.picture->number},
+                          {"bytes", file.picture->file.bytes},
+                          {"checksum", file.picture->file.checksum}};
+  }
+  return sealed(content.dump());
+}
+
+JobFile job_file_from_text(JobId id, std::string_view text) {
+  return read_content(text, [id](const json& content) {
+    if (content.at("job") != id) {
+      throw RunError("it belongs to job " + content.at("job").dump());
+    }
+    JobFile file{content.at("batch"), content.at("record").dump()};
+    if (content.contains("rows")) {
+      const json& rows = content.at("rows");
+      file.rows = {rows.at("number"), rows.at("bytes")};
+    }
+    if (content.contains("picture")) {
+      const json& picture = content.at("picture");
+      file.picture = {picture.at("number"), {picture.at("bytes"), picture.at("checksum")}};
+    }
+    return file;
+  });
+}
+
+std::string notes_file_to_text(const NotesFile& file) {
+  const json content = {{"batch", file.batch}, {"notes", file.notes}};
+  return sealed(content.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+NotesFile notes_file_from_text(std::string_view text) {
+  return read_content(text, [](const json& content) {
+    return NotesFile{content.at("batch"), content.at("notes")};
+  });
+}
+
+std::string commit_count_to_text(std::uint64_t commits) {
+  constexpr std::size_t width = 20;  // of the largest number
+  const std::string number = std::to_string(commits);
+  const std::string padded = std::string(width - number.size(), '0') + number;
+  return padded + " " + checksum_text(padded) + "\n";
+}
+
+std::optional<std::uint64_t> commit_count_from_text(std::string_view text) {
+  std::uint64_t commits = 0;
+  std::from_chars(text.data(), text.data() + text.size(), commits);
+  return commit_count_to_text(commits) == text ? std::optional(commits) : std::nullopt;
+}
+
+}  // namespace parray

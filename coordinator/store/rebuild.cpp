@@ -1,0 +1,291 @@
+#include "coordinator/store/rebuild.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <set>
+#include <system_error>
+
+#include "coordinator/store/row_log.h"
+#include "coordinator/store/schema.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string job_name(JobId id) { return "job " + std::to_string(id); }
+
+/// One rebuilding.
+class Rebuilder {
+ public:
+  Rebuilder(StateFiles& files, const Survey& survey, double now)
+      : files_(files), survey_(survey), now_(now), believes_database_(survey.grave.empty()) {}
+
+  std::vector<std::string> run() {
+    choose_notes();
+    choose_jobs();
+    choose_scenes();
+    mend_files();
+    records_.batch = records_.notes_batch = newest_ + 1;
+    for (auto& [id, row] : records_.jobs) {
+      row.batch = records_.batch;
+    }
+    write_everything();
+    return std::move(lines_);
+  }
+
+ private:
+  void tell(std::string line) { lines_.push_back(std::move(line)); }
+  void note_batch(std::uint64_t batch) { newest_ = std::max(newest_, batch); }
+  [[nodiscard]] const Records& database() const { return survey_.database.records; }
+
+  void choose_notes() {
+    const auto take = [this](std::uint64_t batch, const std::map<std::string, std::string>& notes) {
+      note_batch(batch);
+      if (batch >= notes_batch_) {
+        notes_batch_ = batch;
+        records_.notes = notes;
+      }
+    };
+    take(database().notes_batch, database().notes);
+    for (const auto& file : {survey_.found.notes_next, survey_.found.notes}) {
+      if (file) {
+        take(file->batch, file->notes);
+      }
+    }
+    note_batch(database().batch);
+    note_batch(survey_.found.commits.value_or(0));
+    for (const auto& [id, job] : survey_.found.jobs) {
+      for (const auto& file : {job.json, job.next, job.dropped}) {
+        note_batch(file ? file->batch : 0);
+      }
+    }
+    records_.reached = database().reached;  // the mark may no longer be true
+    const auto uptime = records_.notes.find(uptime_note);
+    seconds_ =
+        uptime == records_.notes.end() ? 0 : std::strtoull(uptime->second.c_str(), nullptr, 10);
+  }
+
+  void choose_jobs() {
+    std::set<JobId> ids;
+    for (const auto& [id, row] : database().jobs) {
+      ids.insert(id);
+    }
+    for (const auto& [id, job] : survey_.found.jobs) {
+      ids.insert(id);
+    }
+    for (const JobId id : ids) {
+      choose_job(id);
+    }
+  }
+
+  void choose_job(JobId id) {
+    const auto known = database().jobs.find(id);
+    const JobRow* row = known == database().jobs.end() ? nullptr : &known->second;
+    const auto found = survey_.found.jobs.find(id);
+    static const FoundJob nothing;
+    const FoundJob& job = found == survey_.found.jobs.end() ? nothing : found->second;
+    const JobFile* copy = best_copy(row, job);
+    const bool row_is_sound = row != nullptr && row->record && is_record(id, *row->record);
+    if (row_is_sound && found == survey_.found.jobs.end() && newest_ > database().batch) {
+      tell("left out: " + job_name(id) + ": only the out-of-date database has it, and jobs/" +
+           std::to_string(id) + " is gone: it was forgotten, or it is lost");
+    } else if (row_is_sound && (copy == nullptr || row->batch > copy->batch)) {
+      note_batch(row->batch);
+      records_.jobs[id] = *row;
+      complete_row(id, records_.jobs[id]);
+    } else if (copy != nullptr && is_record(id, copy->record)) {
+      take_copy(id, row, *copy);
+    } else if (row != nullptr && row->record) {
+      tell("lost: " + job_name(id) + ": its record is damaged, and there is no copy of it");
+      files_.set_aside(files_.job(id), seconds_);
+    } else if (!job.trouble.empty()) {
+      tell("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
+           job.trouble + "), and the database does not have it");
+      files_.set_aside(files_.job(id), seconds_);
+    } else if (!believes_database_ && !job.next) {
+      tell("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
+           " has no job.json, and the database does not have the job");
+      files_.set_aside(files_.job(id), seconds_);
+    }
+  }
+
+  /// Null: there is none, or the job was dropped. A change that was perhaps not acknowledged counts
+  /// only where the database cannot tell; a job that was perhaps dropped stays.
+  [[nodiscard]] const JobFile* best_copy(const JobRow* row, const FoundJob& job) {
+    const JobFile* best = job.json ? &*job.json : nullptr;
+    if (job.next) {
+      const bool counts = !believes_database_ || (row != nullptr && row->batch == job.next->batch);
+      if (counts && (best == nullptr || job.next->batch > best->batch)) {
+        best = &*job.next;
+      }
+    }
+    if (best == nullptr && job.dropped && (row != nullptr || !believes_database_)) {
+      best = &*job.dropped;
+    }
+    return best;
+  }
+
+  static bool is_record(JobId id, const std::string& text) {
+    try {
+      record_from_json(id, text);
+      return true;
+    } catch (const RunError&) {
+      return false;
+    }
+  }
+
+  void take_copy(JobId id, const JobRow* row, const JobFile& copy) {
+    JobRow& taken = records_.jobs[id];
+    taken.record = copy.record;
+    taken.rows = copy.rows;
+    taken.picture = copy.picture;
+    complete_row(id, taken);
+    if (taken.rows && row != nullptr && row->rows && row->rows->number == taken.rows->number) {
+      taken.rows->bytes = std::max(taken.rows->bytes, row->rows->bytes);
+    }
+    if (!believes_database_ && !survey_.copied &&
+        (row == nullptr || row->batch != copy.batch || !row->record)) {
+      tell(job_name(id) + " is taken from jobs/" + std::to_string(id) + "/job.json");
+    }
+    if (!believes_database_ && taken.rows) {  // appending rows does not rewrite the copy
+      taken.rows->bytes =
+          std::max(taken.rows->bytes, sound_bytes(files_.rows(id, taken.rows->number)));
+    }
+  }
+
+  void choose_scenes() {
+    for (const auto& [id, row] : records_.jobs) {
+      const auto known = database().scenes.find(row.scene);
+      const bool as_known = known != database().scenes.end() &&
+                            is_scene(files_.scene(row.scene), row.scene, &known->second);
+      if (row.unfinished && !records_.scenes.contains(row.scene) &&
+          (as_known || is_scene(files_.scene(row.scene), row.scene, nullptr))) {
+        records_.scenes[row.scene] = *measure(files_.scene(row.scene));
+      }
+    }
+  }
+
+  void mend_files() {
+    for (const FileDamage& damage : verify_files(files_, records_)) {
+      JobRow& row = records_.jobs.at(damage.job);
+      switch (damage.kind) {
+        case FileDamage::Kind::rows:
+          mend_rows(damage, row);
+          break;
+        case FileDamage::Kind::picture:
+          if (row.picture) {
+            files_.set_aside(files_.picture(damage.job, row.picture->number), seconds_);
+            row.picture.reset();
+          }
+          fail(damage, row, "its picture is damaged: submit it again");
+          break;
+        case FileDamage::Kind::scene:
+          fail(damage, row, "its scene is damaged: submit it again");
+          break;
+      }
+    }
+  }
+
+  void mend_rows(const FileDamage& damage, JobRow& row) {
+    const fs::path file = files_.rows(damage.job, row.rows->number);
+    const std::uint64_t sound = sound_bytes(file);
+    tell("lost: " + damage.line + ": the rest of " + job_name(damage.job) +
+         " will be traced again");
+    const fs::path kept = file.string() + ".sound";
+    std::error_code error;
+    if (sound > 0) {
+      fs::copy_file(file, kept, fs::copy_options::overwrite_existing, error);
+      fs::resize_file(kept, sound, error);
+    }
+    files_.set_aside(file, seconds_);
+    if (sound > 0) {
+      fs::rename(kept, file, error);
+    }
+    if (error) {
+      throw RunError("mending " + file.string() + ": " + error.message());
+    }
+    if (sound > 0) {
+      row.rows->bytes = sound;
+    } else {
+      row.rows.reset();
+    }
+  }
+
+  void fail(const FileDamage& damage, JobRow& row, const std::string& reason) {
+    JobRecord record = record_from_json(damage.job, *row.record);
+    tell("lost: " + damage.line + ": " + job_name(damage.job) + " '" + record.name +
+         "' has failed");
+    record.state = JobState::failed;
+    record.reason = reason;
+    record.report.clear();
+    record.note(now_, "failed: " + reason);
+    row.record = record_to_json(record);
+    row.unfinished = needs_scene(record.state);
+  }
+
+  void write_everything() {
+    write_database();
+    for (const auto& [id, row] : records_.jobs) {
+      if (row.record) {
+        write(files_.job_json(id),
+              job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
+      }
+      StateFiles::remove(files_.job_next(id));
+    }
+    write(files_.notes_json(), notes_file_to_text({records_.notes_batch, records_.notes}));
+    StateFiles::remove(files_.notes_next());
+    write(files_.commits(), commit_count_to_text(records_.batch));
+    files_.sync_directories();
+  }
+
+  void write(const fs::path& file, const std::string& text) {
+    const std::string_view whole = text;
+    files_.write(file, std::span(&whole, 1));
+  }
+
+  /// Under another name first: until it is whole the former one stays.
+  void write_database() {
+    const fs::path made = files_.database().string() + ".new";
+    for (const char* suffix : {"", "-journal"}) {
+      StateFiles::remove(made.string() + suffix);
+    }
+    {
+      Database database(made);
+      database.run("PRAGMA auto_vacuum = FULL");
+      Transaction transaction(database);
+      make_tables(database);
+      write_records(database, records_);
+      transaction.commit();
+    }
+    for (const char* suffix : {"-shm", "-wal", ""}) {
+      const fs::path former = files_.database().string() + suffix;
+      std::error_code ignored;
+      if (fs::exists(former, ignored) && !files_.set_aside(former, seconds_)) {
+        throw RunError("moving " + former.string() + " to " + files_.lost().string() + " failed");
+      }
+    }
+    files_.rename(made, files_.database());
+    files_.expect_sync(files_.directory());
+  }
+
+  StateFiles& files_;
+  const Survey& survey_;
+  const double now_;
+  const bool believes_database_;  ///< its content counts where there is no newer copy
+  Records records_;               ///< chosen
+  std::uint64_t newest_ = 0;      ///< latest commit that anything tells of
+  std::uint64_t notes_batch_ = 0;
+  std::uint64_t seconds_ = 0;  ///< uptime, which names the folder in lost/
+  std::vector<std::string> lines_;
+};
+
+}  // namespace
+
+std::vector<std::string> rebuild_state(StateFiles& files, const Survey& survey, double now) {
+  return Rebuilder(files, survey, now).run();
+}
+
+}  // namespace parray

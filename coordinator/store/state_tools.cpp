@@ -1,0 +1,116 @@
+#include "coordinator/store/state_tools.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <system_error>
+
+#include "coordinator/store/rebuild.h"
+#include "coordinator/store/row_log.h"
+#include "coordinator/store/store.h"
+#include "coordinator/store/survey.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Keeps coordinators off a state for as long as it exists.
+class StateLock {
+ public:
+  /// `exclusive`: nobody else may open the state meanwhile; otherwise this only looks. Throws
+  /// StateInUse.
+  StateLock(const fs::path& database, bool exclusive)
+      : file_(open(database.c_str(), (exclusive ? O_RDWR : O_RDONLY) | O_CLOEXEC)) {
+    if (file_ < 0) {
+      return;  // without a database there is no coordinator
+    }
+    flock lock{};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    lock.l_start = 0x40000000;  // the bytes that SQLite locks
+    lock.l_len = 512;
+    const int failed = fcntl(file_, exclusive ? F_OFD_SETLK : F_OFD_GETLK, &lock);
+    if (failed != 0 || (!exclusive && lock.l_type != F_UNLCK)) {
+      close(file_);
+      throw StateInUse(database.parent_path().string() +
+                       ": a coordinator serves this state: stop it first");
+    }
+  }
+  ~StateLock() {
+    if (file_ >= 0) {
+      close(file_);
+    }
+  }
+  StateLock(const StateLock&) = delete;
+  StateLock& operator=(const StateLock&) = delete;
+
+ private:
+  int file_;
+};
+
+StateFiles existing_state(const fs::path& directory) {
+  std::error_code ignored;
+  if (!fs::is_directory(directory, ignored)) {
+    throw InputError(directory.string() + ": no such directory: name that of --state");
+  }
+  return {directory, system_disk()};
+}
+
+void append(std::vector<std::string>& lines, const std::vector<std::string>& more) {
+  lines.insert(lines.end(), more.begin(), more.end());
+}
+
+/// Everything that is wrong; `records` are those to believe.
+std::vector<std::string> damage_lines(const StateFiles& files, const Survey& survey) {
+  std::vector<std::string> lines = survey.grave;
+  append(lines, survey.comparison.minor);
+  if (survey.grave.empty()) {
+    for (const FileDamage& damage : verify_files(files, survey.database.records)) {
+      lines.push_back(damage.line);
+    }
+  }
+  return lines;
+}
+
+void refuse_target(const fs::path& target) {
+  std::error_code error;
+  if (fs::exists(target, error) && !fs::is_empty(target, error)) {
+    throw InputError(target.string() + ": is not empty: name a new directory for the copy");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> find_damage(const fs::path& directory) {
+  const StateFiles files = existing_state(directory);
+  const StateLock lock(files.database(), false);
+  return damage_lines(files, survey_state(files));
+}
+
+std::vector<std::string> repair_state(const fs::path& directory, double now) {
+  StateFiles files = existing_state(directory);
+  const StateLock lock(files.database(), true);
+  const Survey survey = survey_state(files);
+  std::vector<std::string> lines = damage_lines(files, survey);
+  if (!lines.empty()) {
+    append(lines, rebuild_state(files, survey, now));
+  }
+  return lines;
+}
+
+std::vector<std::string> back_up_state(const fs::path& directory, const fs::path& target,
+                                       double now) {
+  const StateFiles from = existing_state(directory);
+  refuse_target(target);
+  StateFiles onto(target, system_disk());
+  std::vector<std::string> lines = copy_state(from, onto);
+  Survey copied;
+  copied.found = find_files(onto);
+  copied.grave = {"there is no database"};
+  copied.copied = true;
+  append(lines, rebuild_state(onto, copied, now));
+  return lines;
+}
+
+}  // namespace parray

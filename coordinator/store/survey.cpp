@@ -1,0 +1,182 @@
+#include "coordinator/store/survey.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <set>
+#include <system_error>
+
+#include "common/base/bytes.h"
+#include "common/base/sha256.h"
+#include "coordinator/store/row_log.h"
+#include "coordinator/store/schema.h"
+#include "coordinator/store/store.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Removed with its scope.
+class ScratchDirectory {
+ public:
+  ScratchDirectory() : path_((fs::temp_directory_path() / "parray-check-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr) {
+      throw RunError("making a directory for a copy of the database failed: set TMPDIR");
+    }
+  }
+  ~ScratchDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  [[nodiscard]] fs::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+void copy_if_there(const fs::path& from, const fs::path& onto) {
+  std::error_code error;
+  if (fs::exists(from, error) && !fs::copy_file(from, onto, error)) {
+    throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message());
+  }
+}
+
+void read_into(DatabaseContent& content, const fs::path& file) {
+  try {
+    Database database(file);
+    content.version = database.number("PRAGMA user_version");
+    Statement check(database, "PRAGMA integrity_check(1)");
+    if (check.step() && check.bytes(0) != "ok") {
+      content.damage = "parray.sqlite: " + std::string(check.bytes(0));
+    }
+    if (content.version == present_version) {
+      content.records = read_records(database);
+    }
+  } catch (const RunError& error) {
+    content.damage = error.what();
+  } catch (const InputError& error) {
+    content.damage = error.what();
+  }
+}
+
+std::string relative(const StateFiles& files, const fs::path& file) {
+  return file.lexically_relative(files.directory()).string();
+}
+
+/// What is wrong with a file that is written once; empty: nothing.
+std::string damage_of(const fs::path& file, const WholeFile& expected) {
+  const std::optional<WholeFile> found = measure(file);
+  if (!found) {
+    return "is missing or cannot be read";
+  }
+  if (found->bytes != expected.bytes) {
+    return "has " + std::to_string(found->bytes) + " bytes instead of " +
+           std::to_string(expected.bytes);
+  }
+  return *found == expected ? "" : "fails its checksum";
+}
+
+std::optional<JobState> state_of(const JobRow& row, JobId id) {
+  try {
+    return record_from_json(id, row.record.value_or("")).state;
+  } catch (const RunError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+DatabaseContent read_database_copy(const StateFiles& files) {
+  DatabaseContent content;
+  std::error_code ignored;
+  content.present = fs::exists(files.database(), ignored);
+  if (!content.present) {
+    return content;
+  }
+  const ScratchDirectory scratch;
+  const fs::path copy = scratch.path() / files.database().filename();
+  copy_if_there(files.database(), copy);
+  copy_if_there(files.database().string() + "-wal", copy.string() + "-wal");
+  read_into(content, copy);
+  return content;
+}
+
+bool is_scene(const fs::path& file, const std::string& digest, const WholeFile* expected) {
+  if (expected != nullptr) {
+    return measure(file) == *expected;
+  }
+  const std::optional<std::string> bytes = text_of_file(file);
+  return bytes && sha256_hex(as_byte_span(*bytes)) == digest;
+}
+
+std::vector<FileDamage> verify_files(const StateFiles& files, const Records& records) {
+  std::vector<FileDamage> damage;
+  for (const auto& [id, row] : records.jobs) {
+    if (row.rows) {
+      const fs::path file = files.rows(id, row.rows->number);
+      const std::uint64_t sound = sound_bytes(file);
+      if (sound < row.rows->bytes) {
+        damage.push_back({id, FileDamage::Kind::rows,
+                          relative(files, file) + ": " + std::to_string(sound) + " of " +
+                              std::to_string(row.rows->bytes) + " bytes are sound"});
+      }
+    }
+    if (row.picture) {
+      const fs::path file = files.picture(id, row.picture->number);
+      const std::string what = damage_of(file, row.picture->file);
+      if (!what.empty()) {
+        damage.push_back({id, FileDamage::Kind::picture, relative(files, file) + " " + what});
+      }
+    } else if (row.record && state_of(row, id) == JobState::done) {
+      damage.push_back({id, FileDamage::Kind::picture,
+                        "job " + std::to_string(id) + " is done and has no picture"});
+    }
+    const auto scene = records.scenes.find(row.scene);
+    const WholeFile* expected = scene == records.scenes.end() ? nullptr : &scene->second;
+    const bool needed = row.record && is_unfinished(state_of(row, id).value_or(JobState::done));
+    if ((needed || (row.unfinished && expected != nullptr)) &&
+        !is_scene(files.scene(row.scene), row.scene, expected)) {
+      damage.push_back({id, FileDamage::Kind::scene,
+                        relative(files, files.scene(row.scene)) + ", which job " +
+                            std::to_string(id) + " needs, is missing or damaged"});
+    }
+  }
+  return damage;
+}
+
+Survey survey_state(const StateFiles& files) {
+  Survey survey{read_database_copy(files), find_files(files), {}, {}};
+  const DatabaseContent& database = survey.database;
+  const std::string place = files.directory().string();
+  if (!database.present && survey.found.fresh()) {
+    throw InputError(place + ": holds no state: name the directory of --state");
+  }
+  if (database.version > present_version) {
+    throw InputError(place + ": the state is of a later version of ParRay");
+  }
+  if (!database.present) {
+    survey.grave.emplace_back("parray.sqlite is missing");
+  } else if (!database.damage.empty()) {
+    survey.grave.push_back(database.damage);
+  } else if (database.version == 0 && !survey.found.fresh()) {
+    survey.grave.emplace_back("the database has lost its content");
+  } else if (database.version > 0 && database.version < present_version) {
+    if (!survey.found.has_commits) {
+      throw InputError(place + ": the state is of an earlier version: parray-coordinator --state " +
+                       place + ", started once, converts it");
+    }
+    survey.grave.emplace_back("the database is of an earlier version than the jobs");
+  }
+  if (survey.grave.empty()) {
+    survey.comparison = compare(database.records, survey.found);
+    survey.grave = survey.comparison.grave;
+  }
+  return survey;
+}
+
+}  // namespace parray

@@ -1,0 +1,89 @@
+"""The state of a coordinator that is damaged, checked, repaired, copied, as real processes."""
+
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from farm import BIN, Farm
+from farm_test import SCENE
+
+SMALL = ("--width", "32", "--height", "24", "--spp", "4")
+
+
+def coordinator(*arguments):
+    return subprocess.run([BIN / "parray-coordinator", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=60)
+
+
+class Damage(unittest.TestCase):
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.state = pathlib.Path(directory.name) / "state"
+
+    def finish_jobs(self, farm, count):
+        farm.start_worker("w")
+        jobs = [farm.submit(SCENE, *SMALL) for _ in range(count)]
+        return {job: farm.finish(job)["image_sha256"] for job in jobs}
+
+    def serve_again(self, expected):
+        with Farm("--state", self.state) as farm:
+            for job, digest in expected.items():
+                self.assertEqual(farm.fetch(job)["image_sha256"], digest)
+
+    def test_a_flipped_byte_of_the_log_and_a_log_that_is_gone_delete_no_picture(self):
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 5)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            killed = self.state.parent / "killed"
+            shutil.copytree(self.state, killed)
+        for gone in False, True:
+            shutil.rmtree(self.state)
+            shutil.copytree(killed, self.state)
+            log = self.state / "parray.sqlite-wal"
+            if gone:
+                log.unlink()
+            else:
+                data = bytearray(log.read_bytes())
+                data[3000] ^= 0xff
+                log.write_bytes(data)
+            refused = coordinator("--coordinator", "tcp://127.0.0.1:*", "--state", self.state)
+            self.assertEqual(refused.returncode, 1)
+            self.assertIn(f"--repair {self.state}", refused.stderr)
+            self.assertEqual(len(refused.stderr.splitlines()), 1)
+            checked = coordinator("--check", self.state)
+            self.assertEqual(checked.returncode, 1)
+            self.assertIn("jobs/3/job.json", checked.stdout)
+            repaired = coordinator("--repair", self.state)
+            self.assertEqual(repaired.returncode, 0, repaired.stderr)
+            self.assertNotIn("lost:", repaired.stdout)
+            self.assertEqual(coordinator("--check", self.state).returncode, 0)
+            self.serve_again(expected)
+
+    def test_a_killed_coordinator_needs_no_repair(self):
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 2)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+        self.assertEqual(coordinator("--check", self.state).returncode, 0)
+        self.serve_again(expected)
+
+    def test_a_backup_of_a_serving_coordinator_serves(self):
+        target = self.state.parent / "copy"
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 3)
+            self.assertEqual(coordinator("--check", self.state).returncode, 2, "it is served")
+            copied = coordinator("--backup", self.state, target)
+            self.assertEqual(copied.returncode, 0, copied.stdout + copied.stderr)
+        self.assertEqual(coordinator("--backup", self.state, target).returncode, 2, "it is not empty")
+        shutil.rmtree(self.state)
+        self.state = target
+        self.serve_again(expected)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,392 @@
+// A state whose files are damaged: nothing that was acknowledged vanishes without a word.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "common/base/bytes.h"
+#include "common/base/sha256.h"
+#include "coordinator/store/schema.h"
+#include "coordinator/store/state_tools.h"
+#include "tests/support/damage.h"
+#include "tests/support/message_of.h"
+#include "tests/support/stored_state.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Strings = std::vector<std::string>;
+
+const char* const scene_text = "the scene of all jobs";
+
+std::string real_digest() { return sha256_hex(as_byte_span(scene_text)); }
+
+JobRecord job_with(JobId id, JobState state) {
+  JobRecord job = stored_job(id, state);
+  job.name = "name of " + std::to_string(id);
+  job.scene = real_digest();
+  return job;
+}
+
+/// Jobs as they were acknowledged.
+struct Acknowledged {
+  std::map<JobId, std::string> pictures;           ///< of jobs that are done
+  std::map<JobId, std::vector<std::string>> rows;  ///< of the others
+};
+
+void submit(Store& store, Acknowledged& acknowledged, JobId id) {
+  store.put_scene(real_digest(), scene_text);
+  store.put_job(job_with(id, JobState::queued));
+  store.append_rows(id, "first row of " + std::to_string(id));
+  store.commit();
+  acknowledged.rows[id] = {"first row of " + std::to_string(id)};
+}
+
+void trace(Store& store, Acknowledged& acknowledged, JobId id) {
+  const std::string row = "row " + std::string(id * 50, 'r');
+  store.append_rows(id, row);
+  store.commit();
+  acknowledged.rows[id].push_back(row);
+}
+
+void finish(Store& store, Acknowledged& acknowledged, JobId id) {
+  const std::string picture = "picture of " + std::to_string(id) + std::string(id * 100, 'p');
+  put_picture(store, id, picture);
+  store.put_job(job_with(id, JobState::done));
+  store.drop_work(id);
+  store.commit();
+  acknowledged.rows.erase(id);
+  acknowledged.pictures[id] = picture;
+}
+
+/// Five jobs, of which 1, 2 and 3 are done, 5 was forgotten and 6 has a note's company. `between`
+/// is called in the middle.
+template <typename Between>
+Acknowledged live(Store& store, const Between& between) {
+  Acknowledged acknowledged;
+  for (JobId id = 1; id <= 3; ++id) {
+    submit(store, acknowledged, id);
+  }
+  finish(store, acknowledged, 1);
+  between();
+  for (JobId id = 4; id <= 6; ++id) {
+    submit(store, acknowledged, id);
+    trace(store, acknowledged, id - 1);
+  }
+  finish(store, acknowledged, 2);
+  finish(store, acknowledged, 3);
+  store.drop_job(5);
+  store.put_note("workers", "some");
+  store.commit();
+  acknowledged.rows.erase(5);
+  trace(store, acknowledged, 6);
+  return acknowledged;
+}
+
+/// A state as `kill -9` leaves it: nothing was closed.
+Acknowledged make_killed_state(const fs::path& directory, const fs::path& workshop) {
+  DiskStore store(workshop);
+  const Acknowledged acknowledged = live(store, [] {});
+  copy_state(workshop, directory);
+  return acknowledged;
+}
+
+bool names(const Strings& lines, JobId id) {
+  const std::string number = std::to_string(id);
+  return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+    return line.find("job " + number) != std::string::npos ||
+           line.find("jobs/" + number + "/") != std::string::npos;
+  });
+}
+
+/// Every acknowledged job is there and right, or `lines` name it, or the scene.
+void check_all(const fs::path& directory, const Acknowledged& acknowledged, Strings lines) {
+  DiskStore store(directory);
+  lines.insert(lines.end(), store.reports().begin(), store.reports().end());
+  CAPTURE(doctest::toString(lines.size()));
+  std::map<JobId, JobState> states;
+  for (const JobRecord& job : store.jobs()) {
+    states[job.id] = job.state;
+  }
+  const auto right = [&](const auto& what, const auto& expected) {
+    try {
+      return what() == expected;
+    } catch (const RunError& error) {
+      lines.emplace_back(error.what());
+      return false;
+    }
+  };
+  for (const auto& [id, picture] : acknowledged.pictures) {
+    const bool there = states.contains(id) && states.at(id) == JobState::done &&
+                       right([&, id = id] { return store.picture(id).value_or(""); }, picture);
+    CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost its picture silently");
+  }
+  for (const auto& [id, rows] : acknowledged.rows) {
+    const bool there = states.contains(id) && states.at(id) == JobState::queued &&
+                       right([&, id = id] { return rows_of(store, id); }, rows);
+    CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost rows silently");
+  }
+  CHECK_FALSE(states.contains(5));
+}
+
+void check_whole(const fs::path& directory, const Acknowledged& acknowledged) {
+  check_all(directory, acknowledged, {});
+  DiskStore store(directory);
+  CHECK(store.reports() == Strings{});
+  CHECK(store.jobs().size() == acknowledged.pictures.size() + acknowledged.rows.size());
+  CHECK(store.scene(real_digest()) == scene_text);
+  CHECK(store.note("workers") == "some");
+}
+
+/// Refused with the two commands to use; then --repair brings back everything.
+void check_mended(const fs::path& directory, const Acknowledged& acknowledged) {
+  const auto files = [&] {  // an empty log may come and go
+    auto found = files_below(directory);
+    std::erase_if(found, [](const auto& file) { return file.second == 0; });
+    return found;
+  };
+  const auto before = files();
+  const std::string message = message_of<StateDamaged>([&] { const DiskStore store(directory); });
+  CHECK_MESSAGE(message.find("--repair " + directory.string()) != std::string::npos, message);
+  CHECK_FALSE(find_damage(directory).empty());
+  CHECK(files() == before);
+  CHECK_FALSE(repair_state(directory, 1e9).empty());
+  CHECK(find_damage(directory) == Strings{});
+  CHECK(repair_state(directory, 1e9) == Strings{});
+  check_whole(directory, acknowledged);
+}
+
+}  // namespace
+
+TEST_CASE("a log of the database that is damaged anywhere loses no job") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(killed, directory.path() / "workshop");
+  const std::string log = file_bytes(killed / "parray.sqlite-wal");
+  REQUIRE(log.size() > 40'000);
+  int refused = 0;
+  for (std::size_t at = 0; at < log.size(); at += 4001) {
+    CAPTURE(at);
+    copy_state(killed, damaged);
+    std::string changed = log;
+    changed[at] = static_cast<char>(~changed[at]);
+    write_bytes(damaged / "parray.sqlite-wal", changed);
+    if (find_damage(damaged).empty()) {
+      check_whole(damaged, acknowledged);  // SQLite does not read these bytes
+    } else {
+      ++refused;
+      check_mended(damaged, acknowledged);
+    }
+    copy_state(killed, damaged);
+    write_bytes(damaged / "parray.sqlite-wal", log.substr(0, at));
+    check_mended(damaged, acknowledged);
+  }
+  CHECK(refused > 5);
+}
+
+TEST_CASE("a database that is missing, cut, overwritten or out of date loses no job") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path older = directory.path() / "older";
+  const fs::path damaged = directory.path() / "damaged";
+  const fs::path workshop = directory.path() / "workshop";
+  Acknowledged acknowledged;
+  {
+    DiskStore store(workshop);
+    acknowledged = live(store, [&] { copy_state(workshop, older); });
+    copy_state(workshop, killed);
+  }
+  const auto strike = [&](const std::string& what, const auto& blow) {
+    CAPTURE(what);
+    copy_state(killed, damaged);
+    blow();
+    check_mended(damaged, acknowledged);
+  };
+  strike("no log", [&] { fs::remove(damaged / "parray.sqlite-wal"); });
+  strike("no database", [&] { fs::remove(damaged / "parray.sqlite"); });
+  strike("neither", [&] {
+    fs::remove(damaged / "parray.sqlite");
+    fs::remove(damaged / "parray.sqlite-wal");
+  });
+  strike("empty", [&] { fs::resize_file(damaged / "parray.sqlite", 0); });
+  strike("garbage", [&] {
+    fs::remove(damaged / "parray.sqlite-wal");  // which has all of it
+    write_bytes(damaged / "parray.sqlite", std::string(5000, 'x'));
+  });
+  strike("older", [&] {
+    for (const char* name : {"parray.sqlite", "parray.sqlite-wal"}) {
+      fs::copy_file(older / name, damaged / name, fs::copy_options::overwrite_existing);
+    }
+  });
+  strike("no count of commits", [&] { fs::remove(damaged / "commits"); });
+}
+
+TEST_CASE("a copy beside the database that is damaged is written again, and the state serves") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(killed, directory.path() / "workshop");
+  for (const char* name : {"jobs/1/job.json", "jobs/2/job.json", "notes.json"}) {
+    for (const bool gone : {false, true}) {
+      CAPTURE(name);
+      copy_state(killed, damaged);
+      const std::string whole = file_bytes(damaged / name);
+      gone ? static_cast<void>(fs::remove(damaged / name))
+           : write_bytes(damaged / name, whole.substr(0, whole.size() / 2));
+      CHECK(find_damage(damaged).size() == 1);
+      {
+        DiskStore store(damaged);
+        REQUIRE(store.reports().size() == 1);
+        CHECK(store.reports()[0].find(name) == 0);
+      }
+      CHECK(file_bytes(damaged / name) == whole);
+      check_whole(damaged, acknowledged);
+    }
+  }
+}
+
+TEST_CASE("a served state is not checked, and checking changes nothing") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    live(store, [] {});
+    CHECK_THROWS_AS(repair_state(directory.path(), 0), StateInUse);
+  }
+  std::map<std::string, std::string> before;
+  for (const auto& [name, size] : files_below(directory.path())) {
+    before[name] = file_bytes(directory.path() / name);
+  }
+  CHECK(find_damage(directory.path()) == Strings{});
+  CHECK(repair_state(directory.path(), 0) == Strings{});
+  CHECK(files_below(directory.path()).size() == before.size());
+  for (const auto& [name, bytes] : before) {
+    CHECK(file_bytes(directory.path() / name) == bytes);
+  }
+  CHECK_THROWS_AS(find_damage(directory.path() / "jobs"), InputError);
+  CHECK_THROWS_AS(find_damage(directory.path() / "nowhere"), InputError);
+}
+
+TEST_CASE("damaged rows, pictures and scenes are named, and repair keeps what is sound") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(killed, directory.path() / "workshop");
+  copy_state(killed, damaged);
+  const auto flip = [&](const fs::path& name, std::size_t from_end) {
+    std::string bytes = file_bytes(damaged / name);
+    bytes[bytes.size() - from_end] ^= 1;
+    write_bytes(damaged / name, bytes);
+  };
+  flip("jobs/2/picture", 5);
+  flip("jobs/6/rows", 5);
+  CHECK(find_damage(damaged).size() == 2);
+  const Strings lines = repair_state(damaged, 1e9);
+  CHECK(names(lines, 2));
+  CHECK(names(lines, 6));
+  CHECK(find_damage(damaged) == Strings{});
+  {
+    DiskStore store(damaged);
+    CHECK(store.jobs()[1].state == JobState::failed);
+    CHECK(store.jobs()[1].reason == "its picture is damaged: submit it again");
+    CHECK(rows_of(store, 6) == Strings{"first row of 6"});
+    CHECK(rows_of(store, 4) == acknowledged.rows.at(4));
+    CHECK(store.picture(1) == acknowledged.pictures.at(1));
+    CHECK(fs::exists(damaged / "lost" / "0" / "jobs" / "2" / "picture"));
+    CHECK(fs::exists(damaged / "lost" / "0" / "jobs" / "6" / "rows"));
+  }
+  copy_state(killed, damaged);
+  flip(fs::path("scenes") / real_digest(), 1);
+  CHECK(find_damage(damaged).size() == 2);  // for each job that needs it
+  repair_state(damaged, 1e9);
+  DiskStore store(damaged);
+  CHECK(store.jobs()[3].state == JobState::failed);
+  CHECK(store.jobs()[3].reason == "its scene is damaged: submit it again");
+}
+
+TEST_CASE("after any damage every acknowledged job is there and right, or is named") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path closed = directory.path() / "closed";
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(killed, closed);
+  const char* more = std::getenv("PARRAY_DAMAGES");  // NOLINT(concurrency-mt-unsafe)
+  const std::uint64_t histories = more == nullptr ? 300 : std::strtoull(more, nullptr, 10);
+  std::uint64_t refused = 0;
+  std::uint64_t lossy = 0;
+  for (std::uint64_t seed = 1; seed <= histories; ++seed) {
+    CAPTURE(seed);
+    copy_state(seed % 2 == 0 ? killed : closed, damaged);
+    Damage damage(damaged, seed);
+    std::string done;
+    for (std::uint64_t blows = 1 + seed % 3; blows > 0; --blows) {
+      done += damage.strike() + "; ";
+    }
+    CAPTURE(done);
+    Strings lines;
+    try {
+      const DiskStore store(damaged);
+      lines = store.reports();
+    } catch (const StateDamaged&) {
+      ++refused;
+      lines = repair_state(damaged, 1e9);
+    }
+    lossy += lines.empty() ? 0 : 1;
+    check_all(damaged, acknowledged, lines);
+    repair_state(damaged, 1e9);
+    CHECK(find_damage(damaged) == Strings{});
+  }
+  MESSAGE(histories << " histories, seeds 1 to " << histories << ": " << refused
+                    << " refused until --repair, " << lossy << " with lines of damage");
+  CHECK(refused > histories / 10);
+}
+
+TEST_CASE("a backup taken while jobs come, run and end has every job acknowledged before it") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path state = directory.path() / "state";
+  std::mutex mutex;
+  Acknowledged acknowledged;
+  std::atomic<bool> stop = false;
+  DiskStore store(state);
+  submit(store, acknowledged, 1);
+  std::jthread farm([&] {
+    std::mt19937_64 random(7);
+    for (JobId id = 2; !stop && id < 400; ++id) {
+      Acknowledged fresh;
+      submit(store, fresh, id);
+      trace(store, fresh, id);
+      if (id % 2 == 0) {
+        finish(store, fresh, id);
+      }
+      const std::scoped_lock lock(mutex);
+      acknowledged.rows.merge(fresh.rows);
+      acknowledged.pictures.merge(fresh.pictures);
+    }
+  });
+  for (int i = 0; i < 5; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Acknowledged before;
+    {
+      const std::scoped_lock lock(mutex);
+      before = acknowledged;
+    }
+    const fs::path copy = directory.path() / ("copy" + std::to_string(i));
+    CHECK(back_up_state(state, copy, 1e9) == Strings{});
+    CHECK(find_damage(copy) == Strings{});
+    DiskStore restored(copy);
+    CHECK(restored.reports() == Strings{});
+    for (const auto& [id, picture] : before.pictures) {
+      CHECK(restored.picture(id) == picture);
+    }
+    for (const auto& [id, rows] : before.rows) {
+      CHECK(rows_of(restored, id) == rows);
+    }
+  }
+  stop = true;
+  CHECK_THROWS_AS(back_up_state(state, directory.path() / "copy0", 1e9), InputError);
+}
+
+}  // namespace parray::test
