@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int most_tries = 20;  // of a job that changes while it is copied
+constexpr int most_copies = 20;  // of one job that changes meanwhile
 
 class Copier {
  public:
@@ -44,7 +44,7 @@ class Copier {
       }
       const std::optional<std::string> missing = copy_files(id, *job);
       const std::optional<JobFile> after = committed(id, trouble);
-      if (after && after->batch != job->batch && tries < most_tries) {
+      if (after && after->batch != job->batch && tries < most_copies) {
         continue;
       }
       if (!after && trouble.empty()) {  // dropped meanwhile
