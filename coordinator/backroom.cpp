@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <new>
 #include <utility>
 
 #include "common/math/float_mode.h"
@@ -13,6 +14,19 @@ using Closures = std::vector<std::function<void()>>;
 
 void append(Closures& to, Closures from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+/// Does the errand. An errand that throws has `failed` as its outcome.
+Backroom::Outcome outcome_of(const Backroom::Errand& errand, const Backroom::Failed& failed) {
+  std::string why;
+  try {
+    return errand();
+  } catch (const std::bad_alloc&) {
+    why = "not enough memory";
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  return {[failed, why] { failed(why); }, {}};
 }
 
 }  // namespace
@@ -34,21 +48,21 @@ Backroom::~Backroom() {
   }
 }
 
-void Backroom::give(Errand errand) {
+void Backroom::give(Given given) {
   if (!options_.threaded) {
-    run_errand(std::move(errand));
+    run_errand(std::move(given));
     return;
   }
   {
     const std::scoped_lock lock(mutex_);
-    waiting_.push_back(std::move(errand));
+    waiting_.push_back(std::move(given));
   }
   changed_.notify_all();
 }
 
-void Backroom::run_errand(Errand errand) {
-  Outcome outcome = errand();
-  errand = nullptr;  // what it held goes here, not in the loop
+void Backroom::run_errand(Given given) {
+  Outcome outcome = outcome_of(given.errand, given.failed);
+  given = {};  // what it held goes here, not in the loop
   const std::scoped_lock lock(mutex_);
   if (outcome.done) {
     finished_.push_back(std::move(outcome.done));
@@ -130,16 +144,16 @@ void Backroom::lead() {
       changed_.wait_for(lock, pause, [this] { return quit_ || !waiting_.empty(); });
       continue;
     }
-    Errand errand;
+    Given next;
     if (!waiting_.empty() && !due) {
-      errand = std::move(waiting_.front());
+      next = std::move(waiting_.front());
       waiting_.pop_front();
     }
     busy_ = true;
     lock.unlock();
     try {
-      if (errand) {
-        run_errand(std::move(errand));
+      if (next.errand) {
+        run_errand(std::move(next));
         if (store_ != nullptr) {
           commit_at = std::min(commit_at, clock.now() + options_.commit_interval);
         }

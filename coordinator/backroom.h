@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "coordinator/store/store.h"
@@ -27,9 +28,10 @@ class Backroom {
     std::function<void()> done;  ///< as soon as may be; may be empty
     std::function<void()> kept;  ///< once what the errand has put is committed; may be empty
   };
-  /// Runs beside the loop: touches nothing of the loop's. It catches what may go wrong with a job;
-  /// what it throws all the same ends the coordinator.
+  /// Runs beside the loop and touches nothing of the loop's. It may throw: see give().
   using Errand = std::function<Outcome()>;
+  /// What the loop does when an errand has thrown. `why` is one line.
+  using Failed = std::function<void(const std::string& why)>;
 
   struct Options {
     bool threaded = true;
@@ -49,9 +51,22 @@ class Backroom {
   Backroom(const Backroom&) = delete;
   Backroom& operator=(const Backroom&) = delete;
 
-  void give(Errand errand);
+  /// Queues errands. If one throws, run_finished() calls `failed` instead of its outcome: one
+  /// request or one job fails, and everything else goes on.
+  class Guarded {
+   public:
+    void give(Errand errand) const { backroom_.give({std::move(errand), failed_}); }
 
-  /// Runs outcomes; throws what an errand, or a commit, has thrown. Called by the loop's turn.
+   private:
+    friend class Backroom;
+    Guarded(Backroom& backroom, Failed failed) : backroom_(backroom), failed_(std::move(failed)) {}
+    Backroom& backroom_;
+    Failed failed_;
+  };
+  [[nodiscard]] Guarded guarded(Failed failed) { return {*this, std::move(failed)}; }
+
+  /// Runs outcomes. Throws what a commit has thrown: a store that cannot commit is of no use. (A
+  /// full disk is no such error: see blocked().) Called by the loop's turn.
   void run_finished();
 
   /// Why nothing can be committed now: a full disk. Empty: all is well. It is tried again every
@@ -61,7 +76,12 @@ class Backroom {
   [[nodiscard]] std::size_t backlog() const;
 
  private:
-  void run_errand(Errand errand);
+  struct Given {
+    Errand errand;
+    Failed failed;
+  };
+  void give(Given given);
+  void run_errand(Given given);
   void commit();
   void lead();
 
@@ -70,7 +90,7 @@ class Backroom {
 
   mutable std::mutex mutex_;  // guards the members down to quit_
   std::condition_variable changed_;
-  std::deque<Errand> waiting_;
+  std::deque<Given> waiting_;
   bool busy_ = false;
   std::vector<std::function<void()>> finished_;
   std::vector<std::function<void()>> uncommitted_;

@@ -109,8 +109,14 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   if (record.series_id != 0) {
     series_[{user, m.series}] = record.series_id;
   }
-  backroom_.give([this, accepted, store = store_, peer, request = m.request,
-                  scene = std::move(m.scene)]() -> Backroom::Outcome {
+  const auto guarded =
+      backroom_.guarded([this, accepted, peer, request = m.request](const std::string& why) {
+        accepted->refusal = why;
+        accepted->status = 1;
+        accept_job(peer, request, *accepted);
+      });
+  guarded.give([this, accepted, store = store_, peer, request = m.request,
+                scene = std::move(m.scene)]() -> Backroom::Outcome {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
@@ -270,102 +276,6 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ShowJob& m) {
     summary["events"] = events_to_json(job->record.events);
     send(peer, msg::Job{m.request, std::move(summary)});
   }
-}
-
-void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
-  const Job* job = asked_for(peer, m.request, m.job);
-  if (job == nullptr) {
-    return;
-  }
-  if (m.partial && !job->ended()) {
-    send_partial(peer, m, *job);
-  } else if (job->record.state != JobState::done) {
-    fail_request(peer, m.request, 2,
-                 "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
-                     ", not done: see parray watch");
-  } else {
-    send_picture(peer, m, *job);
-  }
-}
-
-void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  const RenderSettings& s = job.record.settings;
-  const auto gone = [this, peer, m] {
-    fail_request(peer, m.request, 1,
-                 "the picture of job " + std::to_string(m.job) + " is no longer kept");
-  };
-  const auto answer =
-      std::make_shared<msg::ImageData>(msg::ImageData{m.request,
-                                                      json::parse(job.record.report),
-                                                      s.width,
-                                                      s.height,
-                                                      m.statistics || m.replicates,
-                                                      m.replicates && s.replicates,
-                                                      {}});
-  if (store_ == nullptr) {
-    if (job.picture_bytes == 0) {
-      gone();
-      return;
-    }
-    answer->picture = job.picture;
-    send(peer, std::move(*answer));
-    return;
-  }
-  backroom_.give([this, answer, gone, peer, store = store_, id = m.job]() -> Backroom::Outcome {
-    auto picture = store->picture(id);
-    if (!picture) {
-      return {gone, {}};
-    }
-    picture->resize(std::min<std::size_t>(
-        picture->size(), picture_size(answer->width, answer->height, detail_of(*answer))));
-    answer->picture = PictureParcel(Bulk::of(std::move(*picture)));
-    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
-  });
-}
-
-/// What there is of a picture, for those who cannot wait.
-void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  if (!job.work || !job.work->picture) {
-    fail_request(peer, m.request, 2, "job " + std::to_string(m.job) + " has nothing to show yet");
-    return;
-  }
-  backroom_.give([this, peer, request = m.request,
-                  picture = job.work->picture]() -> Backroom::Outcome {
-    auto parts = std::make_shared<PictureParts>();
-    parts->image = shown_image(*picture).image;
-    const json report = {{"partial", true}, {"samples", picture->framebuffer().counts().samples}};
-    const auto answer = std::make_shared<msg::ImageData>(
-        msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
-                       PictureParcel(std::move(parts))});
-    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
-  });
-}
-
-/// What has been merged, so far or in all.
-void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
-  const Job* job = asked_for(peer, m.request, m.job);
-  if (job == nullptr) {
-    return;
-  }
-  const auto answer = std::make_shared<msg::JournalData>();
-  answer->request = m.request;
-  answer->job = job_summary(*job, now, waits_for(*job));
-  answer->report = job->record.report.empty() ? json::object() : json::parse(job->record.report);
-  const bool done = job->record.state == JobState::done;
-  const RenderSettings& s = job->record.settings;
-  backroom_.give([this, answer, peer, done, store = store_, id = m.job, kept = job->journal,
-                  size = picture_size(s.width, s.height, kept_detail(s)),
-                  picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
-    std::string bytes = kept;
-    if (picture) {
-      bytes = picture->journal().bytes();
-    } else if (store != nullptr && done) {
-      const auto file = store->picture(id);
-      bytes = file && file->size() > size ? file->substr(size) : "";
-    }
-    answer->journal = Bulk::of(std::move(bytes));
-    return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
-  });
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {

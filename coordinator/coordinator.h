@@ -24,6 +24,8 @@
 
 namespace parray {
 
+struct PictureFile;
+
 struct CoordinatorOptions {
   /// How often a worker says that it is alive. Shorter finds losses sooner, longer saves messages.
   Time heartbeat = seconds(1);
@@ -197,7 +199,18 @@ class Coordinator final : public Actor {
   void end_job(Job& job, JobState state, const std::string& reason);
   void close_job(Job& job, JobState state, const std::string& reason);
   void fail_job(Job& job, const std::string& reason);
+  // Whom the failure of an errand concerns (errands.cpp).
+  [[nodiscard]] Backroom::Guarded for_job(const Job& job, const std::string& doing);
+  [[nodiscard]] Backroom::Guarded for_client(const PeerId& peer, std::uint64_t request,
+                                             const std::string& doing);
+  [[nodiscard]] Backroom::Guarded for_log(const std::string& doing);
   void keep(const Job& job);
+
+  // Pictures and journals for clients (fetching.cpp).
+  void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void note_picture_file(JobId id, const PictureFile& kept);
   [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const {
     return record.settings.target_denoised && options_.judge_of ? options_.judge_of(record)
                                                                 : PictureJudge{};
@@ -215,8 +228,6 @@ class Coordinator final : public Actor {
   [[nodiscard]] std::string waits_for(const Job& job) const;
   struct Accepted;
   void accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted);
-  void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
-  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
 
   const CoordinatorOptions options_;
   Store* const store_;  ///< the backroom's, once it is there

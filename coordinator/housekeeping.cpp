@@ -95,8 +95,9 @@ void Coordinator::keep_house(Time now) {
   if (store_ == nullptr) {
     return;
   }
-  backroom_.give(
-      [this, store = store_, keep_lost = options_.limits.keep_lost_seconds]() -> Backroom::Outcome {
+  for_log("tidying up and adding up what the jobs keep")
+      .give([this, store = store_,
+             keep_lost = options_.limits.keep_lost_seconds]() -> Backroom::Outcome {
         store->tidy(keep_lost);
         return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
       });
@@ -131,7 +132,7 @@ void Coordinator::forget_job(JobId id, const std::string& why) {
   log_->info("job {} '{}' forgotten {}", id, found->second.record.name, why);
   jobs_.erase(found);
   if (store_ != nullptr) {
-    backroom_.give([store = store_, id]() -> Backroom::Outcome {
+    for_log(fmt::format("forgetting job {}", id)).give([store = store_, id]() -> Backroom::Outcome {
       store->drop_job(id);
       return {};
     });

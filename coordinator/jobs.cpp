@@ -99,17 +99,6 @@ void Coordinator::restore_jobs() {
   }
 }
 
-/// The record as it is now goes to the store; one that is being finished has its last there
-/// already.
-void Coordinator::keep(const Job& job) {
-  if (store_ != nullptr && job.phase != JobPhase::finishing) {
-    backroom_.give([store = store_, record = job.record]() -> Backroom::Outcome {
-      store->put_job(record);
-      return {};
-    });
-  }
-}
-
 /// What the backroom has made ready for tracing.
 struct Coordinator::Prepared {
   std::shared_ptr<JobPicture> picture;
@@ -165,10 +154,11 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
   const auto prepared = std::make_shared<Prepared>();
-  backroom_.give([this, prepared, store = store_, record = job.record, scene = job.scene,
-                  at = since_1970(now_), id = job.record.id, generation = job.work->generation,
-                  waiting_counts = options_.waiting_counts,
-                  judge = judge_of(job.record)]() mutable -> Backroom::Outcome {
+  const auto errands = for_job(job, "taking it up");
+  errands.give([this, prepared, store = store_, record = job.record, scene = job.scene,
+                at = since_1970(now_), id = job.record.id, generation = job.work->generation,
+                waiting_counts = options_.waiting_counts,
+                judge = judge_of(job.record)]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     try {
       if (store != nullptr) {
@@ -201,8 +191,6 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       }
     } catch (const std::bad_alloc&) {
       p.failure = "not enough memory for its picture";
-    } catch (const std::exception& error) {
-      p.failure = std::string("taking it up: ") + error.what();
     }
     return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
   });
@@ -306,9 +294,10 @@ void Coordinator::next_pass(Job& job) {
   job.work->pass_ended = now_;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
-  backroom_.give([this, prepared, store = store_, record = job.record, id = job.record.id,
-                  picture = job.work->picture, times = job.times(now_), at = since_1970(now_),
-                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+  const auto errands = for_job(job, "deciding on its next pass");
+  errands.give([this, prepared, store = store_, record = job.record, id = job.record.id,
+                picture = job.work->picture, times = job.times(now_), at = since_1970(now_),
+                generation = job.work->generation]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     p.picture = picture;
     try {
@@ -345,9 +334,10 @@ void Coordinator::finish_job(Job& job) {
     bool full = false;
   };
   const auto finished = std::make_shared<Finished>();
-  backroom_.give([this, finished, store = store_, record = job.record, id = job.record.id,
-                  picture = job.work->picture, facts = job.work->facts, clock = options_.wall_clock,
-                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+  const auto errands = for_job(job, "finishing its picture");
+  errands.give([this, finished, store = store_, record = job.record, id = job.record.id,
+                picture = job.work->picture, facts = job.work->facts, clock = options_.wall_clock,
+                generation = job.work->generation]() mutable -> Backroom::Outcome {
     try {
       auto made = finish_picture(*picture, record, facts);
       finished->report = made.report;

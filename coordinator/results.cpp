@@ -134,8 +134,9 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
       merged->owner = owner.value_or(0);
     }
   };
-  backroom_.give([this, work, merged, peer = worker.peer, id = job.record.id,
-                  generation = job.work->generation]() -> Backroom::Outcome {
+  const auto errands = for_job(job, "taking in a result");
+  errands.give([this, work, merged, peer = worker.peer, id = job.record.id,
+                generation = job.work->generation]() -> Backroom::Outcome {
     work();
     return {
         [this, merged, id, generation] {
@@ -395,9 +396,10 @@ void Coordinator::retract(Job& job, TracerKey tracer, const std::string& name) {
   };
   const auto retracted = std::make_shared<Retracted>();
   ++job.work->errands;
-  backroom_.give([this, retracted, tracer, name, at = since_1970(now_), store = store_,
-                  id = job.record.id, record = job.record, picture = job.work->picture,
-                  generation = job.work->generation]() mutable -> Backroom::Outcome {
+  const auto errands = for_job(job, "setting back wrong results");
+  errands.give([this, retracted, tracer, name, at = since_1970(now_), store = store_,
+                id = job.record.id, record = job.record, picture = job.work->picture,
+                generation = job.work->generation]() mutable -> Backroom::Outcome {
     retracted->relied = picture->relies_on(tracer);
     if (retracted->relied) {
       retracted->retraction = picture->retract(tracer);

@@ -245,9 +245,9 @@ void Coordinator::keep_worker_notes() {
     convicted.push_back({tracer, name});
   }
   const json notes = {{"drained", std::move(drained)}, {"convicted", std::move(convicted)}};
-  backroom_.give(
-      [store = store_,
-       text = notes.dump(-1, ' ', false, json::error_handler_t::replace)]() -> Backroom::Outcome {
+  for_log("keeping the note of workers")
+      .give([store = store_, text = notes.dump(-1, ' ', false, json::error_handler_t::replace)]()
+                -> Backroom::Outcome {
         store->put_note("workers", text);
         return {};
       });

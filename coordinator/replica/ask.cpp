@@ -70,7 +70,7 @@ Ask decode_ask(std::string_view message) {
   Ask ask;
   ask.session = reader.get<std::uint64_t>();
   ask.number = reader.get<std::uint64_t>();
-  ask.kind = get_kind(reader, AskKind::commit);
+  ask.kind = get_kind(reader, AskKind::picture);
   ask.position.history = reader.get<std::uint64_t>();
   ask.position.generation = reader.get<std::uint64_t>();
   ask.position.sequence = reader.get<std::uint64_t>();
@@ -97,7 +97,7 @@ Answer decode_answer(std::string_view message) {
   Answer answer;
   answer.session = reader.get<std::uint64_t>();
   answer.number = reader.get<std::uint64_t>();
-  answer.kind = get_kind(reader, AnswerKind::refused);
+  answer.kind = get_kind(reader, AnswerKind::nothing);
   answer.value = reader.get<std::uint64_t>();
   answer.text = reader.get_bytes(reader.left());
   return answer;

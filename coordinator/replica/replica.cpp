@@ -49,6 +49,8 @@ Answer Replica::reply(const Ask& ask) {
       return take_piece(ask);
     case AskKind::commit:
       return take_batch(ask);
+    case AskKind::picture:
+      return picture_piece(ask);
     default:
       return {};
   }
@@ -147,6 +149,27 @@ void Replica::apply() {
   } catch (const DecodeError& error) {
     throw RunError(std::string("a batch of the primary's cannot be read: ") + error.what());
   }
+}
+
+/// The file is read once, for its first piece, and held until its last one.
+Answer Replica::picture_piece(const Ask& ask) {
+  if (lent_job_ != ask.bytes || lent_.empty()) {
+    lent_job_ = ask.bytes;
+    try {
+      lent_ = store_.picture(std::stoull(lent_job_)).value_or("");
+    } catch (const std::exception&) {  // damaged here, too
+      lent_.clear();
+    }
+  }
+  if (ask.offset >= lent_.size()) {
+    lent_.clear();
+    return {0, 0, AnswerKind::nothing};
+  }
+  Answer answer{0, 0, AnswerKind::picture, lent_.size(), lent_.substr(ask.offset, piece_bytes)};
+  if (ask.offset + answer.text.size() == lent_.size()) {
+    lent_ = {};
+  }
+  return answer;
 }
 
 std::string fenced_answer(std::string_view message, std::uint64_t generation) {

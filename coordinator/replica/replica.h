@@ -36,6 +36,7 @@ class Replica {
   Answer begin_copy(const Ask& ask);
   Answer take_piece(const Ask& ask);
   Answer take_batch(const Ask& ask);
+  Answer picture_piece(const Ask& ask);
   void apply();
   [[nodiscard]] bool is_next(const Ask& ask) const;
   [[nodiscard]] Answer have() const { return {0, 0, AnswerKind::have, batch_.size()}; }
@@ -49,6 +50,8 @@ class Replica {
   std::string batch_;        ///< as far as it is here
   std::size_t applied_ = 0;  ///< bytes of it that the store has, uncommitted
   bool applying_ = false;    ///< the store has some of what is not committed
+  std::string lent_job_;     ///< whose picture the primary is fetching
+  std::string lent_;         ///< that picture
 };
 
 /// What a coordinator that has taken over answers its old primary; empty: nothing.

@@ -5,8 +5,7 @@
 
 namespace parray {
 
-/// How much is sent at a time, and how much of a copy is committed at a time, in bytes.
-static constexpr std::size_t piece_bytes = std::size_t{4} << 20;
+/// How much of a copy is committed at a time, in bytes.
 static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
 
 ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
@@ -68,6 +67,47 @@ void ReplicatedStore::drop_job(JobId job) {
 void ReplicatedStore::put_note(const std::string& name, const std::string& text) {
   inner_.put_note(name, text);
   fresh_.put_note(name, text);
+}
+
+/// Asks within the present session only: a new one could give the standby a copy of this store, and
+/// so take the picture from it.
+bool ReplicatedStore::restore_picture(JobId job) {
+  if (session_ == 0 || line_.session_lost()) {
+    return false;
+  }
+  try {
+    const std::string whole = fetch_picture(job);
+    const std::string_view piece = whole;
+    if (whole.empty()) {
+      return false;
+    }
+    inner_.put_picture(job, std::span(&piece, 1));
+    marked_ = {};  // the next commit keeps what the standby has: it puts the mark again
+    return true;
+  } catch (const StorageFull&) {  // no answer, or no room here
+    return false;
+  }
+}
+
+/// Empty: the standby has no undamaged picture of that job.
+std::string ReplicatedStore::fetch_picture(JobId job) {
+  const std::string name = std::to_string(job);
+  std::string whole;
+  for (;;) {
+    Ask next;
+    next.kind = AskKind::picture;
+    next.position = position_;
+    next.offset = whole.size();
+    next.bytes = name;
+    const Answer answer = ask(next);
+    if (answer.kind != AnswerKind::picture || answer.text.empty()) {
+      return {};
+    }
+    whole += answer.text;
+    if (whole.size() >= answer.value) {
+      return whole;
+    }
+  }
 }
 
 void ReplicatedStore::commit() {

@@ -67,6 +67,7 @@ class ReplicatedStore final : public Store {
   std::optional<std::string> picture(JobId job) override { return inner_.picture(job); }
   std::uint64_t picture_bytes(JobId job) override { return inner_.picture_bytes(job); }
   void tidy(double keep_lost) override { inner_.tidy(keep_lost); }
+  bool restore_picture(JobId job) override;
 
  private:
   void find_lineage();
@@ -75,6 +76,7 @@ class ReplicatedStore final : public Store {
   void copy_job(const JobRecord& job, Changes& changes);
   void send_if_large(Changes& changes);
   void send_batch(std::string_view batch, bool whole);
+  std::string fetch_picture(JobId job);
   Answer ask(Ask ask);
   [[noreturn]] void fail(const std::string& what) const;
 

@@ -91,7 +91,14 @@ void DiskStore::drop_picture(JobId job, JobEntry& entry) {
 }
 
 void DiskStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
-  const std::uint64_t number = free_number([&](std::uint64_t n) { return files_.picture(job, n); });
+  // A commit removes the file that this one replaces, even if it is gone already: another number.
+  const JobEntry* entry_before = find(job);
+  const KeptPicture* replaced =
+      entry_before != nullptr && entry_before->picture ? &*entry_before->picture : nullptr;
+  const std::uint64_t number = free_number([&](std::uint64_t n) {
+    return replaced != nullptr && n == replaced->number ? files_.directory()
+                                                        : files_.picture(job, n);
+  });
   const WholeFile file = files_.write(files_.picture(job, number), pieces);
   JobEntry& entry = jobs_[job];
   drop_picture(job, entry);

@@ -293,11 +293,14 @@ bool StateFiles::release_reserve() {
 
 std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
   const auto damaged = [&](const std::string& why) {
-    return RunError(file.string() + " is damaged: " + why);
+    return DamagedFile(file.string() + " is damaged: " + why);
   };
   const OpenFile in(file, O_RDONLY);
+  if (in.get() < 0 && errno == ENOENT) {
+    throw damaged("it is gone");
+  }
   if (in.get() < 0) {
-    throw damaged(std::generic_category().message(errno));
+    throw RunError(file.string() + " cannot be read: " + std::generic_category().message(errno));
   }
   std::error_code error;
   if (fs::file_size(file, error) != expected.bytes || error) {

@@ -88,7 +88,8 @@ class StateFiles {
   /// Makes the names of new files durable, too. Failing, it has everything left to do.
   void sync_directories();
 
-  /// The whole file. Throws RunError when it is not as `expected`.
+  /// The whole file. Throws DamagedFile when it is not as `expected`, RunError when it cannot be
+  /// opened for another reason.
   [[nodiscard]] static std::string read(const std::filesystem::path& file,
                                         const WholeFile& expected);
 

@@ -21,6 +21,12 @@ class StorageFull : public RunError {
   using RunError::RunError;
 };
 
+/// A file that was kept is damaged, cut or gone. `what()` names it and says what is wrong.
+class DamagedFile : public RunError {
+ public:
+  using RunError::RunError;
+};
+
 /// Another process uses the state. `what()` names the directory.
 class StateInUse : public InputError {
  public:
@@ -79,8 +85,11 @@ class Store {
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.
   virtual void each_rows(JobId job, const RowsVisitor& visit) = 0;
-  virtual std::optional<std::string> picture(JobId job) = 0;  ///< the whole file
-  virtual std::uint64_t picture_bytes(JobId job) = 0;         ///< its size; 0: there is none
+  /// The whole file. Throws DamagedFile when it is not what was put.
+  virtual std::optional<std::string> picture(JobId job) = 0;
+  /// Replaces the job's picture by the copy that another store has. False: there is no such copy.
+  virtual bool restore_picture(JobId /*job*/) { return false; }
+  virtual std::uint64_t picture_bytes(JobId job) = 0;  ///< its size; 0: there is none
 
   /// Work for quiet moments: call it every few seconds. Removes what was set aside more than
   /// `keep_lost` seconds of uptime ago.

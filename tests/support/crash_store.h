@@ -12,7 +12,7 @@ namespace parray::test {
 
 /// A disk that forgets what was not committed when the coordinator dies, and whose commits may
 /// fail, as on a full disk: nothing is kept then, and nothing of what was put is forgotten.
-class CrashStore final : public Store {
+class CrashStore : public Store {
  public:
   /// `failing`: probability that a commit throws instead.
   CrashStore(double failing, std::uint64_t seed) : failing_(failing), random_(seed) {}

@@ -7,9 +7,12 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
-#include <stdexcept>
+#include <new>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "common/base/error.h"
 #include "tests/support/crash_store.h"
 
 namespace parray {
@@ -53,6 +56,11 @@ class Room {
 
  public:
   Backroom room;
+
+  /// Gives an errand that does not throw.
+  void give(Backroom::Errand errand) {
+    room.guarded([](const std::string& why) { FAIL(why); }).give(std::move(errand));
+  }
 };
 
 /// A job's record put by an errand.
@@ -73,7 +81,7 @@ TEST_CASE("errands are done one after the other, in their order, and so are thei
     std::vector<int> done;      // the backroom's
     std::vector<int> outcomes;  // the loop's
     for (int i = 0; i < 500; ++i) {
-      loop.room.give([&, i]() -> Backroom::Outcome {
+      loop.give([&, i]() -> Backroom::Outcome {
         done.push_back(i);
         return {[&, i] { outcomes.push_back(i); }, {}};
       });
@@ -91,12 +99,12 @@ TEST_CASE("outcomes run in the loop's turn, and may give errands") {
     std::function<Backroom::Outcome()> errand = [&]() -> Backroom::Outcome {
       return {[&] {
                 if (--left > 0) {
-                  loop.room.give(errand);
+                  loop.give(errand);
                 }
               },
               {}};
     };
-    loop.room.give(errand);
+    loop.give(errand);
     CHECK(left == 10);
     loop.run_until([&] { return left == 0; });
   }
@@ -105,7 +113,7 @@ TEST_CASE("outcomes run in the loop's turn, and may give errands") {
 TEST_CASE("without a store everything counts as kept") {
   Room loop(nullptr, false);
   bool kept = false;
-  loop.room.give([&]() -> Backroom::Outcome { return {{}, [&] { kept = true; }}; });
+  loop.give([&]() -> Backroom::Outcome { return {{}, [&] { kept = true; }}; });
   loop.room.run_finished();
   CHECK(kept);
 }
@@ -116,7 +124,7 @@ TEST_CASE("nothing is said to be kept before it is committed") {
     Room loop(&store, threaded);
     std::size_t kept = 0;
     for (JobId id = 1; id <= 50; ++id) {
-      loop.room.give(put(store, id, {{}, [&] { ++kept; }}));
+      loop.give(put(store, id, {{}, [&] { ++kept; }}));
     }
     loop.run_until([&] { return kept == 50; });
     store.crash();
@@ -130,7 +138,7 @@ TEST_CASE("a full disk holds what is to be kept, says why, and lets it go on by 
   bool done = false;
   bool kept = false;
   store.fill(true);
-  loop.room.give(put(store, 1, {[&] { done = true; }, [&] { kept = true; }}));
+  loop.give(put(store, 1, {[&] { done = true; }, [&] { kept = true; }}));
   loop.room.run_finished();
   CHECK(done);
   CHECK_FALSE(kept);
@@ -145,14 +153,14 @@ TEST_CASE("a full disk stops no errands, in the thread too") {
   CrashStore store(0, 1);
   Room loop(&store, true);
   bool kept = false;
-  loop.room.give([&store]() -> Backroom::Outcome {
+  loop.give([&store]() -> Backroom::Outcome {
     store.fill(true);
     return {};
   });
-  loop.room.give(put(store, 1, {{}, [&] { kept = true; }}));
+  loop.give(put(store, 1, {{}, [&] { kept = true; }}));
   loop.run_until([&] { return !loop.room.blocked().empty(); });
   CHECK_FALSE(kept);
-  loop.room.give([&store]() -> Backroom::Outcome {
+  loop.give([&store]() -> Backroom::Outcome {
     store.fill(false);
     return {};
   });
@@ -160,14 +168,36 @@ TEST_CASE("a full disk stops no errands, in the thread too") {
   CHECK(loop.room.blocked().empty());
 }
 
-TEST_CASE("what an errand or a commit throws reaches the loop") {
+TEST_CASE("an errand that throws is told to who gave it, and the others are done") {
   for (const bool threaded : {false, true}) {
+    CAPTURE(threaded);
     Room loop(nullptr, threaded);
+    std::vector<std::string> whys;
+    bool done = false;
+    const auto guarded = loop.room.guarded([&](const std::string& why) { whys.push_back(why); });
+    guarded.give([]() -> Backroom::Outcome { throw RunError("the file is damaged"); });
+    guarded.give([]() -> Backroom::Outcome { throw std::bad_alloc(); });
+    guarded.give([&]() -> Backroom::Outcome { return {[&] { done = true; }, {}}; });
+    loop.run_until([&] { return done; });
+    CHECK(whys == std::vector<std::string>{"the file is damaged", "not enough memory"});
+  }
+}
+
+TEST_CASE("a store that cannot commit ends the loop") {
+  class Broken final : public CrashStore {
+   public:
+    Broken() : CrashStore(0, 1) {}
+    void commit() override { throw RunError("the database is damaged"); }
+  };
+  for (const bool threaded : {false, true}) {
+    CAPTURE(threaded);
+    Broken store;
+    Room loop(&store, threaded);
     const auto give = [&] {
-      loop.room.give([]() -> Backroom::Outcome { throw std::logic_error("broken"); });
+      loop.give(put(store, 1));
       loop.run_until([] { return false; });
     };
-    CHECK_THROWS_AS(give(), std::logic_error);
+    CHECK_THROWS_AS(give(), RunError);
   }
 }
 
@@ -177,14 +207,15 @@ TEST_CASE("a backroom that ends finishes the errand at hand and drops the others
   std::atomic<int> done = 0;
   {
     Backroom room(nullptr, {true, {}, milliseconds(1)});
-    room.give([&]() -> Backroom::Outcome {
+    const auto guarded = room.guarded([](const std::string& why) { FAIL(why); });
+    guarded.give([&]() -> Backroom::Outcome {
       begun.set_value();
       go_on.get_future().wait();
       ++done;
       return {};
     });
     for (int i = 0; i < 100; ++i) {
-      room.give([&]() -> Backroom::Outcome {
+      guarded.give([&]() -> Backroom::Outcome {
         ++done;
         return {};
       });
