@@ -20,6 +20,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/http/http_face.h"
+#include "coordinator/key_watch.h"
 #include "coordinator/manual.h"
 #include "coordinator/replica/keeper.h"
 #include "coordinator/store/state_tools.h"
@@ -231,9 +232,11 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.number("--max-workers", a.options.max_workers, 1, 1000000, "Workers served at once")
       .show_default()
       .group(limits_group);
-  line.number("--memory", a.memory_gib, 0.001, 1e6,
-              "GiB for pictures under way and, without --state, scenes and finished pictures; jobs "
-              "beyond it wait (default: half of what it may use)")
+  line.number(
+          "--memory", a.memory_gib, 0.001, 1e6,
+          "GiB for pictures under way and, without --state, scenes and finished pictures; jobs "
+          "beyond it wait. With --http an eighth is for pictures and scenes on their way (default: "
+          "half of what it may use)")
       .group(limits_group);
   line.number("--max-failures", a.max_failures, 1, 1000,
               "A job fails when so many different workers have failed at the same part of it")
@@ -364,65 +367,6 @@ std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
   return face;
 }
 
-/// Tells when the lists of keys are not followed any more, and when they are again.
-class KeyWatch {
- public:
-  KeyWatch(const std::string& keys, std::shared_ptr<spdlog::logger> log)
-      : keys_(keys), log_(std::move(log)) {}
-
-  void look(Time now) {
-    constexpr Time rest = seconds(2);
-    if (keys_.empty() || now < look_at_) return;
-    look_at_ = now + rest;
-    std::string problem;
-    try {
-      check_key_lists(keys_);
-    } catch (const InputError& error) {
-      problem = error.what();
-    }
-    if (problem == problem_) return;
-    problem_ = problem;
-    if (problem.empty()) {
-      log_->info("the lists in {} are followed again", keys_);
-    } else {
-      log_->error("{}; until then what the lists said before counts", problem);
-    }
-  }
-
- private:
-  const std::string keys_;
-  const std::shared_ptr<spdlog::logger> log_;
-  Time look_at_{};
-  std::string problem_;
-};
-
-int print_lines(const std::vector<std::string>& lines, const std::string& if_none) {
-  for (const std::string& text : lines) {
-    std::cout << text << '\n';
-  }
-  if (lines.empty()) {
-    std::cout << if_none << '\n';
-  }
-  return lines.empty() ? 0 : 1;
-}
-
-int check_state_of(const Arguments& a) {
-  return print_lines(find_damage(a.check), a.check + ": no damage");
-}
-
-int repair_state_of(const Arguments& a) {
-  print_lines(repair_state(a.repair, seconds_since_1970()), a.repair + ": there was no damage");
-  return 0;
-}
-
-int back_up_state_of(const Arguments& a) {
-  if (a.backup.size() != 2) {
-    throw InputError("--backup takes two directories: that of --state, and a new one for the copy");
-  }
-  return print_lines(back_up_state(a.backup[0], a.backup[1], seconds_since_1970()),
-                     a.backup[1] + ": a complete copy");
-}
-
 int serve(Arguments& a) {
   check(a);
   a.options.heartbeat = from_seconds(a.heartbeat);
@@ -443,6 +387,11 @@ int serve(Arguments& a) {
     log->warn("--insecure: anybody who reaches {} can send jobs and pose as a worker", a.bind);
   }
   a.options.memory = static_cast<std::uint64_t>(a.memory_gib * 0x1p30);
+  if (!a.http.address.empty()) {
+    constexpr std::uint64_t part = 8;
+    a.http.memory = a.options.memory / part;
+    a.options.memory -= a.http.memory;
+  }
   a.options.max_failures = static_cast<std::uint32_t>(a.max_failures);
   a.options.limits.disk = static_cast<std::uint64_t>(a.disk_gib * 0x1p30);
   a.options.limits.user_disk = static_cast<std::uint64_t>(a.user_disk_gib * 0x1p30);

@@ -312,7 +312,7 @@ Reply Api::picture(const Request& request, JobId job, Pictures::Kind kind) {
   if (has_tag(request.field("if-none-match"), made.etag)) {
     reply.status = 304;
   } else {
-    reply.body = made.bytes;
+    reply.file = made.file;
   }
   return reply;
 }

@@ -1,6 +1,7 @@
 #include "coordinator/http/connection.h"
 
 #include <poll.h>
+#include <sys/sendfile.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -58,36 +59,56 @@ void Connection::put(std::string_view bytes) {
   if (bytes.empty()) return;
   output_.push_back({std::string(bytes), nullptr, {}});
   output_.back().rest = output_.back().own;
+  output_memory_ += bytes.size();
 }
 
-void Connection::put(std::shared_ptr<const std::string> shared, std::string_view part) {
-  if (!part.empty()) output_.push_back({{}, std::move(shared), part});
+void Connection::put(std::shared_ptr<const FileBody> file, std::string_view part) {
+  if (!part.empty()) output_.push_back({{}, std::move(file), part});
 }
 
 Connection::Moved Connection::flush(std::size_t& bytes) {
   bytes = 0;
   while (!output_.empty()) {
-    std::array<iovec, 8> parts{};
-    std::size_t count = 0;
-    for (const Piece& piece : output_) {
-      if (count == parts.size()) break;
-      parts[count++] = {const_cast<char*>(piece.rest.data()), piece.rest.size()};
-    }
-    msghdr message{};
-    message.msg_iov = parts.data();
-    message.msg_iovlen = count;
-    const ssize_t sent = sendmsg(socket_, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (sent < 0) return must_wait() ? Moved::none : Moved::ended;
-    bytes += static_cast<std::size_t>(sent);
-    for (auto left = static_cast<std::size_t>(sent); left > 0;) {
-      Piece& piece = output_.front();
-      const std::size_t done = std::min(left, piece.rest.size());
-      piece.rest.remove_prefix(done);
-      left -= done;
-      if (piece.rest.empty()) output_.pop_front();
-    }
+    const ssize_t done = output_.front().file ? send_file() : send_memory();
+    if (done < 0 && must_wait()) return Moved::none;
+    if (done <= 0) return Moved::ended;
+    bytes += static_cast<std::size_t>(done);
+    sent(static_cast<std::size_t>(done));
   }
   return Moved::some;
+}
+
+/// Of the first piece; as the C library's functions answer. SIGPIPE, which it would send where
+/// nobody reads any more, cpp-httplib has the process ignore.
+ssize_t Connection::send_file() const {
+  constexpr std::size_t most = std::size_t{1} << 18;  // before others have their turn at the disk
+  const Piece& piece = output_.front();
+  auto offset = static_cast<off_t>(piece.rest.data() - piece.file->bytes().data());
+  return sendfile(socket_, piece.file->descriptor(), &offset, std::min(piece.rest.size(), most));
+}
+
+/// Of the first pieces that are no files.
+ssize_t Connection::send_memory() const {
+  std::array<iovec, 8> parts{};
+  msghdr message{};
+  message.msg_iov = parts.data();
+  for (const Piece& piece : output_) {
+    if (message.msg_iovlen == parts.size() || piece.file) break;
+    parts.at(message.msg_iovlen++) = {const_cast<char*>(piece.rest.data()), piece.rest.size()};
+  }
+  return sendmsg(socket_, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+}
+
+void Connection::sent(std::size_t bytes) {
+  while (bytes > 0) {
+    Piece& piece = output_.front();
+    const std::size_t done = std::min(bytes, piece.rest.size());
+    piece.rest.remove_prefix(done);
+    bytes -= done;
+    if (!piece.rest.empty()) return;
+    output_memory_ -= piece.own.size();
+    output_.pop_front();
+  }
 }
 
 bool Connection::await_flush(Pace& pace) {

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstddef>
 #include <deque>
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include "coordinator/http/file_body.h"
 #include "coordinator/http/pace.h"
 #include "coordinator/http/seats.h"
 
@@ -34,10 +37,12 @@ class Connection {
   /// The first `bytes` of input() are used.
   void consume(std::size_t bytes);
 
-  /// Appends to what is to be sent: a copy, or a part of what is shared.
+  /// Appends to what is to be sent: a copy, or a part of a file.
   void put(std::string_view bytes);
-  void put(std::shared_ptr<const std::string> shared, std::string_view part);
+  void put(std::shared_ptr<const FileBody> file, std::string_view part);
   [[nodiscard]] bool has_output() const { return !output_.empty(); }
+  /// Bytes of memory that wait to be sent.
+  [[nodiscard]] std::size_t output_memory() const { return output_memory_; }
   /// Sends what the other side takes now. `bytes`: so many. `some`: all is sent; `none`: the rest
   /// has to wait.
   Moved flush(std::size_t& bytes);
@@ -52,9 +57,12 @@ class Connection {
  private:
   struct Piece {
     std::string own;
-    std::shared_ptr<const std::string> shared;
+    std::shared_ptr<const FileBody> file;
     std::string_view rest;  ///< of either
   };
+  [[nodiscard]] ssize_t send_file() const;
+  [[nodiscard]] ssize_t send_memory() const;
+  void sent(std::size_t bytes);
   [[nodiscard]] bool await(short events, Pace& pace) const;
 
   const int socket_;
@@ -63,6 +71,7 @@ class Connection {
   std::string input_;
   std::size_t used_ = 0;  ///< of input_
   std::deque<Piece> output_;
+  std::size_t output_memory_ = 0;
 };
 
 }  // namespace parray::http

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <set>
 #include <utility>
 
@@ -23,8 +24,8 @@ class LimitedStream final : public httplib::Stream {
 
   /// From now on what is written is sent before write() returns.
   void send_at_once() { at_once_ = true; }
-  /// What is written from within `body` need not be copied.
-  void share(std::shared_ptr<const std::string> body) { body_ = std::move(body); }
+  /// What is written from within `file` is sent from there.
+  void share(std::shared_ptr<const FileBody> file) { file_ = std::move(file); }
   [[nodiscard]] bool failed() const { return failed_; }
 
   bool is_readable() const override { return !failed_; }
@@ -40,9 +41,8 @@ class LimitedStream final : public httplib::Stream {
 
   ssize_t write(const char* bytes, std::size_t size) override {
     if (failed_) return -1;
-    const bool shared = body_ && bytes >= body_->data() && bytes < body_->data() + body_->size();
-    if (shared) {
-      connection_.put(body_, {bytes, size});
+    if (is_of_file(bytes)) {
+      connection_.put(file_, {bytes, size});
     } else {
       connection_.put({bytes, size});
     }
@@ -65,6 +65,12 @@ class LimitedStream final : public httplib::Stream {
   socket_t socket() const override { return 0; }
 
  private:
+  [[nodiscard]] bool is_of_file(const char* bytes) const {
+    if (!file_) return false;
+    const std::string_view all = file_->bytes();
+    return std::less_equal<>()(all.data(), bytes) && std::less<>()(bytes, all.data() + all.size());
+  }
+
   bool has_input() {
     if (!connection_.input().empty()) return true;
     constexpr std::size_t most = std::size_t{1} << 16;
@@ -85,7 +91,7 @@ class LimitedStream final : public httplib::Stream {
   Connection& connection_;
   Pace due_ = usual_pace();
   Pace to_send_ = usual_pace();
-  std::shared_ptr<const std::string> body_;
+  std::shared_ptr<const FileBody> file_;
   std::size_t line_ = 0;
   bool at_once_ = false;
   bool failed_ = false;
@@ -288,19 +294,13 @@ class Engine final : public httplib::Server {
         });
   }
 
-  /// Large bodies are shared, not copied.
-  void send_body(httplib::Response& response, const std::shared_ptr<const std::string>& body,
+  void send_file(httplib::Response& response, const std::shared_ptr<const FileBody>& file,
                  const std::string& type) {
-    static constexpr std::size_t small = std::size_t{1} << 16;
-    if (body->size() <= small || !(type.starts_with("image/") || type.ends_with("octet-stream"))) {
-      response.set_content(*body, type);
-      return;
-    }
-    stream_->share(body);
+    stream_->share(file);
     response.set_content_provider(
-        body->size(), type,
-        [body](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-          return sink.write(body->data() + offset, length);
+        file->bytes().size(), type,
+        [file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+          return sink.write(file->bytes().data() + offset, length);
         });
   }
 
@@ -309,8 +309,10 @@ class Engine final : public httplib::Server {
     for (const auto& [name, value] : fields_of(reply)) response.set_header(name, value);
     if (reply.events) {
       send_events(response, reply.events);
+    } else if (reply.file && !reply.file->bytes().empty()) {
+      send_file(response, reply.file, reply.type);
     } else if (reply.status != 204 && reply.status != 304) {
-      send_body(response, reply.body, reply.type);
+      response.set_content(*reply.body, reply.type);
     }
   }
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cerrno>
+#include <exception>
 #include <utility>
 
 #include "common/base/error.h"
@@ -19,9 +20,10 @@ constexpr ConnectionId listener_id = 0;
 constexpr ConnectionId wake_id = 1;
 constexpr ConnectionId first_id = 2;
 
-constexpr std::size_t most_at_once = std::size_t{1} << 14;      // bytes read of one connection
-constexpr std::size_t early_body = std::size_t{1} << 14;        // read here, not by a handler
-constexpr std::size_t most_input_bytes = std::size_t{1} << 25;  // of all connections
+constexpr std::size_t most_at_once = std::size_t{1} << 14;       // bytes read of one connection
+constexpr std::size_t early_body = std::size_t{1} << 14;         // read here, not by a handler
+constexpr std::size_t most_input_bytes = std::size_t{1} << 25;   // of all connections
+constexpr std::size_t most_output_bytes = std::size_t{1} << 26;  // likewise
 // A connection that is closed while bytes come in takes its last answer with it.
 constexpr Time drain_time = seconds(1);
 constexpr std::size_t most_drained = std::size_t{1} << 20;
@@ -90,7 +92,15 @@ void Doorman::run() {
         entries_.empty() && listens_ ? -1 : static_cast<int>(sweep / milliseconds(1));
     const int count = epoll_wait(poll_, events.data(), static_cast<int>(events.size()), timeout);
     const Time now = clock.now();
-    for (int i = 0; i < count; ++i) handle(now, events.at(static_cast<std::size_t>(i)).data.u64);
+    for (int i = 0; i < count; ++i) {
+      const ConnectionId id = events.at(static_cast<std::size_t>(i)).data.u64;
+      try {
+        handle(now, id);
+      } catch (const std::exception& error) {  // out of memory: the others stay
+        callbacks_.warn(std::string("HTTP: a connection was closed: ") + error.what());
+        remove(id);
+      }
+    }
     if (now < sweep_at) continue;
     sweep_at = now + sweep;
     remove_late(now);
@@ -242,7 +252,11 @@ void Doorman::dispatch(ConnectionId id, Entry& entry) {
   const RequestHead head = std::move(*std::exchange(entry.head, {}));
   entry.searched = 0;
   entry.keep = !head.closes && !entry.reserve;
-  const auto reply = callbacks_.at_door(head, entry.guest->address(), entry.reserve);
+  auto reply = callbacks_.at_door(head, entry.guest->address(), entry.reserve);
+  if (!reply && output_bytes_ > most_output_bytes) {
+    reply = problem_reply(Problem(503, "too many answers wait for slow readers: try again later", 0,
+                                  {{"Retry-After", "5"}}));
+  }
   if (reply) {
     entry.keep = entry.keep && !head.has_body();
     entry.guest->consume(head.bytes);
@@ -275,6 +289,7 @@ bool Doorman::write(Time now, ConnectionId id, Entry& entry) {
   const Connection::Moved moved = entry.guest->flush(bytes);
   entry.pace.waited(now - std::exchange(entry.waits_since, now));
   entry.pace.moved(bytes);
+  recount_output(entry, entry.guest->output_memory());
   if (moved == Connection::Moved::ended) {
     remove(id);
     return false;
@@ -301,6 +316,7 @@ void Doorman::remove(ConnectionId id) {
   const auto found = entries_.find(id);
   if (found == entries_.end()) return;
   recount(found->second, 0);
+  recount_output(found->second, 0);
   watch(id, found->second, 0);
   found->second.guest->cut();
   entries_.erase(found);
@@ -349,6 +365,12 @@ void Doorman::listen(bool on) {
 void Doorman::recount(Entry& entry, std::size_t bytes) {
   input_bytes_ += bytes;
   input_bytes_ -= std::exchange(entry.counted, bytes);
+}
+
+/// So many bytes of memory wait to be sent.
+void Doorman::recount_output(Entry& entry, std::size_t bytes) {
+  output_bytes_ += bytes;
+  output_bytes_ -= std::exchange(entry.output, bytes);
 }
 
 }  // namespace parray::http

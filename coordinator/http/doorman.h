@@ -68,6 +68,7 @@ class Doorman {
     std::optional<RequestHead> head{};  ///< read, while its body is coming
     bool ended = false;                 ///< no more input will come
     bool keep = true;                   ///< another request may follow
+    std::size_t output = 0;             ///< of output_bytes_
     std::size_t counted = 0;            ///< of input_bytes_
     Time waits_since{};                 ///< writing: since it was written last
     Time drains_until{};
@@ -94,6 +95,7 @@ class Doorman {
   void watch(ConnectionId id, Entry& entry, std::uint32_t events) const;
   void listen(bool on);
   void recount(Entry& entry, std::size_t bytes);
+  void recount_output(Entry& entry, std::size_t bytes);
 
   const int listener_;
   const int wake_;
@@ -106,7 +108,8 @@ class Doorman {
   Seats seats_;
   std::map<ConnectionId, Entry> entries_;
   ConnectionId next_id_;
-  std::size_t input_bytes_ = 0;  ///< of all that are here
+  std::size_t input_bytes_ = 0;   ///< of all that are here
+  std::size_t output_bytes_ = 0;  ///< in memory, of all that are being sent
   bool listens_ = false;
   std::thread thread_;
 };

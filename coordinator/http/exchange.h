@@ -71,12 +71,15 @@ class EventStream {
   virtual std::optional<std::string> next() = 0;
 };
 
+class FileBody;
+
 struct Reply {
   int status = 200;
   std::string type = "application/json";
   std::shared_ptr<const std::string> body = std::make_shared<const std::string>();
   Fields headers{};
-  std::shared_ptr<EventStream> events{};  ///< instead of a body
+  std::shared_ptr<EventStream> events{};   ///< instead of a body
+  std::shared_ptr<const FileBody> file{};  ///< likewise
 };
 
 /// "Not Found" of 404.

@@ -29,12 +29,12 @@ void HandlerPool::stop() {
   for (std::thread& thread : threads) thread.join();
 }
 
-/// Where the system allows no more, those that there are do all.
+/// Where the system allows no more, those that there are do all; with none it is tried again.
 void HandlerPool::add_thread() {
   try {
     threads_.emplace_back([this] { work(); });
   } catch (const std::system_error&) {
-    if (threads_.empty()) throw;
+    return;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <fstream>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -76,9 +77,9 @@ Reply asset_reply(const Request& request, const Asset& asset, const std::string&
 }
 
 /// So many requests a second of one address.
-class Budget {
+class RequestLimit {
  public:
-  explicit Budget(std::size_t most) : budget_(most) {}
+  explicit RequestLimit(std::size_t most) : budget_(most) {}
 
   void spend(const std::string& address) {
     const std::scoped_lock lock(mutex_);
@@ -101,12 +102,14 @@ class HttpFace::Impl {
       : log_(std::move(log)),
         directory_(options.state),
         guard_(options.keys, options.hosts),
-        budget_(options.requests),
+        request_limit_(options.requests),
         loop_(hub),
-        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 12, .one_inside = 8}),
-        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 64, .one_inside = 48}),
-        intake_(runner_, scene_places_, directory_.path(), options.intake),
-        pictures_(loop_, runner_, picture_places_, directory_.path()),
+        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}),
+        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}),
+        memory_(options.memory),
+        disk_(std::max<std::uint64_t>(options.memory, std::uint64_t{1} << 28)),
+        intake_(runner_, scene_places_, memory_, directory_.path(), options.intake),
+        pictures_(loop_, runner_, picture_places_, memory_, disk_, directory_.path()),
         events_(loop_, options.streams),
         webhooks_(
             loop_, options.webhook_hosts,
@@ -236,7 +239,7 @@ class HttpFace::Impl {
 
   Reply answer_or_throw(const Request& from) {
     guard_.check_origin(from);
-    budget_.spend(from.remote);
+    request_limit_.spend(from.remote);
     const Router::Match match = router_.find(from);
     Request request = from;
     if (match.door == Router::Door::guarded) request.sender = guard_.admit(from);
@@ -246,12 +249,14 @@ class HttpFace::Impl {
   const std::shared_ptr<spdlog::logger> log_;
   const RequestsDirectory directory_;
   Guard guard_;
-  Budget budget_;
+  RequestLimit request_limit_;
   Router router_;
   LoopClient loop_;
   ChildRunner runner_;
   Places scene_places_;
   Places picture_places_;
+  Budget memory_;
+  Budget disk_;
   Intake intake_;
   Pictures pictures_;
   Events events_;

@@ -23,7 +23,8 @@ struct Options {
   std::size_t connections = 1024;          ///< in all
   std::size_t address_connections = 256;   ///< of one address
   std::size_t streams = 128;
-  std::size_t requests = 1000;  ///< a second of one address
+  std::uint64_t memory = std::uint64_t{1} << 30;  ///< bytes that pictures and scenes may take here
+  std::size_t requests = 1000;                    ///< a second of one address
   IntakeLimits intake{};
 };
 

@@ -251,8 +251,13 @@ Taken Intake::read(const fs::path& directory, const std::string& scene,
   if (end.status != 0) fail(end);
   try {
     const fs::path made = directory.parent_path();
+    constexpr Time patience = seconds(20);
+    const std::uint64_t bytes = fs::file_size(made / "control") + fs::file_size(made / "bulk");
+    taken.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
     Message message = decode({Frame(file_text(made / "control")), Frame(file_text(made / "bulk"))});
     taken.submit = std::move(std::get<msg::Submit>(message));
+  } catch (const Problem&) {
+    throw;
   } catch (const std::exception& error) {
     throw RunError(std::string("what the scene's reader has written cannot be read: ") +
                    error.what());

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/http/budget.h"
 #include "coordinator/http/child.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/places.h"
@@ -23,8 +24,9 @@ struct IntakeLimits {
 /// A scene that was sent, read.
 struct Taken {
   msg::Submit submit;
-  std::string webhook;  ///< empty: none
-  std::string digest;   ///< SHA-256 of the names and contents of all parts
+  std::string webhook;                 ///< empty: none
+  std::optional<Budget::Hold> memory;  ///< that of `submit`
+  std::string digest;                  ///< SHA-256 of the names and contents of all parts
 };
 
 /// The whole number, from 0 on, that `value` is: 20 and 20.0 are the same in JSON.
@@ -39,11 +41,15 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
 /// thread.
 class Intake {
  public:
-  /// `directory`: for those of requests. `runner` and `places`, where scenes are read, must outlive
-  /// this.
-  Intake(const ChildRunner& runner, Places& places, std::filesystem::path directory,
+  /// `directory`: for those of requests. `runner`, `places`, where scenes are read, and
+  /// `memory`, which scenes take on their way to the loop, must outlive this.
+  Intake(const ChildRunner& runner, Places& places, Budget& memory, std::filesystem::path directory,
          IntakeLimits limits)
-      : runner_(runner), places_(places), directory_(std::move(directory)), limits_(limits) {}
+      : runner_(runner),
+        places_(places),
+        memory_(memory),
+        directory_(std::move(directory)),
+        limits_(limits) {}
 
   /// Throws Problem, RunError.
   Taken take(const Request& request);
@@ -55,6 +61,7 @@ class Intake {
 
   const ChildRunner& runner_;
   Places& places_;
+  Budget& memory_;
   const std::filesystem::path directory_;
   const IntakeLimits limits_;
 };

@@ -59,6 +59,10 @@ std::optional<Arrival> accept_at(int listener) {
       accept4(listener, reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (socket < 0) return {};
   set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+  // Else the kernel takes megabytes at once and then nothing for long: nobody would know how fast
+  // the other side reads.
+  constexpr int most_unsent = 1 << 17;
+  set(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, most_unsent);
   std::array<char, NI_MAXHOST> text{};
   getnameinfo(reinterpret_cast<sockaddr*>(&from), size, text.data(), text.size(), nullptr, 0,
               NI_NUMERICHOST);

@@ -1,11 +1,11 @@
 #include "coordinator/http/pictures.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <bit>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
@@ -21,14 +21,29 @@ using nlohmann::json;
 using Kind = Pictures::Kind;
 
 /// What makes a picture is this program's own: the limits only end what hangs.
+constexpr Time patience = seconds(20);
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
 // Of what is kept; the latest stays whatever its size.
 constexpr std::size_t most_entries = 32;
-constexpr std::size_t most_bytes = std::size_t{256} << 20;
+constexpr std::size_t most_bytes = std::size_t{256} << 20;  // of the disk
 
 bool of_work(Kind kind) {
   return kind == Kind::cost || kind == Kind::tracers || kind == Kind::tracer_names;
 }
+/// Of this process, while the picture is made: what the loop has and sends, or what a map has.
+std::uint64_t memory_of(const json& job, Kind kind) {
+  const auto width = job.at("width").get<std::uint64_t>();
+  const auto height = job.at("height").get<std::uint64_t>();
+  const bool small = kind == Kind::png || kind == Kind::pixels;
+  return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
+}
+
+/// The C library keeps what was freed, in each thread's arena.
+void give_memory_back(std::uint64_t freed) {
+  constexpr std::uint64_t little = std::uint64_t{8} << 20;
+  if (freed >= little) malloc_trim(0);
+}
+
 bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 const char* file_of(Kind kind) {
@@ -55,7 +70,7 @@ const char* file_of(Kind kind) {
 
 /// As they travel: little-endian.
 template <typename T>
-std::string bytes_of(const std::vector<T>& values) {
+std::string_view bytes_of(const std::vector<T>& values) {
   static_assert(std::endian::native == std::endian::little);
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
@@ -78,7 +93,7 @@ std::shared_ptr<Pictures::Entry> Pictures::entry_of(JobId job, Kind kind) {
 }
 
 /// Whoever still uses one has it.
-void Pictures::drop_old() {
+void Pictures::drop_old(std::size_t most_entries, std::size_t most_bytes) {
   const std::scoped_lock lock(mutex_);
   std::size_t bytes = 0;
   for (const auto& [key, entry] : entries_) bytes += entry->size;
@@ -99,17 +114,26 @@ Pictures::Made Pictures::get(const Sender& sender, const std::string& owner, Job
   Made& made = entry->made;
   const Time now = clock_.now();
   const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
-  const bool fresh = made.bytes && made.partial != done && (done || now - entry->made_at < rest);
+  const bool fresh = made.file && made.partial != done && (done || now - entry->made_at < rest);
   if (!fresh) {
     made = {};
     const Places::Place place(entrance);
-    made = of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
+    const auto needed = memory_of(shown, kind);
+    {
+      const auto held = memory_.hold(needed, patience, "another picture");
+      made = make_any(sender, job, kind);
+    }
+    give_memory_back(needed);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
-    entry->size = made.bytes->size();
-    drop_old();
+    entry->size = made.file->bytes().size();
+    drop_old(most_entries, most_bytes);
   }
   return made;
+}
+
+Pictures::Made Pictures::make_any(const Sender& sender, JobId job, Kind kind) {
+  return of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
 }
 
 Pictures::Made Pictures::make(const Sender& sender, JobId job, Kind kind) {
@@ -126,9 +150,8 @@ Pictures::Made Pictures::make(const Sender& sender, JobId job, Kind kind) {
                             : data.report.value("image_sha256", "").substr(0, 32)) +
               "-" + file_of(kind) + '"';
   try {
-    made.bytes = std::make_shared<const std::string>(
-        kind == Kind::pixels ? std::string(data.picture.bytes(PictureDetail::image).data.view())
-                             : make_file(data, kind));
+    made.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
+                                     : make_file(data, kind);
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
   }
@@ -146,18 +169,34 @@ Pictures::Made Pictures::make_map(const Sender& sender, JobId job, Kind kind) {
   made.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
   try {
     const WorkMap map = work_map(read_journal(journal), made.width, made.height);
-    made.bytes = std::make_shared<const std::string>(
-        kind == Kind::cost ? bytes_of(map.seconds)
-        : kind == Kind::tracers
-            ? bytes_of(map.tracer)
-            : json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace));
+    const std::string names =
+        json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace);
+    made.file = keep(kind == Kind::cost      ? bytes_of(map.seconds)
+                     : kind == Kind::tracers ? bytes_of(map.tracer)
+                                             : std::string_view(names));
   } catch (const DecodeError& error) {
     throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
   }
   return made;
 }
 
-std::string Pictures::make_file(const msg::ImageData& data, Kind kind) {
+/// Others that nobody reads any more make room.
+std::shared_ptr<const FileBody> Pictures::keep(const fs::path& file) {
+  try {
+    return std::make_shared<const FileBody>(file, disk_);
+  } catch (const Problem&) {
+    drop_old(1, 0);
+    return std::make_shared<const FileBody>(file, disk_);
+  }
+}
+
+std::shared_ptr<const FileBody> Pictures::keep(std::string_view bytes) {
+  const WorkDirectory directory(directory_);
+  write_file(directory.path() / "file", bytes);
+  return keep(directory.path() / "file");
+}
+
+std::shared_ptr<const FileBody> Pictures::make_file(const msg::ImageData& data, Kind kind) {
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
@@ -167,8 +206,7 @@ std::string Pictures::make_file(const msg::ImageData& data, Kind kind) {
   const ChildEnd end = runner_.run(
       {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);
   if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
-  std::ifstream in(files / name, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return keep(files / name);
 }
 
 }  // namespace parray::http

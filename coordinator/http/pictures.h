@@ -8,7 +8,9 @@
 #include <mutex>
 #include <string>
 
+#include "coordinator/http/budget.h"
 #include "coordinator/http/child.h"
+#include "coordinator/http/file_body.h"
 #include "coordinator/http/loop_client.h"
 #include "coordinator/http/places.h"
 #include "coordinator/store/job_record.h"
@@ -31,13 +33,19 @@ class Pictures {
     tracer_names
   };
 
-  /// `directory`: for what children read and write. The others must outlive this.
-  Pictures(LoopClient& loop, const ChildRunner& runner, Places& places,
-           std::filesystem::path directory)
-      : loop_(loop), runner_(runner), places_(places), directory_(std::move(directory)) {}
+  /// `directory`: for what children read and write, and for what is kept: `disk`. `memory`: for
+  /// what is needed while one is made. The others must outlive this.
+  Pictures(LoopClient& loop, const ChildRunner& runner, Places& places, Budget& memory,
+           Budget& disk, std::filesystem::path directory)
+      : loop_(loop),
+        runner_(runner),
+        places_(places),
+        memory_(memory),
+        disk_(disk),
+        directory_(std::move(directory)) {}
 
   struct Made {
-    std::shared_ptr<const std::string> bytes;
+    std::shared_ptr<const FileBody> file;
     std::string etag;
     std::uint32_t width = 0;
     std::uint32_t height = 0;
@@ -54,18 +62,23 @@ class Pictures {
     Made made;
     Time made_at{};
     Time cost{};
-    std::atomic<std::size_t> size = 0;  ///< of made.bytes
+    std::atomic<std::size_t> size = 0;  ///< of made.file
     Time used_at{};                     ///< guarded by Pictures::mutex_
   };
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
-  void drop_old();
+  void drop_old(std::size_t entries, std::size_t bytes);
+  Made make_any(const Sender& sender, JobId job, Kind kind);
   Made make(const Sender& sender, JobId job, Kind kind);
   Made make_map(const Sender& sender, JobId job, Kind kind);
-  std::string make_file(const msg::ImageData& data, Kind kind);
+  std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
+  std::shared_ptr<const FileBody> keep(std::string_view bytes);
+  std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, Kind kind);
 
   LoopClient& loop_;
   const ChildRunner& runner_;
   Places& places_;
+  Budget& memory_;
+  Budget& disk_;
   const std::filesystem::path directory_;
   SteadyClock clock_;
   std::mutex mutex_;  // guards entries_

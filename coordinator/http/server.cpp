@@ -1,5 +1,6 @@
 #include "coordinator/http/server.h"
 
+#include <exception>
 #include <utility>
 
 #include "common/base/error.h"
@@ -71,9 +72,14 @@ class Server::Impl {
   HandlerPool::Handler make_handler() {
     const auto conversation = std::make_shared<Conversation>(answer_);
     return [this, conversation](const HandlerPool::Guest& guest) {
-      const bool keep = conversation->answer(*guest);
-      std::size_t ignored = 0;
-      guest->flush(ignored);  // what the other side does not take now is the doorman's
+      bool keep = false;
+      try {
+        keep = conversation->answer(*guest);
+        std::size_t ignored = 0;
+        guest->flush(ignored);  // what the other side does not take now is the doorman's
+      } catch (const std::exception&) {
+        guest->cut();  // there is no memory for an answer
+      }
       doorman_.give_back(guest, keep);
     };
   }

@@ -3,6 +3,7 @@
 import bz2
 import ctypes
 import gzip
+import hashlib
 import http.client
 import json
 import lzma
@@ -37,14 +38,19 @@ def is_closed(connection):
         return True
 
 
-class SlowHeads:
-    """Connections that send a byte of a head now and then."""
+HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\nX: "
+BODY = (b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+        b"Content-Length: 100000\r\n\r\n{")
 
-    def __init__(self, farm, count):
+
+class SlowConnections:
+    """They send a byte of a request now and then."""
+
+    def __init__(self, farm, count, begin=HEAD):
         self.connections = [connect(farm) for _ in range(count)]
         self.ended = False
         for connection in self.connections:
-            connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ")
+            connection.sendall(begin)
         self.thread = threading.Thread(target=self._send, daemon=True)
         self.thread.start()
 
@@ -70,16 +76,19 @@ class SlowHeads:
 class Connections(unittest.TestCase):
     def test_200_slow_connections_keep_nobody_from_an_answer_and_are_ended(self):
         with Web() as farm:
-            slow = SlowHeads(farm, 200)
+            slow = SlowConnections(farm, 200)
+            bodies = SlowConnections(farm, 10, BODY)
             for path in ("/healthz", "/readyz", "/api/v1/jobs", "/metrics"):
                 self.assertEqual(farm.ask("GET", path, timeout=8).status, 200, path)
             self.assertEqual(len(slow.open()), 200)
-            wait_for(lambda: not slow.open(), "the end of slow connections")
-            slow.close()
+            self.assertEqual(farm.post_scene().status, 201)
+            for connections in (slow, bodies):
+                wait_for(lambda: not connections.open(), "the end of slow connections")
+                connections.close()
 
     def test_it_stops_while_200_slow_connections_are_open(self):
         with Web() as farm:
-            slow = SlowHeads(farm, 200)
+            slow = SlowConnections(farm, 200)
             farm.coordinator.terminate()
             self.assertEqual(farm.coordinator.wait(timeout=30), 0, farm.coordinator_log())
             slow.close()
@@ -231,6 +240,63 @@ class Turns(unittest.TestCase):
                 self.assertEqual(ended, [])  # ann's are still being read
                 for thread in uploads:
                     thread.join()
+
+
+@unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "sanitizers keep what is freed")
+class Memory(unittest.TestCase):
+    PICTURE = 1024 * 1024 * 12
+
+    def resident(self, farm):
+        status = pathlib.Path(f"/proc/{farm.coordinator.pid}/status").read_text()
+        return int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1]) << 10
+
+    def ask_and_wait(self, farm, path):
+        """A connection whose answer has begun, and of which nobody reads the rest."""
+        connection = connect(farm)
+        connection.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        self.assertIn(b"200 OK", connection.recv(100))
+        return connection
+
+    def test_readers_who_do_not_read_take_no_memory(self):
+        scene = {**SCENE, "image": {"width": 1024, "height": 1024}, "render": {"samples_per_pixel": 1}}
+        with tempfile.TemporaryDirectory() as state, Web("--state", state) as farm:
+            farm.start_worker("one", threads=2)
+            jobs = [farm.submitted(farm.post_scene(scene)) for _ in range(4)]
+            for job in jobs:
+                wait_for(lambda: farm.state(job) == "done", "the picture")
+            farm.coordinator.terminate()  # the next one has not rendered anything yet
+            farm.coordinator.wait()
+            farm.start_coordinator()
+            before = self.resident(farm)
+            readers = [self.ask_and_wait(farm, f"/api/v1/jobs/{job}/pixels.f32") for job in jobs for _ in range(5)]
+            self.assertLess(self.resident(farm) - before, 3.5 * self.PICTURE)
+            whole = farm.get(f"/jobs/{jobs[0]}/pixels.f32").body  # beside them
+            self.assertEqual(hashlib.sha256(whole).hexdigest(),
+                             farm.get(f"/jobs/{jobs[0]}/report").json()["image_sha256"])
+            files = lambda: len(os.listdir(f"/proc/{farm.coordinator.pid}/fd"))
+            there = files()
+            wait_for(lambda: files() <= there - len(readers), "the end of readers who do not read")
+            for reader in readers:
+                reader.close()
+
+    def test_an_answer_that_is_read_slowly_comes_whole(self):
+        with Web() as farm:
+            farm.start_worker("one", threads=2)
+            job = farm.submitted(farm.post_scene({**SCENE, "image": {"width": 900, "height": 700}}))
+            wait_for(lambda: farm.state(job) == "done", "the picture")
+            digest = farm.get(f"/jobs/{job}/report").json()["image_sha256"]
+            host, port = farm.web.split(":")
+            with socket.socket() as connection:
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+                connection.connect((host, int(port)))
+                connection.sendall(f"GET /api/v1/jobs/{job}/pixels.f32 HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+                answer = http.client.HTTPResponse(connection)
+                answer.begin()
+                body = b""
+                while part := answer.read(100_000):
+                    body += part
+                    time.sleep(0.01)
+                self.assertEqual(hashlib.sha256(body).hexdigest(), digest)
 
 
 def kernel_knows_landlock():

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "coordinator/http/budget.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/pace.h"
 #include "coordinator/http/places.h"
@@ -182,6 +183,31 @@ TEST_CASE("a token's name is the job's, and its digest tells contents apart") {
   CHECK(may_be_same_content("a#1", "a#1"));
   CHECK_FALSE(may_be_same_content("a#1", "a#2"));
   CHECK(may_be_same_content("a", "a#2"));  // of a job that was submitted before there were digests
+}
+
+TEST_CASE("a budget is not exceeded, but by something large alone") {
+  Budget budget(100);
+  {
+    const auto most = budget.try_hold(60);
+    CHECK(most);
+    CHECK_FALSE(budget.try_hold(41));
+    CHECK(budget.try_hold(40));
+    CHECK_THROWS_AS(budget.hold(41, Time(0), "another"), Problem);
+    CHECK(budget.held() == 60);
+  }
+  CHECK(budget.held() == 0);
+  const auto large = budget.try_hold(1000);
+  CHECK(large);
+  CHECK_FALSE(budget.try_hold(1));
+}
+
+TEST_CASE("who waits for memory gets it when it is given back") {
+  Budget budget(100);
+  auto first = budget.try_hold(100);
+  std::thread waiting([&] { CHECK_NOTHROW(budget.hold(50, seconds(60), "another")); });
+  first.reset();
+  waiting.join();
+  CHECK(budget.held() == 0);
 }
 
 /// Owners in the order in which they got the one place that there is.

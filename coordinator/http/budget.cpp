@@ -1,0 +1,48 @@
+#include "coordinator/http/budget.h"
+
+#include <utility>
+
+#include "coordinator/http/exchange.h"
+
+namespace parray::http {
+
+Budget::Hold::~Hold() {
+  if (budget_ != nullptr) budget_->give_back(bytes_);
+}
+
+Budget::Hold::Hold(Hold&& other) noexcept
+    : budget_(std::exchange(other.budget_, nullptr)), bytes_(other.bytes_) {}
+
+std::optional<Budget::Hold> Budget::try_hold(std::uint64_t bytes) {
+  const std::scoped_lock lock(mutex_);
+  if (!has_room(bytes)) return std::nullopt;
+  held_ += bytes;
+  return Hold(*this, bytes);
+}
+
+Budget::Hold Budget::hold(std::uint64_t bytes, Time patience, const std::string& what) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, patience, [&] { return has_room(bytes); })) {
+    throw Problem(503, "there is no memory for " + what + " now: try again in a while", 0,
+                  {{"Retry-After", "5"}});
+  }
+  held_ += bytes;
+  return {*this, bytes};
+}
+
+std::uint64_t Budget::held() {
+  const std::scoped_lock lock(mutex_);
+  return held_;
+}
+
+bool Budget::has_room(std::uint64_t bytes) const { return held_ == 0 || held_ + bytes <= most_; }
+
+void Budget::give_back(std::uint64_t bytes) {
+  {
+    const std::scoped_lock lock(mutex_);
+    held_ -= bytes;
+  }
+  changed_.notify_all();
+}
+
+}  // namespace parray::http
