@@ -289,7 +289,15 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
       list.push_back(worker_summary(worker, now));
     }
   }
-  send(peer, msg::Workers{m.request, std::move(list), workers_.size()});
+  const json elsewhere = quarantined_elsewhere();
+  number = static_cast<std::uint32_t>(workers_.size());
+  for (const json& machine : elsewhere) {
+    if (list.size() < m.limit && number++ >= m.offset) {
+      list.push_back(machine);
+    }
+  }
+  const std::uint64_t total = workers_.size() + elsewhere.size();
+  send(peer, msg::Workers{m.request, std::move(list), total});
 }
 
 /// The farm map of PROTOCOL.md.

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <random>
 
 #include "common/base/divide_up.h"
 
@@ -13,6 +14,12 @@ namespace parray {
 static constexpr Time longest_heartbeat = seconds(60);
 static constexpr Time longest_silence = seconds(600);
 
+/// No worker can foresee it.
+static double evenly_random() {
+  std::random_device device;
+  return static_cast<double>(device()) * 0x1p-32;
+}
+
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
                          std::shared_ptr<spdlog::logger> log)
     : options_(std::move(options)),
@@ -20,6 +27,8 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
       log_(log),
       warnings_(log),
       arrivals_(std::move(log), 100),
+      checks_(options_.checks, options_.random ? options_.random : evenly_random),
+      desk_(options_.referee, options_.refereeing),
       requests_(options_.limits.requests),
       backroom_(store, options_.backroom) {
   restore_worker_notes();
@@ -113,6 +122,7 @@ Time Coordinator::tick(Time now, bool drained) {
     wall_zero_ = options_.wall_clock() - to_seconds(now);
   }
   backroom_.run_finished();
+  take_referee_turn(now);
   note_storage(now);
   keep_house(now);
   if (drained) {
@@ -130,7 +140,8 @@ Time Coordinator::tick(Time now, bool drained) {
   if (!grant_leases(now)) {
     return now;
   }
-  Time next = std::min(workers_.size() > 0 ? now + options_.heartbeat : never, grant_again_at_);
+  Time next = std::min(
+      {workers_.size() > 0 ? now + options_.heartbeat : never, grant_again_at_, desk_.next(now)});
   for (const JobId id : open_jobs_) {
     const Job& job = jobs_.at(id);
     if (job.work && job.work->leases) {
@@ -192,12 +203,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
     return;
   }
   if (known == nullptr) {
-    known = &workers_.add(now, peer, m);
+    known = &workers_.add(now, peer, m, sender_);
     judge_losses(*known);
-    known->address = sender_.address;
-    known->machine = machine_of(sender_, m.name);
-    workers_.bar(*known, convicted_.contains(known->key) ? "it has returned wrong bits before" : "",
-                 is_drained(*known));
+    machines_.note(known->machine, m.name);
+    bar_as_due(*known);
     grants_due_ = true;
     arrivals_.info(
         now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));

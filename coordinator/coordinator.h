@@ -11,6 +11,10 @@
 #include <vector>
 
 #include "coordinator/backroom.h"
+#include "coordinator/disputes/check_policy.h"
+#include "coordinator/disputes/machines.h"
+#include "coordinator/disputes/quarantine.h"
+#include "coordinator/disputes/referee_desk.h"
 #include "coordinator/fair_queue.h"
 #include "coordinator/job.h"
 #include "coordinator/limits.h"
@@ -47,8 +51,13 @@ struct CoordinatorOptions {
   bool waiting_counts = false;
   /// A job fails when so many different workers have failed at the same cells.
   std::uint32_t max_failures = 3;
-  /// Share of the leases, 0 .. 1, that a second worker traces, too.
-  double spot_checks = 0;
+  /// Which leases are traced a second time.
+  CheckPolicy::Options checks{};
+  /// Even random numbers in [0, 1), which decide who checks what, and no bits. Null: random_device.
+  std::function<double()> random{};
+  /// Decides where two machines returned different bits. Null: such jobs are held.
+  std::shared_ptr<Referee> referee{};
+  RefereeDesk::Options refereeing{};
   /// Where the epochs of every job begin. Another for every life of a coordinator, far from all
   /// others: a worker may still have a result for the one before.
   Epoch first_epoch = 1;
@@ -169,14 +178,29 @@ class Coordinator final : public Actor {
                    const LeaseTable::Arrived& arrived);
   void note_merged(Job& job, const Merged& merged);
   void note_accepted(Job& job, const Merged& merged);
-  void settle(Job& job, const Merged& merged);
-  void open_dispute(Job& job, const Merged& merged);
-  void decide_dispute(Job& job, std::size_t index, const Merged& merged);
-  void ask_another(Job& job, Dispute& dispute);
-  void convict(TracerKey tracer, const std::string& name, const std::string& why);
-  void retract(Job& job, TracerKey tracer, const std::string& name);
   void note_failure(Time now, Job& job, Failure failure);
   void end_pass_if_done(Job& job);
+
+  // Checks, disputes, quarantines (disputes/disputes.cpp).
+  void draw_check(Job& job, const Merged& merged);
+  void place_check(Job& job, LeaseTable::Check check);
+  void place_orphans(Job& job);
+  [[nodiscard]] RefereeCase case_of(const Job& job, double length) const;
+  bool check_by_referee(Job& job, const CellRange& range);
+  void settle(Job& job, const Merged& merged);
+  void open_dispute(Job& job, const Merged& merged);
+  void take_referee_turn(Time now);
+  void judge(RefereeDesk::Traced traced);
+  struct Judged;
+  void note_judged(Job& job, const Judged& judged);
+  void hold_disputed_jobs(Time now);
+  void quarantine(TracerKey machine, const std::string& reason);
+  void retract(Job& job, TracerKey machine, const std::string& name);
+  struct Retracted;
+  void note_retracted(Job& job, const Retracted& retracted);
+  void end_quarantines();
+  void bar_as_due(WorkerRecord& worker);
+  [[nodiscard]] nlohmann::json quarantined_elsewhere();
 
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
@@ -241,7 +265,10 @@ class Coordinator final : public Actor {
   FairQueue queue_;               ///< of the open jobs
   Time queue_again_at_{};         ///< when what is left of them is to be looked at again
   double price_ = 1e-7;           ///< thread-seconds a sample, of the latest results
-  std::map<TracerKey, std::string> convicted_;      ///< and their names
+  Machines machines_;
+  QuarantineLedger quarantines_;
+  CheckPolicy checks_;
+  RefereeDesk desk_;
   std::set<std::pair<bool, std::string>> drained_;  ///< workers by name, or (true) by host
   Store::Usage usage_;                              ///< of the store, some seconds ago
   Time next_housekeeping_{};

@@ -74,7 +74,7 @@ bool Coordinator::may_trace(Time now, const WorkerRecord& worker, const Job& job
   if (!job.tracing() || job.record.state == JobState::paused) {
     return false;
   }
-  if (!job.pause_reason.empty() && !job.work->leases->has_check_for(worker.id)) {
+  if (!job.pause_reason.empty()) {
     return false;
   }
   const auto shunned = worker.shunned.find(job.record.id);
@@ -87,11 +87,10 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   const auto lease =
       copy ? leases.grant_copy(deadline, worker.id)
            : leases.grant(deadline, worker.id, {worker.hello.threads, worker.samples_per_second},
-                          workers_.speed());
+                          workers_.speed(), worker.machine_key);
   if (!lease) {
     return false;
   }
-  job.pause_reason.clear();
   if (job.work->started == never) {
     job.work->started = now;
     job.work->clock_began = options_.waiting_counts && job.submitted != never ? job.submitted : now;
@@ -124,7 +123,7 @@ std::uint64_t Coordinator::memory_of(const Job& job) const {
 }
 
 std::uint64_t Coordinator::memory_in_use() const {
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = desk_.memory();
   for (const auto& [id, job] : jobs_) {
     bytes += job.work ? memory_of(job) : 0;
     bytes += job.scene.size() + job.picture_bytes;

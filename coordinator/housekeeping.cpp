@@ -82,6 +82,7 @@ void Coordinator::keep_house(Time now) {
     return;
   }
   next_housekeeping_ = now + between_looks;
+  end_quarantines();
   std::vector<JobId> old;
   for (const auto& [id, job] : jobs_) {
     if (job.ended() &&

@@ -27,18 +27,6 @@ struct Failure {
       0;  ///< whom nobody has heard of since; 0: it could not be traced, or has ended him
 };
 
-/// Two workers have returned different bits for the same cells: a third decides.
-struct Dispute {
-  CellRange range;
-  struct Claim {
-    TracerKey tracer = 0;
-    WorkerId worker = 0;
-    std::string name;
-    std::vector<std::uint64_t> digests;
-  };
-  std::vector<Claim> claims;  ///< the first is what has been merged
-};
-
 /// Where an unfinished job is.
 enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
@@ -74,8 +62,8 @@ struct JobWork {
   RenderFacts facts;
   std::vector<Failure> failures;
   std::size_t old_failures = 0;  ///< those before the latest accepted result
-  std::vector<Dispute> disputes;
-  std::uint64_t unchecked = 0;  ///< leases that were to be checked, had there been a second worker
+  bool held = false;             ///< Job::pause_reason is that of a dispute
+  std::uint64_t unchecked = 0;   ///< leases that were to be checked, and that nobody could check
 };
 
 /// A job as the coordinator keeps it.

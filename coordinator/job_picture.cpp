@@ -10,7 +10,7 @@
 namespace parray {
 namespace {
 
-enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3 };
+enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3, check = 4 };
 
 void put_range(ByteWriter& out, const CellRange& range) {
   out.put(range.begin);
@@ -40,6 +40,8 @@ bool JobPicture::begin_pass(const PassTimes& times) {
   }
   if (collector_) {
     earlier_tracers_.insert(collector_->tracers().begin(), collector_->tracers().end());
+    earlier_cells_ += collector_->done_cells();
+    earlier_checked_ += collector_->checked_cells();
   }
   collector_ = std::make_unique<ResultCollector>(
       std::make_shared<const WorkPlan>(settings_, std::move(*pass), tile_), framebuffer_);
@@ -47,11 +49,19 @@ bool JobPicture::begin_pass(const PassTimes& times) {
 }
 
 JobPicture::Retraction JobPicture::retract(TracerKey tracer) {
-  if (!settings_.has_passes()) {
-    return {collector_->retract(tracer), false};
+  const bool decided_passes = earlier_tracers_.contains(tracer) || collector_->has_cells_of(tracer);
+  if (!settings_.has_passes() || !decided_passes) {
+    auto retraction = collector_->retract(tracer);
+    return {std::move(retraction.cells), false, std::move(retraction.unchecked)};
   }
   restart();
-  return {{{0, plan()->cells()}}, true};
+  return {{{0, plan()->cells()}}, true, {}};
+}
+
+double JobPicture::checked_share() const {
+  const std::uint64_t cells = earlier_cells_ + collector_->done_cells();
+  const std::uint64_t checked = earlier_checked_ + collector_->checked_cells();
+  return cells == 0 ? 0 : static_cast<double>(checked) / static_cast<double>(cells);
 }
 
 bool JobPicture::relies_on(TracerKey tracer) const {
@@ -62,6 +72,7 @@ void JobPicture::restart() {
   collector_.reset();
   journal_.clear();
   earlier_tracers_.clear();
+  earlier_cells_ = earlier_checked_ = 0;
   framebuffer_ = Framebuffer(settings_.width, settings_.height);
   passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
                                              std::vector<std::uint64_t>{}, judge_);
@@ -82,6 +93,16 @@ std::string JobPicture::cells_entry(std::uint32_t pass, TracerKey tracer, const 
   out.put(tracer);
   put_range(out, range);
   out.put_bytes(packed);
+  return out.take();
+}
+
+std::string JobPicture::check_entry(TracerKey tracer, const CellRange& range) const {
+  ByteWriter out;
+  out.reserve(32);
+  out.put(static_cast<std::uint32_t>(EntryKind::check));
+  out.put(passes_->pass());
+  out.put(tracer);
+  put_range(out, range);
   return out.take();
 }
 
@@ -130,6 +151,11 @@ void JobPicture::replay(std::string_view entry) {
     const CellRange range = take_range();
     const CellBatch batch = plan()->batch(range);
     take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_.max_depth));
+    return;
+  }
+  if (kind == EntryKind::check) {
+    const auto tracer = in.get<TracerKey>();
+    note_check(tracer, take_range());
     return;
   }
   if (kind != EntryKind::retraction) {

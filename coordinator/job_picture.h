@@ -44,7 +44,7 @@ class JobPicture {
   /// complete.
   bool begin_pass(const PassTimes& times = {});
 
-  /// Merges what `tracer` has traced of the current pass.
+  /// Merges what `tracer`, a machine_key(), has traced of the current pass.
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
@@ -54,15 +54,21 @@ class JobPicture {
     return collector_->take(tracer, traced, std::move(digests), cells);
   }
 
-  /// `tracer` has been found to return wrong bits: sets back what it alone has traced. Returns the
-  /// cells to trace again; none if it has touched nothing. A picture in passes starts all over
-  /// again (`restarted`), because what its passes are was decided by its sums.
+  /// Sets back what `tracer` has traced, because it returned wrong bits. A picture in passes starts
+  /// all over again (`restarted`), because its sums decided what its passes are.
   struct Retraction {
-    std::vector<CellRange> cells;
+    std::vector<CellRange> cells;  ///< to be traced again; none if it traced nothing
     bool restarted = false;
+    std::vector<CellRange> unchecked;  ///< still in, but only `tracer` had checked them
   };
   Retraction retract(TracerKey tracer);
-  /// Whether `tracer` has traced something, of this pass or an earlier one, that nobody else has.
+  /// Notes that `tracer` got the merged bits for the range, too.
+  void note_check(TracerKey tracer, const CellRange& range) {
+    collector_->note_check(tracer, range);
+  }
+  /// Share of the cells, 0 to 1, of all passes so far, that were traced twice with equal bits.
+  [[nodiscard]] double checked_share() const;
+  /// Whether `tracer` has traced or checked something, of this pass or an earlier one.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
   /// Entries of the job's log. The first is for cells as pack_cells() has them.
@@ -73,6 +79,7 @@ class JobPicture {
   /// The same of any pass.
   static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                  std::string_view packed);
+  [[nodiscard]] std::string check_entry(TracerKey tracer, const CellRange& range) const;
   [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
   /// Adds to the journal; returns the log's entry of it.
   std::string journal_entry(const JournalEntry& entry);
@@ -112,7 +119,9 @@ class JobPicture {
   Framebuffer framebuffer_;
   std::unique_ptr<PassController> passes_;
   std::unique_ptr<ResultCollector> collector_;  ///< of the pass under way; null before the first
-  std::set<TracerKey> earlier_tracers_;         ///< of the passes before
+  std::set<TracerKey> earlier_tracers_;         ///< of the passes before, checkers included
+  std::uint64_t earlier_cells_ = 0;             ///< likewise
+  std::uint64_t earlier_checked_ = 0;           ///< likewise
   Journal journal_;
 };
 

@@ -250,6 +250,7 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
 
 /// All of it is to be traced once more.
 void Coordinator::restart_leases(Job& job, const WorkPlan& plan) {
+  desk_.drop(job.work->generation);
   Prepared prepared;
   prepared.picture = job.work->picture;
   prepared.scene = job.work->scene;
@@ -261,24 +262,20 @@ void Coordinator::restart_leases(Job& job, const WorkPlan& plan) {
 }
 
 void Coordinator::end_pass_if_done(Job& job) {
-  if (!job.tracing() || job.work->errands > 0 || job.work->cells < job.work->plan->cells() ||
-      !job.work->disputes.empty()) {
+  if (!job.tracing() || job.work->errands > 0 || job.work->cells < job.work->plan->cells()) {
     return;
   }
-  std::set<WorkerId> able;
-  for (const auto& [peer, worker] : workers_) {
-    if (worker.may_trace()) {
-      able.insert(worker.id);
-    }
-  }
-  job.work->unchecked += job.work->leases->give_up_checks(able);
-  if (job.work->leases->checks_remain()) {
+  JobWork& work = *job.work;
+  place_orphans(job);
+  if (work.leases->checks_remain() || desk_.busy_with(work.generation) ||
+      (desk_.may_check(now_) && desk_.checks(work.generation) > 0)) {
     return;
   }
-  if (job.work->unchecked > 0 && job.record.flag.empty()) {
-    job.record.flag =
-        fmt::format("{} of its leases were to be checked by a second worker, and there was none",
-                    job.work->unchecked);
+  work.unchecked += desk_.drop_checks(work.generation);
+  if (work.unchecked > 0 && job.record.flag.empty()) {
+    job.record.flag = fmt::format(
+        "{} of its leases were to be checked, and neither another machine nor the referee could",
+        work.unchecked);
     note(job, job.record.flag);
   }
   if (job.record.settings.has_passes()) {
@@ -406,6 +403,9 @@ void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.reason = reason;
   job.phase = JobPhase::ended;
   job.pause_reason.clear();
+  if (job.work) {
+    desk_.drop(job.work->generation);
+  }
   job.ended_at = now_;
   if (job.work && job.work->leases) {
     job.next_epoch = job.work->leases->next_epoch();

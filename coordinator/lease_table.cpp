@@ -59,15 +59,13 @@ Lease LeaseTable::lease_out(const CellRange& range, WorkerId worker, Time deadli
 }
 
 std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const LeaseRequest& request,
-                                       const FarmSpeed& farm) {
-  const auto check = std::find_if(checks_.begin(), checks_.end(),
-                                  [worker](const Check& c) { return !c.not_by.contains(worker); });
+                                       const FarmSpeed& farm, MachineKey machine) {
+  const auto check = std::ranges::find(checks_, machine, &Check::by);
   if (check != checks_.end()) {
-    const Check wanted = *check;
+    Check wanted = std::move(*check);
     checks_.erase(check);
     const Lease lease = lease_out(wanted.range, worker, deadline);
-    leased_.at(lease.epoch).check = true;
-    leased_.at(lease.epoch).not_by = wanted.not_by;
+    leased_.at(lease.epoch).check = std::move(wanted);
     return lease;
   }
   if (pending_cells_ == 0) {
@@ -90,24 +88,25 @@ std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
   return {};
 }
 
-void LeaseTable::want_check(const CellRange& range, std::set<WorkerId> not_by) {
-  checks_.push_back({range, std::move(not_by)});
-}
+void LeaseTable::want_check(Check check) { checks_.push_back(std::move(check)); }
 
-std::size_t LeaseTable::give_up_checks(const std::set<WorkerId>& able) {
-  return std::erase_if(checks_, [&able](const Check& check) {
-    return std::includes(check.not_by.begin(), check.not_by.end(), able.begin(), able.end());
-  });
+std::vector<LeaseTable::Check> LeaseTable::take_orphans(const std::set<MachineKey>& able) {
+  std::vector<Check> orphans = std::exchange(failed_checks_, {});
+  for (auto check = checks_.begin(); check != checks_.end();) {
+    if (able.contains(check->by)) {
+      ++check;
+    } else {
+      orphans.push_back(std::move(*check));
+      check = checks_.erase(check);
+    }
+  }
+  return orphans;
 }
 
 bool LeaseTable::checks_remain() const {
-  return !checks_.empty() || std::any_of(leased_.begin(), leased_.end(),
-                                         [](const auto& lease) { return lease.second.check; });
-}
-
-bool LeaseTable::has_check_for(WorkerId worker) const {
-  return std::any_of(checks_.begin(), checks_.end(),
-                     [worker](const Check& c) { return !c.not_by.contains(worker); });
+  return !checks_.empty() || !failed_checks_.empty() ||
+         std::any_of(leased_.begin(), leased_.end(),
+                     [](const auto& lease) { return lease.second.check.has_value(); });
 }
 
 bool LeaseTable::let_go(Leases::iterator lease, WorkerId worker) {
@@ -138,7 +137,9 @@ void LeaseTable::retire_if_free(Leases::iterator lease) {
     return;
   }
   if (lease->second.check) {
-    checks_.push_back({lease->second.range, std::move(lease->second.not_by)});
+    Check& check = *lease->second.check;
+    check.not_by.insert(check.by);
+    failed_checks_.push_back(std::move(check));
   } else {
     add_pending(lease->second.range);
   }

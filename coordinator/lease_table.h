@@ -16,6 +16,7 @@ namespace parray {
 
 using Epoch = std::uint64_t;
 using WorkerId = std::uint64_t;
+using MachineKey = std::uint64_t;  ///< machine_key()
 
 struct Lease {
   Epoch epoch = 0;
@@ -35,16 +36,22 @@ class LeaseTable {
   LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending, Epoch first_epoch,
              std::uint64_t most_cells = UINT64_MAX);
 
-  /// Leases the next cells: a check that `worker` may make, else pending work.
+  /// Leases the next cells to a worker of the machine `machine`: a check that the machine is to
+  /// make, else pending work.
   std::optional<Lease> grant(Time deadline, WorkerId worker, const LeaseRequest& request,
-                             const FarmSpeed& farm);
+                             const FarmSpeed& farm, MachineKey machine = 0);
   /// Leases a copy of the oldest lease of pending work that nobody else has a copy of yet.
   std::optional<Lease> grant_copy(Time deadline, WorkerId worker);
 
-  /// Cells that are done are to be traced once more, by somebody who is not among `not_by`.
-  void want_check(const CellRange& range, std::set<WorkerId> not_by);
-  /// Gives up the checks that none of the workers `able` may make; returns how many.
-  std::size_t give_up_checks(const std::set<WorkerId>& able);
+  /// Cells that are done and are to be traced once more.
+  struct Check {
+    CellRange range;
+    MachineKey by = 0;            ///< the machine that traces them
+    std::set<MachineKey> not_by;  ///< machines that must not: they traced the cells, or failed to
+  };
+  void want_check(Check check);
+  /// Takes out the checks whose machine is not among `able`, or has failed to make them.
+  std::vector<Check> take_orphans(const std::set<MachineKey>& able);
   /// Checks are wanted or leased.
   [[nodiscard]] bool checks_remain() const;
 
@@ -81,10 +88,9 @@ class LeaseTable {
   [[nodiscard]] Time next_deadline() const;
 
   [[nodiscard]] bool has_pending() const { return pending_cells_ > 0; }
-  [[nodiscard]] bool has_check_for(WorkerId worker) const;
   /// Nothing is pending, leased, or to be checked.
   [[nodiscard]] bool idle() const {
-    return pending_cells_ == 0 && leased_.empty() && checks_.empty();
+    return pending_cells_ == 0 && leased_.empty() && checks_.empty() && failed_checks_.empty();
   }
   [[nodiscard]] std::uint64_t pending_cells() const { return pending_cells_; }
   /// Of a lease that somebody holds.
@@ -104,12 +110,7 @@ class LeaseTable {
     CellRange range;
     std::vector<Holder> holders;
     bool arrived = false;  ///< a result is being merged: no deadline, no other copy
-    bool check = false;
-    std::set<WorkerId> not_by{};  ///< of a check
-  };
-  struct Check {
-    CellRange range;
-    std::set<WorkerId> not_by;
+    std::optional<Check> check{};
   };
   using Leases = std::map<Epoch, Leased>;
 
@@ -131,6 +132,7 @@ class LeaseTable {
   std::map<WorkerId, std::size_t> held_;        ///< leases of each worker; no zeros
   std::map<Epoch, std::pair<CellRange, std::set<WorkerId>>> late_;  ///< who may still send a copy
   std::deque<Check> checks_;
+  std::vector<Check> failed_checks_;
 };
 
 }  // namespace parray

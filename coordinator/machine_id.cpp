@@ -1,5 +1,7 @@
 #include "coordinator/machine_id.h"
 
+#include <xxhash.h>
+
 #include <string_view>
 
 namespace parray {
@@ -25,6 +27,24 @@ MachineId machine_of(const Sender& sender, const std::string& worker) {
     return {MachineId::Kind::process, worker};
   }
   return {MachineId::Kind::address, one_address_of(sender.address)};
+}
+
+std::uint64_t machine_key(const MachineId& machine) {
+  const auto kind = static_cast<std::uint64_t>(machine.kind);
+  const std::uint64_t hash =
+      XXH3_64bits_withSeed(machine.name.data(), machine.name.size(), kind + 1);
+  return (hash & ~std::uint64_t{3}) | kind;
+}
+
+MachineId::Kind kind_of(std::uint64_t machine_key) {
+  switch (machine_key & 3) {
+    case static_cast<std::uint64_t>(MachineId::Kind::key):
+      return MachineId::Kind::key;
+    case static_cast<std::uint64_t>(MachineId::Kind::address):
+      return MachineId::Kind::address;
+    default:
+      return MachineId::Kind::process;
+  }
 }
 
 std::string text_of(const MachineId& machine) {

@@ -28,6 +28,11 @@ struct MachineId {
 /// are one machine.
 MachineId machine_of(const Sender& sender, const std::string& worker);
 
+/// A number that stands for the machine in rows, leases and quarantines, in every life of a
+/// coordinator. Its two lowest bits are the kind.
+std::uint64_t machine_key(const MachineId& machine);
+MachineId::Kind kind_of(std::uint64_t machine_key);
+
 /// For people: "key NAME", "address 10.0.0.1" or "worker NAME".
 std::string text_of(const MachineId& machine);
 

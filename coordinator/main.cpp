@@ -19,6 +19,7 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/disputes/referee_process.h"
 #include "coordinator/http/http_face.h"
 #include "coordinator/key_watch.h"
 #include "coordinator/manual.h"
@@ -44,6 +45,7 @@ struct Arguments {
   LogOptions log;
   double memory_gib = static_cast<double>(usable_memory()) * 0x1p-31;
   std::size_t max_failures = 3;
+  double spot_checks = -1;  ///< below 0: not given
   double disk_gib = 100;
   double user_disk_gib = 50;
   double keep_days = 90;
@@ -242,9 +244,10 @@ void declare_options(CommandLine& line, Arguments& a) {
               "A job fails when so many different workers have failed at the same part of it")
       .show_default()
       .group(workers_group);
-  line.number("--spot-checks", a.options.spot_checks, 0.0, 1.0,
-              "Share of the leases, 0 to 1, that a second worker traces too, to compare the bits")
-      .show_default()
+  line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
+              "Share of the leases, 0 to 1, that another machine or the referee traces too, to "
+              "compare the bits; of a machine's first 100 leases at least 0.1, unless it is 0 "
+              "(default: 0.01, but none of workers on this machine under the same user)")
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,
@@ -404,7 +407,13 @@ int serve(Arguments& a) {
     log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
     a.options.backroom.idle_commits = seconds(1);
   }
-  Coordinator coordinator(a.options, keeper.store(), log);
+  CoordinatorOptions options = a.options;
+  constexpr double default_checks = 0.01;
+  options.checks.share = a.spot_checks < 0 ? default_checks : a.spot_checks;
+  options.checks.ours_too = a.spot_checks > 0;
+  options.referee = std::make_shared<RefereeProcess>(
+      RefereeProcess::Options{{}, a.options.fingerprint, [&server] { server.link().wake(); }});
+  Coordinator coordinator(std::move(options), keeper.store(), log);
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;

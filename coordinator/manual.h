@@ -28,9 +28,12 @@ back, is told and ends with status 1. Workers and clients take a list of both ad
 - A job that workers cannot trace, or that kills them, fails by itself with the reason.
 - Memory is that of the pictures being rendered; other jobs wait for their turn, and one that could
   never have it is refused with the figure. A full disk holds all jobs until there is room.
-- A result is believed from the holder of the lease only. Where two workers return different bits a
-  third decides; the one that is alone gets no more work, and what it alone has traced is traced
-  again. Copies near the end of every job are compared; `--spot-checks` compares throughout.
+- A result is believed from the holder of the lease only. Another machine, or the referee, traces a
+  share of the leases again (`--spot-checks`). Where two machines return different bits the referee
+  traces the cells again: a process of the coordinator with the lowest priority. While it cannot, the
+  job is held.
+- A machine that differs from the referee gets no more leases, and what it traced is traced again. That
+  ends after 24 hours, or for a machine with a key of its own by `parray workers readmit`.
 )";
 
 }  // namespace parray

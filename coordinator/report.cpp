@@ -105,6 +105,7 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
             {"build", facts.build_seconds},
             {"render", facts.render_seconds},
             {"deciding", facts.deciding_seconds}}},
+          {"checked_share", job.checked_share()},
           {"flag", record.flag},
           {"trace_version", trace_version},
           {"version", PARRAY_VERSION}};

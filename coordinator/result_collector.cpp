@@ -87,7 +87,6 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
       ++taken.mismatches;
     } else {
       ++taken.duplicates;
-      done.tracer = done.tracer == place ? place : confirmed;
     }
   }
   return taken;
@@ -123,40 +122,44 @@ void ResultCollector::exclude_some(const Cell& cell, const std::vector<ExcludedS
 }
 
 ResultCollector::Taken ResultCollector::compare(const CellRange& range,
-                                                const std::vector<std::uint64_t>& digests) {
+                                                const std::vector<std::uint64_t>& digests) const {
   Taken taken;
   for (std::uint64_t i = 0; i < range.count(); ++i) {
-    Done& done = cells_[range.begin + i];
-    if (done.digest == 0) {
-      continue;
-    }
+    const Done& done = cells_[range.begin + i];
     if (done.digest == digests[i]) {
       ++taken.duplicates;
-      done.tracer = confirmed;
-    } else {
+    } else if (done.digest != 0) {
       ++taken.mismatches;
     }
   }
   return taken;
 }
 
-std::vector<std::uint64_t> ResultCollector::digests(const CellRange& range) const {
-  std::vector<std::uint64_t> digests;
-  for (std::uint64_t index = range.begin; index < range.end; ++index) {
-    digests.push_back(cells_[index].digest);
-  }
-  return digests;
+void ResultCollector::note_check(TracerKey tracer, const CellRange& range) {
+  checks_.push_back({range, place_of(tracer)});
 }
 
-std::optional<TracerKey> ResultCollector::tracer_of(
+std::uint64_t ResultCollector::checked_cells() const {
+  std::vector<bool> checked(cells_.size());
+  for (const Check& check : checks_) {
+    for (std::uint64_t cell = check.range.begin; cell < check.range.end; ++cell) {
+      const Done& done = cells_[cell];
+      checked[cell] = checked[cell] || (done.digest != 0 && done.tracer != check.tracer);
+    }
+  }
+  return static_cast<std::uint64_t>(std::count(checked.begin(), checked.end(), true));
+}
+
+std::vector<ResultCollector::Differing> ResultCollector::differing(
     const CellRange& range, const std::vector<std::uint64_t>& digests) const {
+  std::vector<Differing> differing;
   for (std::uint64_t i = 0; i < range.count(); ++i) {
     const Done& done = cells_[range.begin + i];
     if (done.digest != 0 && done.digest != digests[i]) {
-      return done.tracer == confirmed ? std::nullopt : std::optional(tracers_[done.tracer]);
+      differing.push_back({range.begin + i, tracers_[done.tracer]});
     }
   }
-  return {};
+  return differing;
 }
 
 void ResultCollector::clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared) {
@@ -175,7 +178,26 @@ void ResultCollector::clear_pixels(std::uint64_t index, std::vector<std::uint64_
   framebuffer_.clear(cell.y, cell.x_begin, cell.x_end, counts, cell.step);
 }
 
-std::vector<CellRange> ResultCollector::retract(TracerKey tracer) {
+/// Whoever traces those cells again is somebody else, whom nobody has checked.
+void ResultCollector::forget_checks_of_missing() {
+  std::vector<Check> kept;
+  for (const Check& check : checks_) {
+    bool open = false;
+    for (std::uint64_t cell = check.range.begin; cell < check.range.end; ++cell) {
+      if (cells_[cell].digest == 0) {
+        open = false;
+      } else if (open) {
+        ++kept.back().range.end;
+      } else {
+        kept.push_back({{cell, cell + 1}, check.tracer});
+        open = true;
+      }
+    }
+  }
+  checks_ = std::move(kept);
+}
+
+ResultCollector::Retraction ResultCollector::retract(TracerKey tracer) {
   const std::uint32_t place = place_of(tracer);
   std::vector<std::uint64_t> cleared;
   for (std::uint64_t index = 0; index < cells_.size(); ++index) {
@@ -183,7 +205,16 @@ std::vector<CellRange> ResultCollector::retract(TracerKey tracer) {
       clear_pixels(index, cleared);
     }
   }
-  return ranges_of(std::move(cleared));
+  forget_checks_of_missing();
+  std::vector<std::uint64_t> unchecked;
+  std::erase_if(checks_, [&](const Check& check) {
+    for (std::uint64_t cell = check.range.begin; check.tracer == place && cell < check.range.end;
+         ++cell) {
+      unchecked.push_back(cell);
+    }
+    return check.tracer == place;
+  });
+  return {ranges_of(std::move(cleared)), ranges_of(std::move(unchecked))};
 }
 
 std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ranges) {
@@ -195,14 +226,19 @@ std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ra
       }
     }
   }
+  forget_checks_of_missing();
   return ranges_of(std::move(cleared));
 }
 
+bool ResultCollector::has_cells_of(TracerKey tracer) const {
+  return std::any_of(cells_.begin(), cells_.end(), [&](const Done& done) {
+    return done.digest != 0 && tracers_[done.tracer] == tracer;
+  });
+}
+
 bool ResultCollector::relies_on(TracerKey tracer) const {
-  const auto found = std::find(tracers_.begin(), tracers_.end(), tracer);
-  const auto place = static_cast<std::uint32_t>(found - tracers_.begin());
-  return found != tracers_.end() && std::any_of(cells_.begin(), cells_.end(), [&](const Done& d) {
-           return d.digest != 0 && d.tracer == place;
+  return has_cells_of(tracer) || std::any_of(checks_.begin(), checks_.end(), [&](const Check& c) {
+           return tracers_[c.tracer] == tracer;
          });
 }
 

@@ -11,7 +11,7 @@
 
 namespace parray {
 
-/// Whoever traces, in every life of a coordinator: see tracer_key().
+/// Whoever traces, in every life of a coordinator: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
 
 /// Takes in what has been traced of a pass, whichever way it came: merges what is new, compares
@@ -44,23 +44,32 @@ class ResultCollector {
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
-  /// Compares alone, and notes whose cells two have traced alike. `digests` are the range's.
-  Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests);
+  /// Compares without merging. `digests` are those of the range's cells.
+  Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
+  /// Notes that `tracer` traced the range and got the bits that are merged.
+  void note_check(TracerKey tracer, const CellRange& range);
+  /// Cells that are in and that somebody beside their tracer traced alike.
+  [[nodiscard]] std::uint64_t checked_cells() const;
 
-  /// Digests of what has been merged; 0 where nothing has.
-  [[nodiscard]] std::vector<std::uint64_t> digests(const CellRange& range) const;
+  /// A cell that is in, with other bits than `digests` have for it.
+  struct Differing {
+    std::uint64_t cell = 0;
+    TracerKey tracer = 0;  ///< whose bits are merged
+  };
+  [[nodiscard]] std::vector<Differing> differing(const CellRange& range,
+                                                 const std::vector<std::uint64_t>& digests) const;
 
-  /// Who has traced the first cell of the range that differs from `digests`; none if two agree on
-  /// it.
-  [[nodiscard]] std::optional<TracerKey> tracer_of(const CellRange& range,
-                                                   const std::vector<std::uint64_t>& digests) const;
-
-  /// Sets back all pixels of which `tracer` alone has traced cells. Returns the cells that are no
-  /// longer in, among them others of the same pixels.
-  std::vector<CellRange> retract(TracerKey tracer);
+  struct Retraction {
+    std::vector<CellRange> cells;      ///< no longer in, among them others of the same pixels
+    std::vector<CellRange> unchecked;  ///< still in, but only `tracer` had checked them
+  };
+  /// Sets back all pixels of which `tracer` has traced cells, and forgets its checks.
+  Retraction retract(TracerKey tracer);
   /// Sets back the pixels of some cells.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
-  /// Whether `tracer` has traced something that nobody else has.
+  /// Whether something that is in was traced by `tracer`.
+  [[nodiscard]] bool has_cells_of(TracerKey tracer) const;
+  /// Whether something that is in was traced, or checked, by `tracer`.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
   /// All who have sent something.
@@ -81,9 +90,12 @@ class ResultCollector {
     std::uint64_t rays = 0;
     std::uint64_t lost = 0;
     std::uint32_t nonfinite = 0;
-    std::uint32_t tracer = 0;  ///< place in tracers_; confirmed: a second one agrees
+    std::uint32_t tracer = 0;  ///< place in tracers_
   };
-  static constexpr std::uint32_t confirmed = 0xFFFFFFFF;
+  struct Check {
+    CellRange range;
+    std::uint32_t tracer = 0;  ///< place in tracers_
+  };
 
   [[nodiscard]] std::size_t record_size() const {
     return record_bytes(plan_->grid()->shape().cell_pixels);
@@ -93,12 +105,14 @@ class ResultCollector {
   void merge(const CellBatch& batch, std::uint64_t index, const Cell& cell, std::uint64_t digest,
              std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
+  void forget_checks_of_missing();
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
   [[nodiscard]] std::uint32_t place_of(TracerKey tracer);
 
   std::shared_ptr<const WorkPlan> plan_;
   Framebuffer& framebuffer_;
   std::vector<Done> cells_;
+  std::vector<Check> checks_;
   std::vector<TracerKey> tracers_;
   std::uint64_t done_ = 0;
   std::vector<PixelSums> sums_;  ///< of one cell, while it is merged

@@ -204,24 +204,26 @@ void Coordinator::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
 void Coordinator::drain(const std::string& name, bool host) {
   drained_.insert({host, name});
   for (auto& [peer, worker] : workers_) {
-    workers_.bar(worker, worker.quarantined, is_drained(worker));
+    bar_as_due(worker);
   }
   log_->info("{} '{}' is drained by {}", host ? "host" : "worker", name, asker());
 }
 
-/// They get leases again, whatever they were barred for.
+/// They get leases again, whatever they were barred for. A quarantine is that of a machine: it ends
+/// for all workers there.
 void Coordinator::readmit(const std::string& name, bool host) {
   drained_.erase({host, name});
+  if (!host) {
+    quarantines_.readmit(name);
+  }
   for (auto& [peer, worker] : workers_) {
     if ((host ? worker.hello.host : worker.hello.name) == name) {
       drained_.erase({false, worker.hello.name});
-      convicted_.erase(worker.key);
+      quarantines_.readmit(worker.machine_key);
     }
   }
-  std::erase_if(convicted_, [&](const auto& liar) { return !host && liar.second == name; });
   for (auto& [peer, worker] : workers_) {
-    const std::string why = convicted_.contains(worker.key) ? worker.quarantined : "";
-    workers_.bar(worker, why, is_drained(worker));
+    bar_as_due(worker);
   }
   log_->info("{} '{}' is readmitted by {}", host ? "host" : "worker", name, asker());
 }
@@ -240,11 +242,7 @@ void Coordinator::keep_worker_notes() {
   for (const auto& [host, name] : drained_) {
     drained.push_back({host, name});
   }
-  json convicted = json::array();
-  for (const auto& [tracer, name] : convicted_) {
-    convicted.push_back({tracer, name});
-  }
-  const json notes = {{"drained", std::move(drained)}, {"convicted", std::move(convicted)}};
+  const json notes = {{"drained", std::move(drained)}, {"quarantines", quarantines_.to_json()}};
   for_log("keeping the note of workers")
       .give([store = store_, text = notes.dump(-1, ' ', false, json::error_handler_t::replace)]()
                 -> Backroom::Outcome {
@@ -263,9 +261,8 @@ void Coordinator::restore_worker_notes() {
     for (const json& drained : notes.at("drained")) {
       drained_.insert({drained.at(0).get<bool>(), drained.at(1).get<std::string>()});
     }
-    for (const json& liar : notes.at("convicted")) {
-      convicted_[liar.at(0).get<TracerKey>()] = liar.at(1).get<std::string>();
-    }
+    // Earlier versions put processes into quarantine, which say nothing about machines.
+    quarantines_ = QuarantineLedger::from_json(notes.value("quarantines", json::array()));
   } catch (const json::exception& error) {
     throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
   }

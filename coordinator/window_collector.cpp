@@ -194,8 +194,34 @@ void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> diges
   ++totals_.entries;
   totals_.duplicates += taken.duplicates;
   totals_.mismatches += taken.mismatches;
+  if (taken.mismatches > 0 && hooks_.trace) {
+    settle(traced);
+  }
   if (taken.fresh > 0 && hooks_.merged) {
     hooks_.merged(std::move(traced));
+  }
+}
+
+/// Where what has come differs from what is in, rank 0 traces the cells itself. There is no vote,
+/// and nobody knows which rank put what, so only these cells are mended.
+void WindowCollector::settle(const TracedCells& traced) {
+  ResultCollector& collector = picture_.collector();
+  for (const auto& [cell, tracer] :
+       collector.differing(traced.range, collector.digests_of(traced))) {
+    const CellRange range{cell, cell + 1};
+    TracedCells truth = hooks_.trace(picture_.plan()->batch(range));
+    if (collector.differing(range, collector.digests_of(truth)).empty()) {
+      continue;
+    }
+    ++totals_.corrected;
+    const std::vector<CellRange> cleared = collector.retract(std::vector<CellRange>{range});
+    if (hooks_.retracted) {
+      hooks_.retracted(cleared);
+    }
+    picture_.take(rank_tracer(), truth);
+    if (hooks_.merged) {
+      hooks_.merged(std::move(truth));
+    }
   }
 }
 

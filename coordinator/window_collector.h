@@ -33,6 +33,7 @@ class WindowCollector {
     std::uint64_t entries = 0;     ///< results taken in
     std::uint64_t duplicates = 0;  ///< cells that came again with the same bits
     std::uint64_t mismatches = 0;  ///< cells that came again with other bits
+    std::uint64_t corrected = 0;   ///< of those: rank 0 found the bits wrong that had come first
     std::uint64_t corrupt = 0;     ///< results that did not match their digest, or cannot be
     std::uint64_t copies = 0;      ///< ranges issued once more
     /// Time that each row of the image took to trace, on one thread.
@@ -45,6 +46,11 @@ class WindowCollector {
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// Gets every result that has brought something new, when it is merged.
     std::function<void(TracedCells)> merged;
+    /// Traces a cell on rank 0, which decides where two ranks put different bits. Null: what came
+    /// first stays.
+    std::function<TracedCells(const CellBatch& cell)> trace{};
+    /// Gets cells that were found wrong: they, and others of the same pixels, are traced again.
+    std::function<void(const std::vector<CellRange>& cells)> retracted{};
   };
 
   /// `picture` has begun the pass. `window` is for writing, `memory` for reading the same window in
@@ -102,6 +108,7 @@ class WindowCollector {
   bool read_entry(Time now, const Entry& entry);
   bool take(const CellRange& range, std::uint64_t digest);
   void merge(TracedCells traced, std::vector<std::uint64_t> digests, std::span<const Cell> cells);
+  void settle(const TracedCells& traced);
   bool complete(TracedCells& traced, std::span<const Cell> cells);
   [[nodiscard]] std::uint64_t load(std::size_t word) const;
 

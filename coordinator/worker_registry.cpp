@@ -24,6 +24,8 @@ json worker_summary(const WorkerRecord& worker, Time now) {
           {"samples_per_second", worker.samples_per_second},
           {"state", worker.state()},
           {"reason", worker.quarantined},
+          {"machine", text_of(worker.machine)},
+          {"quarantine_ends", worker.quarantine_ends},
           {"seconds_silent", to_seconds(now - worker.last_heard)}};
 }
 
@@ -52,18 +54,45 @@ WorkerRecord* WorkerRegistry::by_id(WorkerId id) {
   return found == peers_.end() ? nullptr : at(found->second);
 }
 
-WorkerRecord* WorkerRegistry::by_key(TracerKey key) {
-  const auto found = std::find_if(workers_.begin(), workers_.end(),
-                                  [key](const auto& w) { return w.second.key == key; });
-  return found == workers_.end() ? nullptr : &found->second;
+std::vector<WorkerRecord*> WorkerRegistry::of_machine(TracerKey machine) {
+  std::vector<WorkerRecord*> workers;
+  for (auto& [peer, worker] : workers_) {
+    if (worker.machine_key == machine) {
+      workers.push_back(&worker);
+    }
+  }
+  return workers;
 }
 
-WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello& hello) {
+std::vector<TracerKey> WorkerRegistry::usable_machines(const std::set<TracerKey>& but) const {
+  std::vector<TracerKey> machines;
+  for (const auto& [machine, workers] : usable_) {
+    if (!but.contains(machine)) {
+      machines.push_back(machine);
+    }
+  }
+  return machines;
+}
+
+std::set<TracerKey> WorkerRegistry::usable_machines() const {
+  std::set<TracerKey> machines;
+  for (const auto& [machine, workers] : usable_) {
+    machines.insert(machine);
+  }
+  return machines;
+}
+
+WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello& hello,
+                                  const Sender& sender) {
   WorkerRecord record;
   record.id = next_id_++;
   record.peer = peer;
   record.hello = hello;
   record.key = tracer_key(hello.name, hello.instance);
+  record.address = sender.address;
+  record.machine = machine_of(sender, hello.name);
+  record.machine_key = machine_key(record.machine);
+  record.ours = sender.ours;
   record.last_heard = now;
   record.traced_at = now;
   peers_[record.id] = peer;
@@ -93,6 +122,11 @@ bool WorkerRegistry::all_drained() const {
 void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
   const auto change = [in](auto& sum, auto by) { sum = in ? sum + by : sum - std::min(sum, by); };
   change(speed_.workers, 1U);
+  unsigned& of_machine = usable_[worker.machine_key];
+  change(of_machine, 1U);
+  if (of_machine == 0) {
+    usable_.erase(worker.machine_key);
+  }
   change(speed_.threads, std::uint64_t{worker.hello.threads});
   if (worker.samples_per_second > 0) {
     change(speed_.measured_threads, std::uint64_t{worker.hello.threads});

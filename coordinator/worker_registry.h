@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +28,9 @@ struct WorkerRecord {
   msg::Hello hello;
   std::string address;  ///< of its machine, as this side sees it; empty: unknown
   MachineId machine;    ///< several workers may have the same
-  TracerKey key = 0;
+  TracerKey machine_key = 0;
+  bool ours = false;  ///< see Sender::ours
+  TracerKey key = 0;  ///< of its process: tracer_key()
   Time last_heard{};
   unsigned pace = 1;  ///< of its heartbeat, as it was told last
   /// After which it is lost: the longest that it was told, as it may not have heard of a shorter
@@ -49,6 +52,7 @@ struct WorkerRecord {
   };
   std::deque<Granted> grants;
   std::string quarantined;                ///< why it gets no more leases; empty: it does
+  double quarantine_ends = 0;             ///< seconds since 1970; 0: when it is readmitted
   bool drained = false;                   ///< it gets no more because somebody has asked for that
   std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
                                           ///< none of their leases
@@ -73,14 +77,19 @@ class WorkerRegistry {
   WorkerRecord* by_id(WorkerId id);
   /// The next one behind `peer`, which may have left; end() behind the last.
   [[nodiscard]] auto after(const PeerId& peer) { return workers_.upper_bound(peer); }
-  WorkerRecord* by_key(TracerKey key);
   /// `hello.name` and `.instance` are not known yet.
-  WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello);
+  WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello,
+                    const Sender& sender = {});
   void remove(const PeerId& peer);
   [[nodiscard]] std::size_t size() const { return workers_.size(); }
   /// Of those that may trace.
   [[nodiscard]] std::size_t usable() const;
   [[nodiscard]] bool all_drained() const;
+  /// The machines of those that may trace, but for some.
+  [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but) const;
+  [[nodiscard]] std::set<TracerKey> usable_machines() const;
+  /// All that are connected from one machine.
+  std::vector<WorkerRecord*> of_machine(TracerKey machine);
 
   /// A result of `samples` took so many seconds: a worker's speed is the mean of the last few.
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);
@@ -103,6 +112,7 @@ class WorkerRegistry {
   std::map<WorkerId, PeerId> peers_;
   WorkerId next_id_ = 1;
   FarmSpeed speed_{0, 0, 0, 0};
+  std::map<TracerKey, unsigned> usable_;  ///< workers that may trace, by machine; no zeros
   Time next_look_{};
 };
 

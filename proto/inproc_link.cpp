@@ -131,7 +131,9 @@ std::pair<PeerId, std::shared_ptr<InprocHub::Mailbox>> InprocHub::add_peer() {
 
 std::unique_ptr<Link> InprocHub::connect() {
   auto [id, mailbox] = add_peer();
-  return std::make_unique<PeerEnd>(*this, std::move(id), std::move(mailbox));
+  Sender sender;
+  sender.ours = true;
+  return std::make_unique<PeerEnd>(*this, std::move(id), std::move(mailbox), std::move(sender));
 }
 
 std::unique_ptr<Link> InprocHub::connect_as(Sender sender) {

@@ -39,6 +39,7 @@ struct Sender {
   std::string name;       ///< of the key; empty where there are none
   double share = 1;       ///< of the farm, against others' shares
   std::string address{};  ///< of its machine, as this side sees it; empty: unknown
+  bool ours = false;      ///< runs on this machine under this process's user: verified
 };
 
 /// Name of the key that all workers may share: it tells no machine from another.

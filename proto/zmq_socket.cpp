@@ -54,6 +54,9 @@ std::string property(zmq::message_t& part, const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// Of the connection that a part came by; -1: unknown.
+int socket_of(zmq::message_t& part) { return zmq_msg_get(part.handle(), ZMQ_SRCFD); }
+
 /// Whoever comes by a socket file (ipc://) is on this machine; ZeroMQ calls it
 /// ":USER:GROUP:PROCESS".
 std::string address_of(std::string peer) {
@@ -169,6 +172,10 @@ std::optional<Delivery> ZmqSocket::receive() {
     if (router_ && !more) {  // the last part: the first may know nothing of its connection
       delivery.sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
       delivery.sender.address = address_of(property(part, "Peer-Address"));
+      delivery.sender.ours = delivery.sender.address == "localhost" ||
+                             delivery.sender.address.starts_with("127.") ||
+                             delivery.sender.address.starts_with("::");
+      delivery.sender.ours = delivery.sender.ours && own_peers_.has(socket_of(part));
     }
     if (router_ && i == 0 && !dropping_) {
       delivery.peer = part.to_string();

@@ -9,6 +9,7 @@
 
 #include "proto/address_list.h"
 #include "proto/link.h"
+#include "proto/own_peers.h"
 
 /// What the links over ZeroMQ are made of. For their sources only.
 namespace parray {
@@ -51,6 +52,7 @@ class ZmqSocket {
   bool dropping_ = false;  ///< the rest of a message
   const SteadyClock clock_;
   std::optional<AddressList> addresses_;  ///< of a DEALER
+  OwnPeers own_peers_;
   Identify identify_ = [](const char* /*key*/) { return Sender{}; };
 };
 

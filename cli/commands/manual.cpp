@@ -125,6 +125,8 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
   `file`, `key`, `count` and `text`
 - `accelerator_bytes`: memory of the accelerator, positions and radii included
 - `threads`, `workers`: that contributed
+- `checked_share`: share of the cells, 0 to 1, that another machine or the referee traced, too, with
+  the same bits
 - `flag`: what was found wrong with results and mended; empty: nothing
 - `samples`, `rays`, `samples_per_second`, `rays_per_second`: a ray is one segment of a path;
   rates are of tracing: `seconds.render` less `seconds.build`
@@ -133,7 +135,7 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
   any, `write`, `other` (waiting for a turn, making the image and its error), `total`
 - `mpi`: of `parray-mpi` only: `mode`, `transport` (`window`, `messages`, or `memory` for one
   rank), `leases`, mean time of taking a lease and of handing in a result in microseconds,
-  `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrupt_results`, and
+  `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrected_cells`, `corrupt_results`, and
   for each of `ranks` its host, threads, samples, leases and time spent tracing
   (`normalized_seconds`: over that of the whole render); `row_seconds` with `--row-seconds`
 - `aovs`: extra channels in the picture, with `--aov` only; the time that they took is
@@ -308,7 +310,8 @@ workers, in virtual time.
 constexpr const char* workers_manual =
     R"(A worker that was drained finishes what it has and gets no more; `readmit` gives it leases again, also
 one that was quarantined for wrong bits. Both count for workers that come later, and outlive the
-coordinator.
+coordinator. A quarantine is that of a machine (its key, else its address), which `readmit` takes for a
+name, too. That of an address ends by itself after 24 hours.
 )";
 
 constexpr const char* keygen_manual =

@@ -1,3 +1,5 @@
+#include <array>
+#include <ctime>
 #include <iostream>
 #include <memory>
 
@@ -37,6 +39,24 @@ nlohmann::json ask(const WorkersCommand& command) {
   return list;
 }
 
+/// Why a worker gets no leases, of which machine that is said, and when it ends.
+std::string reason_of(const nlohmann::json& worker) {
+  std::string reason = worker.at("reason").get<std::string>();
+  if (worker.at("state") != "quarantined") {
+    return reason;
+  }
+  reason += "; " + worker.value("machine", std::string("its machine"));
+  const auto ends = static_cast<std::time_t>(worker.value("quarantine_ends", 0.0));
+  if (ends == 0) {
+    return reason + ", until readmitted";
+  }
+  std::tm local{};
+  std::array<char, 32> text{};
+  localtime_r(&ends, &local);
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &local);
+  return reason + ", until " + text.data();
+}
+
 int workers(const WorkersCommand& command) {
   const nlohmann::json list = ask(command);
   if (command.as_json) {
@@ -53,7 +73,7 @@ int workers(const WorkersCommand& command) {
                     speed > 0 ? with_unit(speed, "samples/s") : "not measured",
                     duration_text(worker.at("seconds_silent").get<double>()),
                     printable(worker.at("host").get<std::string>()),
-                    printable(worker.at("reason").get<std::string>(), 200)});
+                    printable(reason_of(worker), 300)});
   }
   std::cout << table_text(
       {"WORKER", "STATE", "THREADS", "LEASES", "SPEED", "LAST HEARD", "HOST", "REASON"}, rows);

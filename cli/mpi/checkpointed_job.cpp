@@ -142,6 +142,10 @@ void CheckpointedJob::keep(TracedCells cells) {
   held_.push_back({picture_->passes().pass(), picture_->plan()->grid(), std::move(cells)});
 }
 
+void CheckpointedJob::retract(const std::vector<CellRange>& cells) {
+  held_.push_back({picture_->passes().pass(), {}, {}, picture_->retraction_entry(cells)});
+}
+
 bool CheckpointedJob::holds_much() const { return held_bytes_ > most_held_bytes; }
 
 bool CheckpointedJob::pack_some() {
@@ -154,9 +158,10 @@ bool CheckpointedJob::pack_some() {
     held_.pop_front();
     packed += held.cells.records.size();
     held_bytes_ -= held.cells.records.size();
-    store_->append_rows(record_.id,
-                        JobPicture::cells_entry(held.pass, rank_tracer(), held.cells.range,
-                                                pack_cells(held.cells, *held.grid)));
+    store_->append_rows(
+        record_.id, held.grid ? JobPicture::cells_entry(held.pass, rank_tracer(), held.cells.range,
+                                                        pack_cells(held.cells, *held.grid))
+                              : held.retraction);
   }
   return true;
 }

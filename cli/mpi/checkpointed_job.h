@@ -52,6 +52,8 @@ class CheckpointedJob {
   /// Takes what has been merged of the pass under way, for the store. What waits is in memory:
   /// while holds_much(), pack_some() is due.
   void keep(TracedCells cells);
+  /// The same of cells that were found wrong.
+  void retract(const std::vector<CellRange>& cells);
   [[nodiscard]] bool holds_much() const;
   /// Packs some of what waits, which takes milliseconds; false when nothing was left.
   bool pack_some();
@@ -81,6 +83,7 @@ class CheckpointedJob {
     std::uint32_t pass;
     std::shared_ptr<const CellGrid> grid;
     TracedCells cells;
+    std::string retraction{};  ///< the entry; there are no cells then
   };
   std::deque<Held> held_;
   std::size_t held_bytes_ = 0;

@@ -46,11 +46,12 @@ void PassResources::begin(RankPass next, Transport& transport, const Ranks& rank
 
 MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transport& its_transport)
     : transport(its_transport),
-      collector(
-          own.job_.picture(), *resources.layout, *transport.window(), transport.memory(),
-          own.clock_.now(), own.totals_,
-          {own.options_.locate, [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }},
-          {.own = own.options_.threads, .all = own.options_.all_threads}),
+      collector(own.job_.picture(), *resources.layout, *transport.window(), transport.memory(),
+                own.clock_.now(), own.totals_,
+                {own.options_.locate,
+                 [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }, own.options_.trace,
+                 [&own](const std::vector<CellRange>& cells) { own.job_.retract(cells); }},
+                {.own = own.options_.threads, .all = own.options_.all_threads}),
       runner(*resources.sources.at(0), own.team_, own.clock_,
              own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {
   if (transport.by_messages()) {

@@ -41,6 +41,7 @@ class MpiCoordinator {
     std::uint32_t all_threads = 1;  ///< of all ranks
     /// See WindowCollector::Hooks.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
+    std::function<TracedCells(const CellBatch& cell)> trace;
     std::function<void()> pet;  ///< called all the time
   };
   /// References outlive the object.

@@ -1,6 +1,7 @@
 #include "cli/mpi/mpi_render.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <iostream>
 #include <limits>
@@ -20,6 +21,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/trace/integrator/nonfinite.h"
 #include "common/trace/selfcheck/fingerprint.h"
+#include "worker/cell_tracer.h"
 
 namespace parray {
 namespace {
@@ -216,25 +218,34 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
   return job;
 }
 
-/// Traces a cell again to find what is not finite; the tracer is made when the first is asked for.
-class Locator {
+/// Traces cells again in rank 0. Makes the tracer when the first is asked for.
+class Retracer {
  public:
-  Locator(const CheckpointedJob& kept, const RenderSettings& settings)
+  Retracer(const CheckpointedJob& kept, const RenderSettings& settings)
       : kept_(kept), settings_(settings) {}
 
-  std::vector<ExcludedSamples> operator()(const CellBatch& batch) {
-    if (!tracer_) {
-      tracer_ = make_path_tracer(*kept_.scene_again(), settings_);
-    }
+  /// Samples of a cell that are not finite.
+  std::vector<ExcludedSamples> locate(const CellBatch& batch) {
     const Cell cell = batch.grid->cell(batch.range.begin);
-    return locate_nonfinite(*tracer_, {cell.y, cell.x_begin, cell.x_end},
+    return locate_nonfinite(tracer(), {cell.y, cell.x_begin, cell.x_end},
                             batch.column_ranges_of(batch.range.begin));
+  }
+  TracedCells trace(const CellBatch& batch) {
+    std::atomic<std::uint64_t> traced = 0;
+    return trace_cells(tracer(), batch, 1, traced, false);
   }
 
  private:
+  const PathTracer& tracer() {
+    if (!tracer_) {
+      tracer_ = make_path_tracer(*kept_.scene_again(), settings_);
+    }
+    return *tracer_;
+  }
+
   const CheckpointedJob& kept_;
   const RenderSettings& settings_;
-  std::shared_ptr<const PathTracer> tracer_;  // shared, because a std::function is copied
+  std::unique_ptr<const PathTracer> tracer_;
 };
 
 struct Rendered {
@@ -286,14 +297,17 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
       world, job.alone(), job.mode == MpiMode::messages, options.ledger_ranks);
   PassResources resources;
   ThreadTeam team(rendered.threads);
-  MpiCoordinator coordinator(world, kept, team,
-                             {.patience = seconds(options.patience),
-                              .checkpoint = seconds(options.checkpoint),
-                              .following = options.following,
-                              .threads = ranks.own.threads,
-                              .all_threads = ranks.own.all_threads,
-                              .locate = Locator(kept, job.settings),
-                              .pet = [&dog] { dog.pet(); }});
+  Retracer retracer(kept, job.settings);
+  MpiCoordinator coordinator(
+      world, kept, team,
+      {.patience = seconds(options.patience),
+       .checkpoint = seconds(options.checkpoint),
+       .following = options.following,
+       .threads = ranks.own.threads,
+       .all_threads = ranks.own.all_threads,
+       .locate = [&retracer](const CellBatch& cell) { return retracer.locate(cell); },
+       .trace = [&retracer](const CellBatch& cell) { return retracer.trace(cell); },
+       .pet = [&dog] { dog.pet(); }});
   run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);
   rendered.all_answer =
       coordinator.last_barrier(std::min<Time>(seconds(options.patience), last_patience));
@@ -347,7 +361,8 @@ int finish(const OutputPaths& outputs, CheckpointedJob& kept, const MpiJob& job,
   kept.forget();
   if (rendered.mismatches > 0) {
     throw RunError(std::to_string(rendered.mismatches) +
-                   " cells came out with other bits when a second rank traced them: test the "
+                   " cells came out with other bits when a second rank traced them. Rank 0 traced "
+                   "these again, but cells that only one rank traced may be wrong: test the "
                    "machines' memory");
   }
   return status;

@@ -37,6 +37,7 @@ json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode m
       {"copies", totals.copies},
       {"duplicate_cells", totals.duplicates},
       {"mismatched_cells", totals.mismatches},
+      {"corrected_cells", totals.corrected},
       {"corrupt_results", totals.corrupt},
       {"ranks", std::move(list)}};
   if (row_seconds) {

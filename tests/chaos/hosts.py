@@ -42,6 +42,16 @@ def ip(*arguments):
     subprocess.run(["ip", *map(str, arguments)], check=True, capture_output=True)
 
 
+def local_addresses(count):
+    """So many addresses of this host, none of them a loopback address: whoever connects from one is another machine
+    to a coordinator. Only after enter(), where permitted() says so."""
+    ip("link", "set", "lo", "up")
+    addresses = [f"{NETWORK}{number}" for number in range(1, count + 1)]
+    for address in addresses:
+        ip("address", "add", f"{address}/32", "dev", "lo")
+    return addresses
+
+
 class Host:
     def __init__(self, name, number, directory):
         self.name = name

@@ -32,10 +32,12 @@ class Proxy:
     """with Proxy(("127.0.0.1", 7400), seed) as proxy: ...
 
     It runs in a thread of its own; every method may be called from any. `rewrite(up, frames)`, if given,
-    returns the frames that go on instead; `up` is True on the way to the coordinator."""
+    returns the frames that go on instead; `up` is True on the way to the coordinator, which sees the connections
+    come from the address `source`, if that is given."""
 
-    def __init__(self, target, seed, rewrite=None):
+    def __init__(self, target, seed, rewrite=None, source=None):
         self.target = target
+        self.source = source
         self.seed = seed
         self.rewrite = rewrite
         self.faults = Faults()
@@ -111,7 +113,8 @@ class Proxy:
         try:
             while self._swallowing and await reader.read(65536):
                 pass
-            far_reader, far_writer = await asyncio.open_connection(*self.target)
+            far_reader, far_writer = await asyncio.open_connection(
+                *self.target, local_addr=self.source and (self.source, 0))
             writers.append(far_writer)
             pumps = [asyncio.ensure_future(self._pump(number, True, reader, far_writer)),
                      asyncio.ensure_future(self._pump(number, False, far_reader, writer))]

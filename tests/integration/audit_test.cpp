@@ -58,7 +58,7 @@ TEST_CASE("a journal goes on in another life of the coordinator") {
 
 TEST_CASE("what a liar has traced is set back in the journal, and merged once more") {
   CoordinatorOptions options = service_options();
-  options.spot_checks = 1;
+  options.checks.share = 1;
   Service service(options);
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -72,7 +72,7 @@ TEST_CASE("what a liar has traced is set back in the journal, and merged once mo
 
 TEST_CASE("of a picture in passes that a liar has spoilt, the journal begins again") {
   CoordinatorOptions options = service_options();
-  options.spot_checks = 1;
+  options.checks.share = 1;
   CrashStore store(0, 1);
   Service service(options, &store);
   Hand ann(service, "ann");

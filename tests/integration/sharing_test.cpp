@@ -326,7 +326,7 @@ TEST_CASE("a drained worker traces what it has and gets no more, in another life
 
 TEST_CASE("a liar is quarantined in another life too, until it is readmitted") {
   CoordinatorOptions options = service_options();
-  options.spot_checks = 1;
+  options.checks.share = 1;
   CrashStore store(0, 1);
   Service service(options, &store);
   Hand ann(service, "ann");

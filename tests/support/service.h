@@ -16,6 +16,7 @@
 #include "coordinator/coordinator.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/sim_referee.h"
 #include "worker/cell_tracer.h"
 
 namespace parray::test {
@@ -24,6 +25,8 @@ inline CoordinatorOptions service_options() {
   CoordinatorOptions options;
   options.fingerprint = "same";
   options.backroom.threaded = false;
+  options.random = [dice = std::make_shared<Dice>(1)] { return dice->unit(); };
+  options.referee = std::make_shared<SimReferee>();
   return options;
 }
 
@@ -44,9 +47,11 @@ class Service {
     options_.first_epoch += Epoch{1} << 32;
   }
 
-  void say(const PeerId& peer, const Message& message) { say_frames(peer, encode(message)); }
-  void say_frames(const PeerId& peer, Frames frames) {
-    coordinator_->receive(now_, {peer, std::move(frames)});
+  void say(const PeerId& peer, const Message& message, const Sender& sender = {}) {
+    say_frames(peer, encode(message), sender);
+  }
+  void say_frames(const PeerId& peer, Frames frames, const Sender& sender = {}) {
+    coordinator_->receive(now_, {peer, std::move(frames), sender});
   }
   void turn(Time by = milliseconds(10), bool drained = true) {
     now_ += by;
@@ -138,10 +143,19 @@ class Service {
 /// A worker that is played by hand: what it makes of a lease is up to the test.
 class Hand {
  public:
-  Hand(Service& service, std::string name, std::uint32_t capacity = 1, std::string host = "here")
-      : service_(service), name_(std::move(name)), host_(std::move(host)), capacity_(capacity) {
+  /// `sender`: how the coordinator sees it; by default a machine of its own.
+  Hand(Service& service, std::string name, std::uint32_t capacity = 1, std::string host = "here",
+       Sender sender = {})
+      : service_(service),
+        name_(std::move(name)),
+        host_(std::move(host)),
+        capacity_(capacity),
+        sender_(std::move(sender)) {
     join();
   }
+  /// Whoever is at this address.
+  Hand(Service& service, std::string name, const std::string& address)
+      : Hand(service, std::move(name), 1, "here", {Role::any, "", 1, address}) {}
 
   /// As a process that has just been started.
   void join() {
@@ -155,7 +169,12 @@ class Hand {
     held.clear();
     say_hello();
   }
-  void say(const Message& message) { service_.say(peer_, message); }
+  /// As a process that has just been started under another name.
+  void join_as(std::string name) {
+    name_ = std::move(name);
+    join();
+  }
+  void say(const Message& message) { service_.say(peer_, message, sender_); }
 
   /// Takes in what has come: grants, and what is no longer its own.
   void listen() {
@@ -226,6 +245,7 @@ class Hand {
   std::string name_;
   std::string host_;
   std::uint32_t capacity_;
+  Sender sender_;
   PeerId peer_;
   int instance_ = 0;
   std::uint64_t beats_ = 0;

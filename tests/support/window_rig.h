@@ -170,7 +170,11 @@ struct WindowRig {
         window(memory.bytes()),
         collector(picture, layout, window, memory.bytes(), Time(0), totals,
                   {[](const CellBatch& cell) { return made_cells(cell).excluded; },
-                   [this](TracedCells cells) { merged.push_back(std::move(cells)); }}) {}
+                   [this](TracedCells cells) { merged.push_back(std::move(cells)); },
+                   [](const CellBatch& cell) { return made_cells(cell); },
+                   [this](const std::vector<CellRange>& cells) {
+                     retracted.insert(retracted.end(), cells.begin(), cells.end());
+                   }}) {}
 
   [[nodiscard]] const WorkPlan& plan() const { return *pass.plan; }
   WindowSource source(const WindowOptions& options = {}) {
@@ -187,6 +191,7 @@ struct WindowRig {
   LocalWindow window;
   WindowCollector::Totals totals;
   std::vector<TracedCells> merged;
+  std::vector<CellRange> retracted;
   WindowCollector collector;
 
  private:

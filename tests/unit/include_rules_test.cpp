@@ -75,6 +75,7 @@ const Rules& room_may_include() {
        {"cli/farm", "cli/labels", "cli/output", "cli/audit", "cli/compare", "cli/verify",
         "cli/plan", "cli/tradeoff", "cli/doctor"}},
       {"cli/http_child", {"cli/farm", "cli/output", "cli/commands"}},
+      {"cli/referee", {}},
       {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
   return rules;
 }

@@ -35,7 +35,7 @@ LeaseTable table_of(Ranges pending, Epoch first_epoch = 1, std::uint64_t most = 
 }
 
 std::optional<Lease> grant(LeaseTable& table, WorkerId worker, Time deadline = seconds(10)) {
-  return table.grant(deadline, worker, {1, 0}, {0, 0, 2, 2});
+  return table.grant(deadline, worker, {1, 0}, {0, 0, 2, 2}, worker);
 }
 
 /// Two cells in one lease, granted to Ann until 10 s.
@@ -266,19 +266,18 @@ TEST_CASE("holders may expire at once, at the same or at different times") {
   CHECK(f.table.next_deadline() == seconds(10));
 }
 
-TEST_CASE("a check goes before pending work, to somebody who has not had his say") {
+TEST_CASE("a check goes before pending work, to the machine that is named and to no other") {
   LeaseTable table = table_of({{0, 4}});
   const Lease done = *grant(table, ann);
   table.arrive(ann, done.epoch);
   table.finish(done.epoch);
-  table.want_check(done.range, {ann});
+  table.want_check({done.range, bob, {ann}});
   CHECK_FALSE(table.idle());
-  CHECK_FALSE(table.has_check_for(ann));
-  CHECK(table.has_check_for(bob));
   CHECK(grant(table, ann)->range == CellRange{2, 4});
+  CHECK_FALSE(grant(table, cid));
   const auto check_lease = grant(table, bob);
   CHECK(check_lease->range == done.range);
-  CHECK_FALSE(grant(table, cid));                                       // there is one check
+  CHECK_FALSE(grant(table, bob));                                       // there is one check
   CHECK(table.grant_copy(seconds(10), cid)->range == CellRange{2, 4});  // never of a check
   CHECK_FALSE(table.grant_copy(seconds(10), ann));
   CHECK(table.arrive(bob, check_lease->epoch).kind == check);
@@ -286,9 +285,16 @@ TEST_CASE("a check goes before pending work, to somebody who has not had his say
   CHECK(table.pending_cells() == 0);
 }
 
-TEST_CASE("a check that is lost is wanted again, of the same people") {
+TEST_CASE("two workers of one machine are alike to a check") {
   LeaseTable table = table_of({});
-  table.want_check({0, 2}, {ann});
+  table.want_check({{0, 2}, 77, {ann}});
+  CHECK_FALSE(grant(table, ann));
+  CHECK(table.grant(seconds(10), cid, {1, 0}, {0, 0, 2, 2}, 77)->range == CellRange{0, 2});
+}
+
+TEST_CASE("a check whose machine fails is handed back, and that machine does not get it again") {
+  LeaseTable table = table_of({});
+  table.want_check({{0, 2}, bob, {ann}});
   const auto lost = grant(table, bob);
   SUBCASE("with its holder") { table.drop_worker(bob); }
   SUBCASE("by its deadline") { CHECK(table.expire(seconds(10)).size() == 1); }
@@ -297,26 +303,23 @@ TEST_CASE("a check that is lost is wanted again, of the same people") {
     table.give_back(bob, lost->epoch);
   }
   CHECK(table.pending_cells() == 0);
-  CHECK_FALSE(grant(table, ann));
-  CHECK(grant(table, cid)->range == CellRange{0, 2});
-}
-
-TEST_CASE("checks wait for whoever can make them, and are given up where nobody can") {
-  LeaseTable table = table_of({});
-  table.want_check({0, 2}, {ann});
-  table.want_check({4, 5}, {ann, bob});
-  CHECK(table.give_up_checks({ann, bob}) == 1);
   CHECK(table.checks_remain());
-  CHECK(grant(table, bob)->range == CellRange{0, 2});
-  CHECK_FALSE(table.has_check_for(cid));  // that of both was given up
+  CHECK_FALSE(grant(table, bob));
+  const auto orphans = table.take_orphans({ann, bob, cid});
+  REQUIRE(orphans.size() == 1);
+  CHECK(orphans[0].range == CellRange{0, 2});
+  CHECK(orphans[0].not_by == std::set<MachineKey>{ann, bob});
+  CHECK_FALSE(table.checks_remain());
+  CHECK(table.idle());
 }
 
-TEST_CASE("checks that nobody has begun can be dropped; those begun are waited for") {
+TEST_CASE("checks of machines that have left are handed back; those begun are waited for") {
   LeaseTable table = table_of({});
-  table.want_check({0, 2}, {});
-  table.want_check({4, 5}, {});
+  table.want_check({{0, 2}, ann, {}});
+  table.want_check({{4, 5}, bob, {}});
   const auto begun = grant(table, ann);
-  CHECK(table.give_up_checks({}) == 1);
+  CHECK(table.take_orphans({ann, bob}).empty());
+  CHECK(table.take_orphans({cid}).size() == 1);
   CHECK(table.checks_remain());
   CHECK_FALSE(grant(table, bob));
   table.arrive(ann, begun->epoch);

@@ -130,25 +130,63 @@ TEST_CASE("a comparison merges nothing") {
   CHECK(taken.mismatches == 1);
   CHECK(taken.fresh == 0);
   CHECK(rig.collector.done_cells() == 3);
-  CHECK(rig.collector.digests({1, 4}) == std::vector<std::uint64_t>{digests[1] ^ 1, digests[2], 0});
 }
 
-TEST_CASE("the one whose bits are in is known, until a second agrees") {
+TEST_CASE("cells that differ are named, with those whose bits are in") {
   Rig rig;
   rig.take(bob, {0, 1});
   rig.take(ann, {1, 4});
-  auto digests = rig.honest({0, 4});
-  CHECK_FALSE(rig.collector.tracer_of({0, 4}, digests));  // nothing differs
+  auto digests = rig.honest({0, 6});
+  CHECK(rig.collector.differing({0, 6}, digests).empty());
+  digests[0] ^= 1;
   digests[2] ^= 1;
-  CHECK(rig.collector.tracer_of({0, 4}, digests) == ann);
-  rig.take(ann, {1, 4});  // her own again says nothing
-  CHECK(rig.collector.tracer_of({0, 4}, digests) == ann);
-  rig.collector.compare({1, 4}, rig.honest({1, 4}));
-  CHECK_FALSE(rig.collector.tracer_of({0, 4}, digests));
+  digests[5] ^= 1;  // is not in
+  const auto found = rig.collector.differing({0, 6}, digests);
+  REQUIRE(found.size() == 2);
+  CHECK(found[0].cell == 0);
+  CHECK(found[0].tracer == bob);
+  CHECK(found[1].cell == 2);
+  CHECK(found[1].tracer == ann);
 }
 
-TEST_CASE(
-    "what a liar alone has traced can be set back: all of it, and the picture is as without") {
+TEST_CASE("a check counts where somebody else has traced the cells") {
+  Rig rig;
+  rig.take(ann, {0, 4});
+  rig.take(bob, {4, 6});
+  CHECK(rig.collector.checked_cells() == 0);
+  rig.collector.note_check(bob, {0, 5});
+  CHECK(rig.collector.checked_cells() == 4);  // its own is no check
+  rig.collector.note_check(ann, {2, 5});
+  CHECK(rig.collector.checked_cells() == 5);
+  CHECK(rig.collector.relies_on(ann));
+  CHECK_FALSE(rig.collector.has_cells_of(liar));
+}
+
+TEST_CASE("the checks of a liar are void: their cells stay in, unchecked") {
+  Rig rig;
+  rig.take(ann, {0, 6});
+  rig.collector.note_check(liar, {1, 3});
+  rig.collector.note_check(liar, {4, 5});
+  rig.collector.note_check(bob, {0, 2});
+  CHECK(rig.collector.relies_on(liar));
+  CHECK_FALSE(rig.collector.has_cells_of(liar));
+  const auto gone = rig.collector.retract(liar);
+  CHECK(gone.cells.empty());
+  CHECK(gone.unchecked == Ranges{{1, 3}, {4, 5}});
+  CHECK(rig.collector.checked_cells() == 2);
+  CHECK_FALSE(rig.collector.relies_on(liar));
+}
+
+TEST_CASE("cells that are traced again have not been checked") {
+  Rig rig;
+  rig.take(liar, {0, 4});
+  rig.collector.note_check(bob, {0, 4});
+  rig.collector.retract(liar);
+  rig.take_missing(ann);
+  CHECK(rig.collector.checked_cells() == 0);
+}
+
+TEST_CASE("what a liar has traced can be set back: all of it, and the picture is as without") {
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
       CAPTURE(seed);
@@ -162,7 +200,7 @@ TEST_CASE(
       }
       const std::uint64_t done = rig.collector.done_cells();
       const bool relied = rig.collector.relies_on(liar);
-      const Ranges gone = rig.collector.retract(liar);
+      const Ranges gone = rig.collector.retract(liar).cells;
       CHECK(relied == !gone.empty());
       CHECK(cells_in(gone) == done - rig.collector.done_cells());
       CHECK_FALSE(rig.collector.relies_on(liar));
@@ -174,25 +212,21 @@ TEST_CASE(
           }
         }
       }
-      CHECK(rig.collector.retract(liar).empty());
+      CHECK(rig.collector.retract(liar).cells.empty());
       rig.take_missing(ann);
       CHECK(rig.complete());
     }
   }
 }
 
-TEST_CASE("what a second has confirmed stays when the first is found to lie") {
+TEST_CASE("what a liar has traced goes although somebody traced it alike: they may be two liars") {
   Rig rig;
   rig.take(liar, {0, 6});
-  rig.collector.compare({2, 4}, rig.honest({2, 4}));
-  CHECK(rig.collector.relies_on(liar));
+  rig.collector.note_check(bob, {2, 4});
   rig.collector.retract(liar);
-  CHECK_FALSE(rig.collector.has(1));
-  CHECK(rig.collector.has(2));
-  CHECK(rig.collector.has(3));
-  CHECK_FALSE(rig.collector.has(4));
+  CHECK(rig.collector.done_cells() == 0);
   CHECK_FALSE(rig.collector.relies_on(99));  // never heard of
-  CHECK(rig.collector.retract(99).empty());
+  CHECK(rig.collector.retract(99).cells.empty());
 }
 
 TEST_CASE("ranges can be set back, as an earlier life has noted them") {

@@ -168,6 +168,31 @@ TEST_CASE("a result that comes again with another bit is a mismatch and changes 
   rig.check_picture();
 }
 
+TEST_CASE("where two ranks differ rank 0 traces the cells itself, whoever came first") {
+  for (const bool wrong_first : {true, false}) {
+    CAPTURE(wrong_first);
+    Rig rig(fixed_settings());
+    auto wrong = made_records(rig.plan(), {2, 4});
+    wrong[rig.layout.record_bytes()] ^= std::byte{1};  // one ray more or less
+    if (wrong_first) {
+      rig.rank.put({2, 4}, wrong);
+      rig.collect();
+    }
+    rig.put({0, rig.cells});
+    rig.collect();
+    if (!wrong_first) {
+      rig.rank.put({2, 4}, wrong);
+      rig.collect();
+    }
+    CHECK(rig.totals.mismatches == 1);
+    CHECK(rig.totals.corrected == (wrong_first ? 1 : 0));
+    CHECK(rig.retracted.empty() != wrong_first);
+    rig.put({0, rig.cells});  // other cells of those pixels
+    rig.collect();
+    rig.check_picture();
+  }
+}
+
 TEST_CASE("a result with numbers that no tracing gives is not taken in") {
   Rig rig(fixed_settings());
   auto records = made_records(rig.plan(), {2, 4});

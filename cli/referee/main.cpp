@@ -1,0 +1,166 @@
+// parray-referee: traces cells again for a coordinator to which two machines returned different
+// bits. The coordinator starts it (coordinator/disputes/referee_process.h); people do not. Its
+// standard input is a socket, over which it says `hello`, then answers each `grant` with `result`
+// or `failed`. Frames that begin with "scene" bring the scene of the grants that follow.
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <ctime>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+
+#include "common/base/error.h"
+#include "common/math/float_mode.h"
+#include "common/process/command_line.h"
+#include "common/process/run_main.h"
+#include "common/trace/selfcheck/fingerprint.h"
+#include "proto/messages.h"
+#include "proto/stream_frames.h"
+#include "worker/accelerator_cache.h"
+#include "worker/cell_tracer.h"
+
+namespace {
+
+using namespace parray;
+
+constexpr Program program = {"parray-referee",
+                             "Trace cells again for a coordinator, which starts this program",
+                             PARRAY_VERSION};
+
+constexpr int socket_of_the_coordinator = STDIN_FILENO;
+
+void limit(decltype(RLIMIT_AS) what, rlim_t value) {
+  const rlimit wanted{value, value};
+  if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
+}
+
+/// It ends with the coordinator, gets what processor time others leave, and stays within `memory`
+/// bytes of address space.
+void confine([[maybe_unused]] std::uint64_t memory) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  constexpr int lowest = 19;
+  setpriority(PRIO_PROCESS, 0, lowest);
+  limit(RLIMIT_CORE, 0);
+#ifndef PARRAY_SANITIZED  // whose shadow takes more address space than any machine has memory
+  limit(RLIMIT_AS, memory);
+#endif
+}
+
+double processor_seconds() {
+  timespec used{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+class RefereeProgram {
+ public:
+  /// Serves until the coordinator has closed the socket.
+  void serve() {
+    msg::Hello hello;
+    hello.name = "referee";
+    hello.instance = std::to_string(getpid());
+    hello.fingerprint = trace_fingerprint();
+    say(hello);
+    constexpr std::uint64_t most_bytes = std::uint64_t{1} << 40;
+    while (auto frames = read_frames(socket_of_the_coordinator, most_bytes)) {
+      if (!frames->empty() && frames->front().view() == "scene") {
+        take_scene(std::move(*frames));
+        continue;
+      }
+      const Message message = decode(*frames);
+      if (const auto* grant = std::get_if<msg::Grant>(&message)) {
+        answer(*grant);
+      }
+    }
+  }
+
+ private:
+  static void say(const Message& message) {
+    if (!write_frames(socket_of_the_coordinator, encode(message))) {
+      throw RunError("the coordinator has gone");
+    }
+  }
+
+  void take_scene(Frames frames) {
+    scene_.reset();
+    failure_.clear();
+    try {
+      const SceneParcel parcel(Bulk::of(std::move(frames.at(1))));
+      scene_id_ = parcel.identity();
+      scene_ = parcel.scene();
+    } catch (const std::bad_alloc&) {
+      failure_ = "not enough memory for the scene";
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+    }
+  }
+
+  void answer(const msg::Grant& grant) {
+    const double began = told_;
+    msg::Failed failed{grant.job, grant.epoch, failure_};
+    std::optional<msg::Result> result;
+    try {
+      if (scene_ && scene_id_ == grant.scene) {
+        result = trace(grant);
+      } else if (failed.reason.empty()) {
+        failed.reason = "the scene has not come";
+      }
+    } catch (const std::bad_alloc&) {
+      failed.reason = "not enough memory to trace the scene";
+    } catch (const std::exception& error) {
+      failed.reason = error.what();
+    }
+    told_ = processor_seconds();
+    if (!result) {
+      say(failed);
+      return;
+    }
+    result->seconds = told_ - began;
+    say(*result);
+  }
+
+  msg::Result trace(const msg::Grant& grant) {
+    const FloatMode ieee;
+    auto accelerator = accelerators_.find(scene_id_, grant.settings);
+    if (!accelerator) {
+      accelerator = accelerators_.build(scene_id_, *scene_, grant.settings, 1);
+    }
+    const auto tracer = make_path_tracer(accelerator, scene_->camera, grant.settings);
+    std::atomic<std::uint64_t> count = 0;
+    msg::Result result;
+    result.job = grant.job;
+    result.epoch = grant.epoch;
+    result.accelerator_bytes = accelerator->bytes();
+    result.isa = tracer->isa();
+    result.grid = grant.cells.grid;
+    result.cells = CellsParcel(
+        std::make_shared<const TracedCells>(trace_cells(*tracer, grant.cells, 1, count, false)));
+    return result;
+  }
+
+  std::string scene_id_;
+  std::shared_ptr<const Scene> scene_;
+  std::string failure_;  ///< why there is no scene
+  AcceleratorCache accelerators_;
+  double told_ = 0;  ///< processor time that earlier answers have stated
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::size_t memory = 0;
+  return run_main(program, argc, argv, [&](CommandLine& line) -> Action {
+    line.number("--memory", memory, 1, std::size_t{1} << 50, "Bytes of address space").required();
+    return [&memory] {
+      confine(memory);
+      RefereeProgram().serve();
+      return 0;
+    };
+  });
+}

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "coordinator/coordinator.h"
+
+namespace parray {
+
+/// What the backroom has made of a result.
+struct Coordinator::Merged {
+  WorkerId worker = 0;
+  TracerKey tracer = 0;              ///< its process, for the journal
+  TracerKey machine = 0;             ///< machine_key()
+  bool ours = false;                 ///< see Sender::ours
+  std::uint64_t process_leases = 0;  ///< accepted of its process before
+  std::string name;
+  Epoch epoch = 0;
+  LeaseTable::Arrived arrived;
+  enum class Kind : std::uint8_t {
+    taken,     ///< merged, or equal to what was there
+    differs,   ///< from what was there
+    damaged,   ///< on its way: to be traced again
+    forged,    ///< numbers that tracing cannot have given
+    untimely,  ///< the pass is over
+  };
+  Kind kind = Kind::untimely;
+  std::string fault;
+  ResultCollector::Taken taken;
+  std::vector<std::uint64_t> digests;                 ///< of what has come, where it differs
+  std::vector<ResultCollector::Differing> differing;  ///< cells, likewise
+  bool whole = false;
+  std::uint64_t samples = 0;
+  std::uint32_t threads = 0;
+  double granted_at = 0;  ///< seconds since 1970
+  double arrived_at = 0;
+  double seconds = 0;
+  double build_seconds = 0;
+  std::uint64_t accelerator_bytes = 0;
+  std::string isa;
+
+  /// For the job's journal.
+  [[nodiscard]] std::vector<JournalEntry> entries(const Journal& journal, std::uint32_t pass,
+                                                  std::uint64_t digest) const {
+    std::vector<JournalEntry> entries;
+    if (!journal.knows(tracer)) {
+      entries.emplace_back(JournalWorker{tracer, threads, name});
+    }
+    entries.emplace_back(JournalMerge{pass, tracer, epoch, arrived.range, samples, granted_at,
+                                      arrived_at, seconds, digest});
+    return entries;
+  }
+};
+
+}  // namespace parray

@@ -1,0 +1,77 @@
+#include "coordinator/disputes/quarantine.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace parray {
+
+using nlohmann::json;
+
+bool QuarantineLedger::add(Quarantine quarantine) {
+  const bool by_address = kind_of(quarantine.machine) == MachineId::Kind::address;
+  quarantine.until = by_address ? quarantine.since + address_seconds : 0;
+  const std::uint64_t machine = quarantine.machine;
+  return machines_.emplace(machine, std::move(quarantine)).second;
+}
+
+const Quarantine* QuarantineLedger::find(std::uint64_t machine) const {
+  const auto found = machines_.find(machine);
+  return found == machines_.end() ? nullptr : &found->second;
+}
+
+std::vector<std::uint64_t> QuarantineLedger::readmit(std::string_view name) {
+  std::vector<std::uint64_t> readmitted;
+  std::erase_if(machines_, [&](const auto& entry) {
+    const Quarantine& quarantine = entry.second;
+    const bool named = quarantine.name == name || quarantine.worker == name ||
+                       quarantine.name == "key " + std::string(name) ||
+                       quarantine.name == "address " + std::string(name);
+    if (named) {
+      readmitted.push_back(entry.first);
+    }
+    return named;
+  });
+  return readmitted;
+}
+
+std::vector<std::uint64_t> QuarantineLedger::expire(double now) {
+  std::vector<std::uint64_t> ended;
+  std::erase_if(machines_, [&](const auto& entry) {
+    const bool over = entry.second.until != 0 && entry.second.until <= now;
+    if (over) {
+      ended.push_back(entry.first);
+    }
+    return over;
+  });
+  return ended;
+}
+
+json QuarantineLedger::to_json() const {
+  json list = json::array();
+  for (const auto& [machine, quarantine] : machines_) {
+    list.push_back({{"machine", machine},
+                    {"name", quarantine.name},
+                    {"worker", quarantine.worker},
+                    {"reason", quarantine.reason},
+                    {"since", quarantine.since},
+                    {"until", quarantine.until}});
+  }
+  return list;
+}
+
+QuarantineLedger QuarantineLedger::from_json(const json& list) {
+  QuarantineLedger ledger;
+  for (const json& entry : list) {
+    Quarantine quarantine;
+    quarantine.machine = entry.at("machine").get<std::uint64_t>();
+    quarantine.name = entry.at("name").get<std::string>();
+    quarantine.worker = entry.at("worker").get<std::string>();
+    quarantine.reason = entry.at("reason").get<std::string>();
+    quarantine.since = entry.at("since").get<double>();
+    quarantine.until = entry.at("until").get<double>();
+    ledger.machines_[quarantine.machine] = std::move(quarantine);
+  }
+  return ledger;
+}
+
+}  // namespace parray

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/scene/settings.h"
+#include "common/schedule/cell_grid.h"
+#include "proto/parcels.h"
+
+namespace parray {
+
+/// Traces cells on behalf of the coordinator, whose word decides a dispute: the seam to a process
+/// of its own (RefereeProcess). Never blocks. One thread calls it.
+class Referee {
+ public:
+  struct Question {
+    std::uint64_t id = 0;
+    std::string scene;  ///< scene_identity()
+    SceneParcel parcel;
+    RenderSettings settings;
+    CellBatch cells;
+    std::uint64_t memory = 0;  ///< bytes that it may take
+  };
+  struct Answer {
+    std::uint64_t id = 0;
+    std::string failure;  ///< why there are no cells; empty: there are
+    CellsParcel cells;
+    double seconds = 0;        ///< of processor time
+    std::uint64_t memory = 0;  ///< bytes that it holds now
+  };
+
+  Referee() = default;
+  Referee(const Referee&) = delete;
+  Referee& operator=(const Referee&) = delete;
+  virtual ~Referee() = default;
+
+  /// Asks. The question before has been answered, or given up by forget().
+  virtual void ask(Question question) = 0;
+  /// What has been answered since the last call.
+  virtual std::vector<Answer> take_answers() = 0;
+  /// Gives up the question under way, and all memory. What it took may come as an answer without a
+  /// number.
+  virtual void forget() = 0;
+};
+
+}  // namespace parray

@@ -1,0 +1,258 @@
+#include "coordinator/disputes/referee_desk.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace parray {
+namespace {
+
+constexpr Time first_pause = seconds(1);
+constexpr Time longest_pause = seconds(60);
+
+/// Checks leave so much of the burst to disputes.
+constexpr double reserve_of_checks = 0.5;
+
+/// The first run of neighbours.
+CellRange first_run(const std::vector<std::uint64_t>& cells, std::uint64_t most) {
+  CellRange run{cells.front(), cells.front() + 1};
+  for (std::size_t i = 1; i < cells.size() && cells[i] == run.end && run.count() < most; ++i) {
+    ++run.end;
+  }
+  return run;
+}
+
+std::string mebibytes(std::uint64_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+
+}  // namespace
+
+RefereeDesk::RefereeDesk(std::shared_ptr<Referee> referee, Options options)
+    : referee_(std::move(referee)),
+      options_(options),
+      budget_(options.share, options.burst),
+      retry_pause_(first_pause) {}
+
+bool RefereeDesk::open(Time now, RefereeCase opened) {
+  if (opened.dispute) {
+    if (disputes(opened.generation) >= options_.most_disputes) {
+      return false;
+    }
+  } else {
+    const auto checks = std::ranges::count_if(
+        entries_, [](const Entry& e) { return !e.its.dispute && e.state == State::waiting; });
+    if (!referee_ || static_cast<std::size_t>(checks) >= options_.most_checks) {
+      return false;
+    }
+  }
+  entries_.push_back({next_number_++, std::move(opened), now, State::waiting, {}, {}});
+  return true;
+}
+
+RefereeDesk::Entries::iterator RefereeDesk::find(std::uint64_t number) {
+  return std::ranges::find(entries_, number, &Entry::number);
+}
+
+void RefereeDesk::drop(std::uint64_t generation) {
+  std::erase_if(entries_, [&](const Entry& e) { return e.its.generation == generation; });
+}
+
+std::size_t RefereeDesk::drop_checks(std::uint64_t generation) {
+  return std::erase_if(entries_, [&](const Entry& e) {
+    return e.its.generation == generation && !e.its.dispute && e.state == State::waiting;
+  });
+}
+
+void RefereeDesk::drop_claims(std::uint64_t machine) {
+  std::erase_if(entries_,
+                [&](const Entry& e) { return e.its.dispute && e.its.claimant == machine; });
+}
+
+void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why) {
+  retry_at_ = now + retry_pause_;
+  retry_pause_ = std::min(2 * retry_pause_, longest_pause);
+  if (entry == entries_.end()) {
+    return;
+  }
+  if (!entry->its.dispute) {
+    entries_.erase(entry);
+    return;
+  }
+  entry->state = State::waiting;
+  entry->trouble = why;
+  entries_.splice(entries_.end(), entries_, entry);  // others may have a better chance
+}
+
+std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
+  std::vector<Traced> traced;
+  if (!referee_) {
+    return traced;
+  }
+  for (Referee::Answer& answer : referee_->take_answers()) {
+    budget_.spend(now, answer.seconds);
+    memory_ = answer.memory;
+    answered_at_ = now;
+    if (asked_ == 0 || answer.id != asked_) {
+      continue;  // given up
+    }
+    const auto entry = find(std::exchange(asked_, 0));
+    if (!answer.failure.empty()) {
+      fail(now, entry, answer.failure);
+      continue;
+    }
+    retry_pause_ = first_pause;
+    if (entry == entries_.end()) {
+      continue;  // its job has ended
+    }
+    entry->state = State::traced;
+    entry->trouble.clear();
+    Traced one{entry->number,          entry->its.generation, entry->its.dispute,
+               entry->its.claimant,    entry->asked,          {},
+               std::move(answer.cells)};
+    const auto first = entry->its.claims.begin();
+    if (entry->its.dispute) {
+      one.claims.assign(first, first + static_cast<std::ptrdiff_t>(entry->asked.count()));
+    }
+    traced.push_back(std::move(one));
+  }
+  if (asked_ != 0 && now - asked_at_ >= options_.longest_answer) {
+    referee_->forget();
+    memory_ = 0;
+    fail(now, find(std::exchange(asked_, 0)), "it has not answered for 10 minutes");
+  }
+  return traced;
+}
+
+/// Seconds that must be left in the budget before the case is asked.
+double RefereeDesk::reserve(const Entry& entry) const {
+  return entry.its.dispute ? 0 : reserve_of_checks * budget_.burst();
+}
+
+RefereeDesk::Entries::iterator RefereeDesk::next_entry(Time now) {
+  const auto first = [&](bool dispute) {
+    return std::ranges::find_if(entries_, [dispute](const Entry& e) {
+      return e.its.dispute == dispute && e.state == State::waiting;
+    });
+  };
+  auto entry = first(true);
+  entry = entry == entries_.end() ? first(false) : entry;
+  const bool may = entry != entries_.end() && budget_.left(now) >= reserve(*entry);
+  return may ? entry : entries_.end();
+}
+
+void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
+  if (!referee_ || asked_ != 0 || now < retry_at_) {
+    return;
+  }
+  const auto entry = next_entry(now);
+  if (entry == entries_.end()) {
+    if (memory_ > 0 && now - answered_at_ >= options_.rest) {
+      referee_->forget();
+      memory_ = 0;
+    }
+    return;
+  }
+  if (entry->its.memory > memory_left) {
+    fail(now, entry,
+         "it needs about " + mebibytes(entry->its.memory) + " of memory, and --memory leaves " +
+             mebibytes(memory_left));
+    return;
+  }
+  entry->asked = first_run(entry->its.cells, entry->its.cells_at_once);
+  entry->state = State::asked;
+  asked_ = entry->number;
+  asked_at_ = now;
+  memory_ = std::max(memory_, entry->its.memory);
+  referee_->ask({entry->number, entry->its.scene, entry->its.parcel, entry->its.settings,
+                 entry->its.plan->batch(entry->asked), memory_left});
+}
+
+Time RefereeDesk::next(Time now) const {
+  if (!referee_) {
+    return never;
+  }
+  if (asked_ != 0) {
+    return asked_at_ + options_.longest_answer;
+  }
+  Time soonest = memory_ > 0 ? answered_at_ + options_.rest : never;
+  for (const Entry& entry : entries_) {
+    if (entry.state == State::waiting) {
+      soonest = std::min(soonest, std::max(retry_at_, budget_.when(now, reserve(entry))));
+    }
+  }
+  return std::max(soonest, now + milliseconds(1));
+}
+
+void RefereeDesk::close(std::uint64_t number) {
+  std::erase_if(entries_, [number](const Entry& e) { return e.number == number; });
+}
+
+void RefereeDesk::go_on(std::uint64_t number) {
+  const auto entry = find(number);
+  if (entry == entries_.end()) {
+    return;
+  }
+  const auto decided = static_cast<std::ptrdiff_t>(entry->asked.count());
+  RefereeCase& its = entry->its;
+  its.cells.erase(its.cells.begin(), its.cells.begin() + decided);
+  if (its.dispute) {
+    its.claims.erase(its.claims.begin(), its.claims.begin() + decided);
+  }
+  entry->state = State::waiting;
+  if (its.cells.empty()) {
+    entries_.erase(entry);
+  }
+}
+
+bool RefereeDesk::busy_with(std::uint64_t generation) const {
+  return std::ranges::any_of(entries_, [&](const Entry& e) {
+    return e.its.generation == generation && (e.its.dispute || e.state != State::waiting);
+  });
+}
+
+bool RefereeDesk::may_check(Time now) const {
+  return referee_ && now >= retry_at_ && budget_.left(now) >= reserve_of_checks * budget_.burst();
+}
+
+std::size_t RefereeDesk::checks(std::uint64_t generation) const {
+  return static_cast<std::size_t>(std::ranges::count_if(entries_, [&](const Entry& e) {
+    return e.its.generation == generation && !e.its.dispute && e.state == State::waiting;
+  }));
+}
+
+std::size_t RefereeDesk::disputes(std::uint64_t generation) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      entries_, [&](const Entry& e) { return e.its.generation == generation && e.its.dispute; }));
+}
+
+std::size_t RefereeDesk::disputes() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(entries_, [](const Entry& e) { return e.its.dispute; }));
+}
+
+std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
+  const std::string two = "two machines returned different bits for the same samples, and ";
+  std::size_t open = 0;
+  for (const Entry& entry : entries_) {
+    if (entry.its.generation != generation || !entry.its.dispute) {
+      continue;
+    }
+    ++open;
+    if (!referee_) {
+      return two + "this coordinator has no referee to decide";
+    }
+    if (!entry.trouble.empty()) {
+      return two + "the referee cannot trace them again: " + entry.trouble;
+    }
+    if (now - entry.opened >= options_.patience) {
+      return two + "the referee has not decided yet";
+    }
+  }
+  if (open > 0 && budget_.left(now) < 0) {
+    return two + "the referee has used up its share of processor time: it goes on later";
+  }
+  if (open >= options_.most_disputes) {
+    return two + "the referee decides first: " + std::to_string(open) + " disputes are open";
+  }
+  return {};
+}
+
+}  // namespace parray

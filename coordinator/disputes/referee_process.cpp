@@ -1,0 +1,299 @@
+#include "coordinator/disputes/referee_process.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "common/base/error.h"
+#include "proto/messages.h"
+#include "proto/stream_frames.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t most_answer_bytes = std::uint64_t{1} << 32;
+
+/// What its code, its threads and its allocator reserve beside scene and tree.
+constexpr std::uint64_t program_bytes = std::uint64_t{1} << 30;
+
+fs::path beside_this_program() {
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  return self.parent_path().parent_path() / "lib" / "parray" / "parray-referee";
+}
+
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+std::vector<std::string> environment() {
+  std::vector<std::string> variables = {"OMP_NUM_THREADS=1", "MALLOC_ARENA_MAX=1", "LC_ALL=C"};
+  for (const char* const name : {"PATH", "LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS"}) {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment
+    if (const char* const value = getenv(name); value != nullptr) {
+      variables.push_back(std::string(name) + "=" + value);
+    }
+  }
+  return variables;
+}
+
+std::vector<char*> pointers_to(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  pointers.reserve(texts.size() + 1);
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+}  // namespace
+
+/// A process that runs until this object ends. Any thread may kill it.
+class RefereeProcess::Child {
+ public:
+  /// Throws RunError.
+  Child(const fs::path& program, std::uint64_t memory) {
+    if (access(program.c_str(), X_OK) != 0) {
+      throw RunError(program.string() + " is not there: install ParRay again");
+    }
+    std::array<int, 2> ends{};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+      throw RunError("no socket for the referee: " + std::generic_category().message(errno));
+    }
+    socket_ = ends[0];
+    std::vector<std::string> arguments = {program.string(),
+                                          "--memory=" + std::to_string(memory + program_bytes)};
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    sigset_t signals;  // what this program ignores, its child would ignore, too
+    sigfillset(&signals);
+    posix_spawnattr_setsigdefault(&attributes, &signals);
+    std::vector<std::string> variables = environment();
+    const auto argv = pointers_to(arguments);
+    const auto envp = pointers_to(variables);
+    const int error = posix_spawn(&pid_, argv[0], &files, &attributes, argv.data(), envp.data());
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    close(ends[1]);
+    if (error != 0) {
+      close(socket_);
+      throw RunError("starting " + arguments[0] + ": " + std::generic_category().message(error));
+    }
+  }
+  ~Child() {
+    end();
+    close(socket_);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  [[nodiscard]] int socket() const { return socket_; }
+
+  void kill_it() {
+    const std::scoped_lock lock(mutex_);
+    if (!ended_) {
+      kill(pid_, SIGKILL);
+    }
+  }
+
+  /// How it has ended; ends it if it has not.
+  struct End {
+    std::string why;
+    double seconds = 0;  ///< of processor time, in its life
+  };
+  const End& end() {
+    kill_it();
+    const std::scoped_lock lock(mutex_);
+    if (!ended_) {
+      int status = 0;
+      rusage used{};
+      while (wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {
+      }
+      end_.why = WIFSIGNALED(status)
+                     ? "it was killed by signal " + std::to_string(WTERMSIG(status))
+                     : "it ended with status " + std::to_string(WEXITSTATUS(status));
+      end_.seconds = seconds_of(used.ru_utime) + seconds_of(used.ru_stime);
+      ended_ = true;
+    }
+    return end_;
+  }
+
+  /// Bytes that it holds now; 0: unknown.
+  [[nodiscard]] std::uint64_t memory() const {
+    std::ifstream in("/proc/" + std::to_string(pid_) + "/statm");
+    std::uint64_t all = 0;
+    std::uint64_t resident = 0;
+    in >> all >> resident;
+    return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  }
+
+ private:
+  pid_t pid_ = 0;
+  int socket_ = -1;
+  std::mutex mutex_;  // guards what follows, and the process number while it is in use
+  bool ended_ = false;
+  End end_;
+};
+
+RefereeProcess::RefereeProcess(Options options)
+    : options_(std::move(options)), thread_([this] { lead(); }) {}
+
+RefereeProcess::~RefereeProcess() {
+  {
+    const std::scoped_lock lock(mutex_);
+    quit_ = true;
+    if (child_) {
+      child_->kill_it();
+    }
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void RefereeProcess::ask(Question question) {
+  {
+    const std::scoped_lock lock(mutex_);
+    question_ = std::move(question);
+  }
+  changed_.notify_all();
+}
+
+std::vector<Referee::Answer> RefereeProcess::take_answers() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(answers_, {});
+}
+
+void RefereeProcess::forget() {
+  const std::scoped_lock lock(mutex_);
+  ++given_up_;
+  question_.reset();
+  answers_.clear();
+  if (child_) {
+    child_->kill_it();
+  }
+}
+
+void RefereeProcess::lead() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return quit_ || question_; });
+    if (quit_) {
+      break;
+    }
+    const Question question = std::move(*question_);
+    question_.reset();
+    const std::uint64_t round = given_up_;
+    lock.unlock();
+    Answer found = answer(question);
+    lock.lock();
+    if (round != given_up_) {
+      found = Answer{0, "given up", {}, found.seconds, 0};
+    }
+    answers_.push_back(std::move(found));
+    if (options_.wake && !quit_) {
+      options_.wake();
+    }
+  }
+  child_.reset();
+}
+
+/// A child that fails is ended; the next question starts another.
+Referee::Answer RefereeProcess::answer(const Question& question) {
+  Answer found;
+  found.id = question.id;
+  try {
+    return answer_of_child(question);
+  } catch (const std::exception& error) {
+    found.failure = error.what();
+  }
+  std::shared_ptr<Child> child;
+  {
+    const std::scoped_lock lock(mutex_);
+    child = std::exchange(child_, nullptr);
+  }
+  if (child) {
+    found.seconds = std::max(child->end().seconds - stated_, 0.0);
+  }
+  return found;
+}
+
+/// Throws when there is no child to be had, or it does not answer as it should.
+Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
+  std::shared_ptr<Child> child;
+  {
+    const std::scoped_lock lock(mutex_);
+    child = child_;
+  }
+  const auto read_message = [&] {
+    const auto frames = read_frames(child->socket(), most_answer_bytes);
+    if (!frames) {
+      throw RunError(child->end().why);
+    }
+    return decode(*frames);
+  };
+  if (!child) {
+    child = std::make_shared<Child>(
+        options_.program.empty() ? beside_this_program() : options_.program, question.memory);
+    {
+      const std::scoped_lock lock(mutex_);
+      child_ = child;
+      if (quit_) {
+        child->kill_it();
+      }
+    }
+    scene_.clear();
+    stated_ = 0;
+    const Message message = read_message();
+    const auto* hello = std::get_if<msg::Hello>(&message);
+    if (hello == nullptr || hello->version != protocol_version || hello->trace != trace_version ||
+        hello->fingerprint != options_.fingerprint) {
+      throw RunError("it traces other bits than this coordinator: install the same release");
+    }
+  }
+  bool sent = true;
+  if (scene_ != question.scene) {
+    scene_ = question.scene;
+    sent =
+        write_frames(child->socket(), {std::string("scene"), Frame(question.parcel.bytes().data)});
+  }
+  sent =
+      sent && write_frames(child->socket(), encode(msg::Grant{1, 0, question.id, question.cells,
+                                                              question.scene, question.settings}));
+  if (!sent) {
+    throw RunError(child->end().why);
+  }
+  Message message = read_message();
+  Answer found;
+  found.id = question.id;
+  found.memory = child->memory();
+  if (auto* result = std::get_if<msg::Result>(&message)) {
+    found.cells = std::move(result->cells);
+    found.seconds = result->seconds;
+    stated_ += result->seconds;
+    return found;
+  }
+  const auto* failed = std::get_if<msg::Failed>(&message);
+  throw RunError(failed == nullptr ? "it does not answer the question" : failed->reason);
+}
+
+}  // namespace parray
