@@ -241,6 +241,7 @@ WorkerRecord* Coordinator::heard_from(Time now, const PeerId& peer) {
     send(peer, msg::Who{});
   } else {
     worker->last_heard = now;
+    worker->ours = worker->ours && sender_.ours;
   }
   return worker;
 }

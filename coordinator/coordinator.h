@@ -201,6 +201,7 @@ class Coordinator final : public Actor {
   void end_quarantines();
   void bar_as_due(WorkerRecord& worker);
   [[nodiscard]] nlohmann::json quarantined_elsewhere();
+  [[nodiscard]] std::string worker_of(TracerKey machine) const;
 
   // Jobs (jobs.cpp).
   Job* job_of(JobId id);
@@ -269,6 +270,7 @@ class Coordinator final : public Actor {
   QuarantineLedger quarantines_;
   CheckPolicy checks_;
   RefereeDesk desk_;
+  bool any_held_ = false;  ///< a job is, for a dispute
   std::set<std::pair<bool, std::string>> drained_;  ///< workers by name, or (true) by host
   Store::Usage usage_;                              ///< of the store, some seconds ago
   Time next_housekeeping_{};

@@ -30,6 +30,12 @@ std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& c
 
 }  // namespace
 
+/// Name of the worker that joined last from a machine, for people.
+std::string Coordinator::worker_of(TracerKey machine) const {
+  const std::string worker = machines_.find(machine).worker;
+  return worker.empty() ? "one that has left" : worker;
+}
+
 /// A lease was accepted: it may be one that is checked. Its worker may have left meanwhile.
 void Coordinator::draw_check(Job& job, const Merged& merged) {
   const CheckedWorker worker{machines_.count_lease(merged.machine), merged.process_leases,
@@ -128,7 +134,7 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
   }
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
-                  machines_.find(merged.differing.front().tracer).worker, merged.name);
+                  worker_of(merged.differing.front().tracer), merged.name);
   warnings_.warn(now_, fmt::format("job {} lease {}: {}: the referee decides", job.record.id,
                                    lease_number(merged.epoch), job.record.flag));
   if (desk_.disputes(job.work->generation) == 1) {
@@ -141,9 +147,13 @@ void Coordinator::take_referee_turn(Time now) {
   for (RefereeDesk::Traced& traced : desk_.take_answers(now)) {
     judge(std::move(traced));
   }
-  const std::uint64_t others = memory_in_use() - desk_.memory();
-  desk_.ask_next(now, options_.memory - std::min(options_.memory, others));
-  hold_disputed_jobs(now);
+  if (desk_.may_ask(now)) {
+    const std::uint64_t others = memory_in_use() - desk_.memory();
+    desk_.ask_next(now, options_.memory - std::min(options_.memory, others));
+  }
+  if (desk_.disputes() > 0 || any_held_) {
+    hold_disputed_jobs(now);
+  }
 }
 
 /// What came of a question to the referee.
@@ -232,6 +242,7 @@ void Coordinator::note_judged(Job& job, const Judged& judged) {
 
 /// Without the referee's word nothing is decided: no votes.
 void Coordinator::hold_disputed_jobs(Time now) {
+  any_held_ = false;
   for (const JobId id : open_jobs_) {
     Job& job = jobs_.at(id);
     if (!job.work) {
@@ -246,6 +257,7 @@ void Coordinator::hold_disputed_jobs(Time now) {
     }
     grants_due_ = grants_due_ || why.empty();
     job.work->held = !why.empty();
+    any_held_ = any_held_ || job.work->held;
     job.pause_reason = why;
   }
 }
@@ -256,7 +268,7 @@ void Coordinator::quarantine(TracerKey machine, const std::string& reason) {
   const Machines::Known known = machines_.find(machine);
   const double at = options_.wall_clock();
   const bool fresh = quarantines_.add({machine, known.name, known.worker, reason, at, 0});
-  const std::string name = known.worker.empty() ? "one that has left" : known.worker;
+  const std::string name = worker_of(machine);
   if (fresh) {
     log_->error(
         "worker '{}' ({}) returns wrong bits: {}. Its machine gets no more leases, and what it "

@@ -67,6 +67,10 @@ class RefereeDesk {
   };
   /// Takes answers in. Each one is settled with close() or go_on().
   std::vector<Traced> take_answers(Time now);
+  /// Whether ask_next() has anything to do.
+  [[nodiscard]] bool may_ask(Time now) const {
+    return referee_ && asked_ == 0 && now >= retry_at_ && (memory_ > 0 || !entries_.empty());
+  }
   /// Asks the next question if one may be asked. `memory_left`: bytes that the referee may use.
   void ask_next(Time now, std::uint64_t memory_left);
   /// When either has something to do again, at the latest.
