@@ -6,6 +6,8 @@
 #include <atomic>
 #include <thread>
 
+#include "common/schedule/traced_cells.h"
+#include "common/schedule/work_plan.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/clock.h"
 #include "tests/support/sample_scenes.h"
