@@ -1,7 +1,5 @@
 // parray-coordinator: the service that owns jobs, pictures and leases.
-#include <malloc.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <iostream>
@@ -23,6 +21,7 @@
 #include "coordinator/http/http_face.h"
 #include "coordinator/key_watch.h"
 #include "coordinator/manual.h"
+#include "coordinator/process_limits.h"
 #include "coordinator/replica/keeper.h"
 #include "coordinator/store/state_tools.h"
 #include "proto/joined_link.h"
@@ -276,31 +275,6 @@ void declare_options(CommandLine& line, Arguments& a) {
       "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state rows --standby "
       "'tcp://*:7401'",
       "stands by for the coordinator that says --replicate-to with this address");
-}
-
-/// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
-/// given back to the system and cleared anew for each.
-void keep_freed_blocks() {
-  constexpr int largest_block = 1 << 26;
-  // NOLINTBEGIN(concurrency-mt-unsafe): before there is any other thread
-  mallopt(M_MMAP_THRESHOLD, largest_block);
-  mallopt(M_TRIM_THRESHOLD, 2 * largest_block);
-  // NOLINTEND(concurrency-mt-unsafe)
-}
-
-/// Every worker, every client and every connection of HTTP is a file descriptor. Throws InputError
-/// when there cannot be enough.
-void allow_connections(std::size_t workers, std::size_t http) {
-  constexpr std::size_t others = 256;  // clients, files, the library's own
-  rlimit limit{};
-  getrlimit(RLIMIT_NOFILE, &limit);
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
-  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < workers + http + others) {
-    throw InputError("--max-workers " + std::to_string(workers) + ": this process may open " +
-                     std::to_string(limit.rlim_cur) + " files and needs " +
-                     std::to_string(workers + http + others) + ": raise ulimit -n, or serve fewer");
-  }
 }
 
 Time from_seconds(double value) {
