@@ -344,6 +344,33 @@ std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
   return face;
 }
 
+int print_lines(const std::vector<std::string>& lines, const std::string& if_none) {
+  for (const std::string& text : lines) {
+    std::cout << text << '\n';
+  }
+  if (lines.empty()) {
+    std::cout << if_none << '\n';
+  }
+  return lines.empty() ? 0 : 1;
+}
+
+int check_state_of(const Arguments& a) {
+  return print_lines(find_damage(a.check), a.check + ": no damage");
+}
+
+int repair_state_of(const Arguments& a) {
+  print_lines(repair_state(a.repair, seconds_since_1970()), a.repair + ": there was no damage");
+  return 0;
+}
+
+int back_up_state_of(const Arguments& a) {
+  if (a.backup.size() != 2) {
+    throw InputError("--backup takes two directories: that of --state, and a new one for the copy");
+  }
+  return print_lines(back_up_state(a.backup[0], a.backup[1], seconds_since_1970()),
+                     a.backup[1] + ": a complete copy");
+}
+
 int serve(Arguments& a) {
   check(a);
   a.options.heartbeat = from_seconds(a.heartbeat);
