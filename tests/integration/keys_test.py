@@ -57,6 +57,28 @@ class Keys(unittest.TestCase):
             self.assertEqual(worker.wait(timeout=20), 1)
             self.assertIn("its key is no longer allowed", worker.log.read_text())
 
+    def test_lists_that_others_can_write_are_refused_and_not_followed_any_more(self):
+        allowed = self.keys / "allowed"
+        self.assertEqual(run("keygen", self.keys, "--token", "admin").returncode, 0)
+        for path, mode in ((allowed, 0o666), (self.keys / "tokens", 0o620), (self.keys, 0o777)):
+            before = path.stat().st_mode
+            path.chmod(mode)
+            started = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--keys", self.keys],
+                                     capture_output=True, text=True, timeout=60)
+            self.refused(started, "others on this machine can write it", f"chmod go-w {path}")
+            path.chmod(before)
+        with self.farm() as farm:
+            ann = self.add("ann")
+            env = {"PARRAY_COORDINATOR": farm.address.replace("0.0.0.0", "127.0.0.1"), "PARRAY_KEYS": str(ann)}
+            self.assertEqual(run("jobs", env=env).returncode, 0)
+            allowed.chmod(0o666)
+            wait_for(lambda: f"chmod go-w {allowed}" in farm.coordinator_log(), "a word about it")
+            allowed.write_text(allowed.read_text().replace("client ann", "admin ann"))
+            self.assertEqual(run("jobs", env=env).returncode, 0)
+            self.assertNotEqual(run("workers", "drain", "nobody", env=env).returncode, 0)  # no administrator yet
+            allowed.chmod(0o644)
+            wait_for(lambda: "are followed again" in farm.coordinator_log(), "that it is mended")
+
     def test_strangers_and_wrong_roles_are_refused_with_a_word(self):
         ann = self.add("ann")
         with self.farm() as farm:
