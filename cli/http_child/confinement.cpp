@@ -214,7 +214,7 @@ bool writes_a_large_file(const Enclosure& enclosure) {
 void enclose_process(const Enclosure& enclosure) {
   const rlimit size{enclosure.file_bytes, enclosure.file_bytes};
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
-  std::signal(SIGXFSZ, SIG_IGN);  // writing fails instead
+  static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // writing fails instead
   if (setrlimit(RLIMIT_FSIZE, &size) != 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
     throw RunError("a limit of this process cannot be set");
   }
