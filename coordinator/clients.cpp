@@ -31,14 +31,14 @@ struct Coordinator::Accepted {
   Job job;
   std::string refusal;
   std::uint32_t status = 2;
+  BulkLedger::Ticket ticket{};  ///< of the scene's bytes
 };
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   const std::string user = sender_.role == Role::any ? m.user : sender_.name;
   const std::string token = name_in_token(m.token);
-  for (const auto& [id, job] : jobs_) {
-    if (name_in_token(job.record.token) != token || job.record.user != user) continue;
-    if (may_be_same_content(job.record.token, m.token)) {  // a repeated submit
+  if (const JobId id = index_.by_token(user, token); id != 0) {
+    if (may_be_same_content(jobs_.at(id).record.token, m.token)) {  // a repeated submit
       send(peer, msg::Submitted{m.request, id});
     } else {
       fail_request(peer, m.request, 2,
@@ -89,6 +89,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
       throw NoRoom("this coordinator's memory, " + megabytes(options_.memory) +
                    ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+    }
+    accepted->ticket = scenes_waiting_.admit(peer, m.scene.size());
+    if (!accepted->ticket) {
+      throw NoRoom("scenes that wait to be kept fill a quarter of this coordinator's memory: wait");
     }
     if (!record.series.empty() && record.series_id == 0) {
       record.series_id = next_job_++;
@@ -157,7 +161,7 @@ void Coordinator::accept_job(const PeerId& peer, std::uint64_t request, Accepted
              job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
   send(peer, msg::Submitted{request, job.record.id});
   const JobId id = job.record.id;
-  jobs_.emplace(id, std::move(job));
+  index_.add(jobs_.emplace(id, std::move(job)).first->second);
   list_open_jobs();
 }
 
@@ -173,14 +177,15 @@ static bool is_among(std::string_view names, std::string_view state) {
 
 void Coordinator::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   auto list = json::array();
-  const std::map<JobId, Series> listed = listed_jobs();
+  const auto& listed = index_.listed();
   const auto end = m.before == 0 ? listed.end() : listed.lower_bound(m.before);
   for (auto entry = std::make_reverse_iterator(end);
        entry != listed.rend() && list.size() < m.limit; ++entry) {
-    const Job& first = *entry->second.front();
+    const Job& first = *entry->second.begin()->second;
     const bool alone = first.record.series_id == 0;
     if (!m.states.empty() && alone && !is_among(m.states, first.shown_state())) continue;
-    json summary = summary_of(now, entry->second);
+    json summary = alone ? job_summary(first, now, waits_for(first))
+                         : summary_of(now, series_of(entry->second));
     if (m.states.empty() || is_among(m.states, summary["state"].get<std::string>())) {
       list.push_back(std::move(summary));
     }
@@ -205,27 +210,15 @@ Job* Coordinator::asked_for(const PeerId& peer, std::uint64_t request, JobId id)
   return job;
 }
 
-/// All jobs as people see them: by the numbers that they are listed under.
-std::map<JobId, Series> Coordinator::listed_jobs() const {
-  std::map<JobId, Series> listed;
-  for (const auto& [id, job] : jobs_) {
-    listed[job.record.listed_as()].push_back(&job);
-  }
-  for (auto& [id, series] : listed) {
-    std::ranges::sort(series, {}, [](const Job* job) { return job->record.frame; });
-  }
-  return listed;
-}
-
 /// The frames of a series, by number; none: there is no such series.
 std::vector<Job*> Coordinator::frames_of(JobId series) {
   std::vector<Job*> frames;
-  for (auto& [id, job] : jobs_) {
-    if (job.record.series_id == series && series != 0) {
-      frames.push_back(&job);
+  const JobIndex::Frames* listed = index_.listed_as(series);
+  if (listed != nullptr && listed->begin()->second->record.series_id == series) {
+    for (const auto& [key, job] : *listed) {
+      frames.push_back(job);
     }
   }
-  std::ranges::sort(frames, {}, [](const Job* job) { return job->record.frame; });
   return frames;
 }
 
@@ -313,7 +306,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
     count = count.get<std::uint64_t>() + 1;
     if (!job.ended()) seconds_left += job.samples_left(now) * price_;
   }
-  json workers = {{"ready", 0}, {"draining", 0}, {"drained", 0}, {"quarantined", 0}};
+  json workers = {
+      {"ready", 0}, {"backoff", 0}, {"draining", 0}, {"drained", 0}, {"quarantined", 0}};
   std::uint64_t threads = 0;
   std::uint64_t leases = 0;
   double speed = 0;

@@ -13,6 +13,8 @@ namespace parray {
 // The protocol's.
 static constexpr Time longest_heartbeat = seconds(60);
 static constexpr Time longest_silence = seconds(600);
+/// Pictures and journals that one client may have under way.
+static constexpr std::size_t most_bulk_of_peer = 4;
 
 /// No worker can foresee it.
 static double evenly_random() {
@@ -30,6 +32,8 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
       checks_(options_.checks, options_.random ? options_.random : evenly_random),
       desk_(options_.referee, options_.refereeing),
       requests_(options_.limits.requests),
+      bulk_(options_.memory / 4, most_bulk_of_peer),
+      scenes_waiting_(options_.memory / 4, SIZE_MAX),
       backroom_(store, options_.backroom) {
   restore_worker_notes();
   restore_jobs();
@@ -134,6 +138,7 @@ Time Coordinator::tick(Time now, bool drained) {
   if (grant_again_at_ <= now) {
     grant_again_at_ = never;
     grants_due_ = true;
+    hold_back(now);
   }
   grant_leases(now);
   backroom_.run_finished();  // what has been prepared meanwhile
@@ -142,7 +147,7 @@ Time Coordinator::tick(Time now, bool drained) {
   }
   Time next = std::min(
       {workers_.size() > 0 ? now + options_.heartbeat : never, grant_again_at_, desk_.next(now)});
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : at_work_) {
     const Job& job = jobs_.at(id);
     if (job.work && job.work->leases) {
       next = std::min(next, job.work->leases->next_deadline());
@@ -204,9 +209,10 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
   }
   if (known == nullptr) {
     known = &workers_.add(now, peer, m, sender_);
-    judge_losses(*known);
+    judge_losses(now, *known);
     machines_.note(known->machine, m.name);
     bar_as_due(*known);
+    hold_back(now);
     grants_due_ = true;
     arrivals_.info(
         now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));

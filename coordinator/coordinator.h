@@ -10,13 +10,16 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/backoff.h"
 #include "coordinator/backroom.h"
+#include "coordinator/bulk_ledger.h"
 #include "coordinator/disputes/check_policy.h"
 #include "coordinator/disputes/machines.h"
 #include "coordinator/disputes/quarantine.h"
 #include "coordinator/disputes/referee_desk.h"
 #include "coordinator/fair_queue.h"
 #include "coordinator/job.h"
+#include "coordinator/job_index.h"
 #include "coordinator/limits.h"
 #include "coordinator/log_budget.h"
 #include "coordinator/scene_service.h"
@@ -137,7 +140,7 @@ class Coordinator final : public Actor {
   void welcome(WorkerRecord& worker);
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat);
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
-  void judge_losses(const WorkerRecord& worker);
+  void judge_losses(Time now, const WorkerRecord& worker);
   void expire_leases(Time now);
   bool grant_leases(Time now);
   bool grant_one(Time now, WorkerRecord& worker);
@@ -165,6 +168,7 @@ class Coordinator final : public Actor {
   void check_limits(const JobRecord& record) const;
   void keep_house(Time now);
   void note_usage(Store::Usage usage);
+  void make_room_on_disk();
   void forget_job(JobId id, const std::string& why);
   void forget_all(const Series& listed, const std::string& why);
 
@@ -179,6 +183,8 @@ class Coordinator final : public Actor {
   void note_merged(Job& job, const Merged& merged);
   void note_accepted(Job& job, const Merged& merged);
   void note_failure(Time now, Job& job, Failure failure);
+  void note_success(Job& job, WorkerId worker);
+  void hold_back(Time now);
   void end_pass_if_done(Job& job);
 
   // Checks, disputes, quarantines (disputes/disputes.cpp).
@@ -209,7 +215,6 @@ class Coordinator final : public Actor {
   Job* job_at_work(JobId id, std::uint64_t generation);
   Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
   std::vector<Job*> asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
-  [[nodiscard]] std::map<JobId, Series> listed_jobs() const;
   std::vector<Job*> frames_of(JobId series);
   void join_series(JobRecord& record);
   [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
@@ -232,6 +237,7 @@ class Coordinator final : public Actor {
   void keep(const Job& job);
 
   // Pictures and journals for clients (fetching.cpp).
+  BulkLedger::Ticket admit_bulk(const PeerId& peer, std::uint64_t request, std::uint64_t bytes);
   void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
@@ -262,19 +268,24 @@ class Coordinator final : public Actor {
   WorkerRegistry workers_;
   SceneService scenes_;
   std::map<JobId, Job> jobs_;
-  std::vector<JobId> open_jobs_;  ///< those that have not ended, by age
-  FairQueue queue_;               ///< of the open jobs
-  Time queue_again_at_{};         ///< when what is left of them is to be looked at again
-  double price_ = 1e-7;           ///< thread-seconds a sample, of the latest results
+  JobIndex index_;           ///< of jobs_
+  std::set<JobId> at_work_;  ///< those with JobWork
+  FairQueue queue_;          ///< of the open jobs
+  Time queue_again_at_{};    ///< when what is left of them is to be looked at again
+  double price_ = 1e-7;      ///< thread-seconds a sample, of the latest results
   Machines machines_;
   QuarantineLedger quarantines_;
   CheckPolicy checks_;
   RefereeDesk desk_;
-  bool any_held_ = false;  ///< a job is, for a dispute
+  bool any_held_ = false;                           ///< a job is, for a dispute
   std::set<std::pair<bool, std::string>> drained_;  ///< workers by name, or (true) by host
+  std::map<std::string, std::uint64_t> disk_of_;    ///< of usage_, by user
   Store::Usage usage_;                              ///< of the store, some seconds ago
   Time next_housekeeping_{};
   RequestBudget requests_;
+  BulkLedger bulk_;            ///< pictures and journals on their way to clients
+  BulkLedger scenes_waiting_;  ///< of submits that are not acknowledged yet
+  Backoff backoff_;
   std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at, as listed
   /// Numbers of series, by user and token.
   std::map<std::pair<std::string, std::string>, JobId> series_;

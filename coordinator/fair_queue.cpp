@@ -9,6 +9,8 @@ namespace parray {
 
 /// What a user's express lane gets of what the user gets.
 static constexpr double express_part = 0.25;
+/// What a user's starving jobs get of what the user gets.
+static constexpr double starving_part = 0.05;
 
 void FairQueue::assign(const std::vector<Entry>& jobs) {
   std::map<std::string, std::vector<Entry>> by_user;
@@ -30,6 +32,15 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
     user.had = found == known.end() ? least : found->second.had;
     user.owed = found == known.end() ? 0 : found->second.owed;
     user.share = entries.front().share;
+    double longest = -1;
+    for (const Entry& entry : entries) {
+      if (entry.starving && entry.waited > longest) {
+        longest = entry.waited;
+        user.starving = entry.id;
+      }
+    }
+    user.owed_starving =
+        found == known.end() || user.starving == 0 ? 0 : found->second.owed_starving;
     for (const Entry& entry : entries) {
       user.jobs.push_back(entry.id);
     }
@@ -58,15 +69,22 @@ bool FairQueue::visit(const Offer& offer) {
 }
 
 bool FairQueue::visit_user(User& user, const Offer& offer) {
-  express_ = user.shortest_is_fresh || user.owed > 0;
-  if (express_) {
+  lane_ = Lane::starving;
+  if (user.starving != 0 && user.owed_starving > 0) {
+    if (offer(user.starving) == Answer::granted) {
+      return true;
+    }
+    user.owed_starving = 0;  // it had its turn
+  }
+  if (user.shortest_is_fresh || user.owed > 0) {
+    lane_ = Lane::express;
     if (offer(user.shortest) == Answer::granted) {
       user.shortest_is_fresh = false;
       return true;
     }
     user.owed = std::min(user.owed, 0.0);  // it had its turn
   }
-  express_ = false;
+  lane_ = Lane::regular;
   for (const JobId job : user.jobs) {
     const Answer answer = offer(job);
     if (answer != Answer::nothing) {
@@ -78,7 +96,13 @@ bool FairQueue::visit_user(User& user, const Offer& offer) {
 
 void FairQueue::charge(double thread_seconds) {
   User& user = users_[granted_];
-  user.owed += thread_seconds * (express_ ? express_part - 1 : express_part);
+  if (lane_ != Lane::starving) {
+    user.owed += thread_seconds * (lane_ == Lane::express ? express_part - 1 : express_part);
+  }
+  if (user.starving != 0) {
+    user.owed_starving +=
+        thread_seconds * (lane_ == Lane::starving ? starving_part - 1 : starving_part);
+  }
   user.had += thread_seconds / user.share;
   const auto begin = users_.begin() + static_cast<std::ptrdiff_t>(granted_);
   const auto end = std::find_if(begin + 1, users_.end(),

@@ -20,6 +20,9 @@ namespace parray {
 /// lane**, and there one that has had nothing yet is due at once: so a short job does not wait for
 /// a long one that came before it.
 ///
+/// No job starves: of what a user gets, a twentieth goes to those jobs that have waited in vain for
+/// long, whatever their priority, to the one that has waited longest.
+///
 /// Plain state. One thread. A grant costs a time linear in the users at most.
 class FairQueue {
  public:
@@ -28,8 +31,10 @@ class FairQueue {
     std::string user;
     double share = 1;  ///< > 0
     std::uint32_t priority = 0;
-    bool fresh = false;    ///< has had no lease yet
-    double work_left = 0;  ///< thread-seconds, roughly; only compared
+    bool fresh = false;     ///< has had no lease yet
+    double work_left = 0;   ///< thread-seconds, roughly; only compared
+    bool starving = false;  ///< has long had no turn by right
+    double waited = 0;      ///< seconds since its latest lease, if it starves
   };
 
   /// The jobs that there are, by age. What users have had so far stays.
@@ -44,6 +49,9 @@ class FairQueue {
   /// Offers one job after the other, the most entitled first, until one is granted something.
   bool visit(const Offer& offer);
 
+  /// Whether what visit() has granted was the job's turn by right, and not because it starves.
+  [[nodiscard]] bool granted_by_turn() const { return lane_ != Lane::starving; }
+
   /// What visit() has granted takes so many thread-seconds.
   void charge(double thread_seconds);
 
@@ -56,13 +64,16 @@ class FairQueue {
     std::vector<JobId> jobs{};  ///< by priority, then age
     JobId shortest = 0;         ///< of the first's priority
     bool shortest_is_fresh = false;
+    JobId starving = 0;        ///< the one that has waited longest; 0: none
+    double owed_starving = 0;  ///< thread-seconds that those which starve lack of their part
   };
+  enum class Lane : std::uint8_t { regular, express, starving };
 
   bool visit_user(User& user, const Offer& offer);
 
-  std::vector<User> users_;  ///< with jobs; who has had the least comes first
-  std::size_t granted_ = 0;  ///< whose lease the last was
-  bool express_ = false;     ///< it went by the express lane
+  std::vector<User> users_;    ///< with jobs; who has had the least comes first
+  std::size_t granted_ = 0;    ///< whose lease the last was
+  Lane lane_ = Lane::regular;  ///< by which it went
 };
 
 }  // namespace parray

@@ -48,6 +48,19 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   }
 }
 
+/// Null once the client has been told that there is no room now.
+BulkLedger::Ticket Coordinator::admit_bulk(const PeerId& peer, std::uint64_t request,
+                                           std::uint64_t bytes) {
+  BulkLedger::Ticket ticket = bulk_.admit(peer, bytes);
+  if (!ticket) {
+    send(peer, msg::Error{request, 2,
+                          "too many pictures wait for clients to read them: read those that you "
+                          "asked for, and ask again later",
+                          true});
+  }
+  return ticket;
+}
+
 void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   if (store_ != nullptr) {
     send_kept_picture(peer, m, job);
@@ -65,9 +78,14 @@ void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Jo
 
 void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   const auto answer = std::make_shared<msg::ImageData>(answer_to(m, job.record));
+  const auto ticket =
+      admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
+  if (!ticket) {
+    return;
+  }
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   for_client(peer, m.request, doing)
-      .give([this, answer, peer, store = store_, id = m.job,
+      .give([this, answer, ticket, peer, store = store_, id = m.job,
              report = job.record.report]() -> Backroom::Outcome {
         const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
         if (kept->bytes) {
@@ -75,7 +93,8 @@ void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, con
           kept->bytes->resize(std::min<std::size_t>(
               kept->bytes->size(),
               picture_size(answer->width, answer->height, detail_of(*answer))));
-          answer->picture = PictureParcel(Bulk::of(std::exchange(*kept->bytes, {})));
+          answer->picture =
+              PictureParcel(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
         }
         return {[this, answer, peer, kept, id] {
                   note_picture_file(id, *kept);
@@ -115,16 +134,31 @@ void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Jo
     fail_request(peer, m.request, 2, "job " + std::to_string(m.job) + " has nothing to show yet");
     return;
   }
+  // Without a store the client is in this process, and nothing is copied.
+  const RenderSettings& s = job.record.settings;
+  const BulkLedger::Ticket ticket =
+      store_ == nullptr
+          ? nullptr
+          : admit_bulk(peer, m.request, picture_size(s.width, s.height, PictureDetail::image));
+  if (store_ != nullptr && !ticket) {
+    return;
+  }
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   for_client(peer, m.request, doing)
-      .give([this, peer, request = m.request, picture = job.work->picture]() -> Backroom::Outcome {
+      .give([this, peer, ticket, request = m.request,
+             picture = job.work->picture]() -> Backroom::Outcome {
         auto parts = std::make_shared<PictureParts>();
         parts->image = shown_image(*picture).image;
         const json report = {{"partial", true},
                              {"samples", picture->framebuffer().counts().samples}};
         const auto answer = std::make_shared<msg::ImageData>(
             msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
-                           PictureParcel(std::move(parts))});
+                           PictureParcel(parts)});
+        if (ticket) {
+          Bulk bytes = answer->picture.bytes(PictureDetail::image);
+          bytes.data = with_ticket(std::move(bytes.data), ticket);
+          answer->picture = PictureParcel(std::move(bytes));
+        }
         return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
       });
 }
@@ -140,9 +174,13 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   answer->job = job_summary(*job, now, waits_for(*job));
   const bool done = job->record.state == JobState::done;
   const RenderSettings& s = job->record.settings;
+  const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
+  if (!ticket) {
+    return;
+  }
   const std::string doing = fmt::format("reading the journal of job {}", m.job);
   for_client(peer, m.request, doing)
-      .give([this, answer, peer, done, store = store_, id = m.job, kept = job->journal,
+      .give([this, answer, ticket, peer, done, store = store_, id = m.job, kept = job->journal,
              report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
              picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
         answer->report = report.empty() ? json::object() : json::parse(report);
@@ -155,7 +193,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
           bytes = file.bytes && file.bytes->size() > size ? file.bytes->substr(size) : "";
           file.bytes = file.bytes ? std::optional(std::string()) : std::nullopt;
         }
-        answer->journal = Bulk::of(std::move(bytes));
+        answer->journal = Bulk::of(with_ticket(std::move(bytes), ticket));
         return {[this, answer, peer, file, id] {
                   note_picture_file(id, file);
                   if (file.damage.empty() || file.restored) {

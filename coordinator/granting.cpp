@@ -22,12 +22,15 @@ bool Coordinator::grant_leases(Time now) {
   if (!grants_due_ || !storage_.empty() || backroom_.backlog() > most_backlog) {
     return true;
   }
+  if (workers_.size() == 0) {
+    return true;  // the first to come changes that
+  }
   if (queue_again_at_ <= now) {
     queue_open_jobs();
   }
   int granted = 0;
   auto next = workers_.after(granted_last_);
-  for (std::size_t in_vain = 0; in_vain < workers_.size() && !open_jobs_.empty();) {
+  for (std::size_t in_vain = 0; in_vain < workers_.size() && !index_.open().empty();) {
     if (granted == most_granted_at_once) {
       return false;
     }
@@ -104,6 +107,10 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   ++worker.held;
   worker.note_grant(job.record.id, lease->epoch, now);
   const double samples = job.work->plan->cell_samples() * static_cast<double>(lease->range.count());
+  job.granted = now;
+  if (queue_.granted_by_turn()) {
+    job.served = now;
+  }
   queue_.charge(samples * (job.work->price > 0 ? job.work->price : price_));
   send_grant(now, worker, job, *lease);
   return true;
@@ -123,10 +130,14 @@ std::uint64_t Coordinator::memory_of(const Job& job) const {
 }
 
 std::uint64_t Coordinator::memory_in_use() const {
-  std::uint64_t bytes = desk_.memory();
-  for (const auto& [id, job] : jobs_) {
-    bytes += job.work ? memory_of(job) : 0;
-    bytes += job.scene.size() + job.picture_bytes;
+  std::uint64_t bytes = desk_.memory() + bulk_.bytes() + scenes_waiting_.bytes();
+  for (const JobId id : at_work_) {
+    bytes += memory_of(jobs_.at(id));
+  }
+  if (store_ == nullptr) {
+    for (const auto& [id, job] : jobs_) {
+      bytes += job.scene.size() + job.picture_bytes;
+    }
   }
   return bytes;
 }
@@ -136,7 +147,7 @@ std::uint64_t Coordinator::memory_in_use() const {
 bool Coordinator::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const {
   std::uint64_t scenes = scene;
   std::uint64_t largest = needed - scene;
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : index_.open()) {
     scenes += jobs_.at(id).scene.size();
     largest = std::max(largest, JobPicture::memory(jobs_.at(id).record.settings));
   }
@@ -155,9 +166,12 @@ std::string Coordinator::waits_for(const Job& job) const {
     return {};
   }
   if (workers_.usable() == 0) {
+    const bool held_back =
+        std::ranges::any_of(workers_, [](const auto& w) { return w.second.held_back; });
     return workers_.size() == 0     ? "no workers connected"
            : workers_.all_drained() ? "all workers are drained (parray workers readmit NAME)"
-                                    : "no worker whose results can be trusted";
+           : held_back ? "all workers failed where others succeeded and wait (parray workers)"
+                       : "no worker whose results can be trusted";
   }
   if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > options_.memory) {
     return "memory: other jobs are being rendered";
@@ -174,7 +188,7 @@ void Coordinator::note_storage(Time now) {
     blocked.empty() ? log_->info("everything can be kept again: jobs go on")
                     : log_->error("jobs wait: {}", blocked);
   }
-  for (const JobId id : std::vector<JobId>(open_jobs_)) {
+  for (const JobId id : std::vector<JobId>(at_work_.begin(), at_work_.end())) {
     Job& job = jobs_.at(id);
     if (job.retry_at <= now) {
       job.retry_at = never;

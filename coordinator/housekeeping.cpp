@@ -32,24 +32,14 @@ void Coordinator::check_limits(const JobRecord& record) const {
                     "fewer, or raise --max-pixels",
                     pixels_of(record), limits.pixels));
   }
-  std::map<JobId, std::uint64_t> open = {{record.listed_as(), pixels_of(record)}};
-  std::uint64_t disk = record.scene_bytes;
-  for (const auto& [id, job] : jobs_) {
-    if (job.record.user != record.user) {
-      continue;
-    }
-    if (!job.ended()) {  // of a series one frame at a time
-      std::uint64_t& pixels = open[job.record.listed_as()];
-      pixels = std::max(pixels, pixels_of(job.record));
-    }
-    const auto used = usage_.jobs.find(id);
-    disk += used == usage_.jobs.end() ? 0 : used->second;
-  }
-  const std::size_t jobs = open.size() - 1;
-  std::uint64_t pixels = 0;
-  for (const auto& [id, of_job] : open) {
-    pixels += of_job;
-  }
+  const JobIndex::Open others = index_.open_of(record.user, record.listed_as());
+  const std::size_t jobs = others.jobs;
+  // Of a series one frame at a time.
+  const std::uint64_t pixels =
+      others.pixels +
+      std::max(pixels_of(record), index_.open_pixels(record.user, record.listed_as()));
+  const auto used = disk_of_.find(record.user);
+  const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);
   if (jobs >= limits.user_jobs) {
     throw NoRoom(
         fmt::format("{} {} unfinished jobs, as many as may be: wait, cancel one, or "
@@ -74,6 +64,28 @@ void Coordinator::check_limits(const JobRecord& record) const {
                     "may: parray forget some, or raise --max-disk",
                     gigabytes(usage_.total), gigabytes(limits.disk)));
   }
+}
+
+/// Forgets the oldest that has ended when there are too many.
+void Coordinator::make_room_for_job() {
+  const auto& listed = index_.listed();
+  if (listed.size() + submitting_.size() <= options_.limits.jobs) {
+    return;
+  }
+  std::size_t all = listed.size();
+  for (const auto& [token, id] : submitting_) {
+    all += listed.contains(id) ? 0 : 1;
+  }
+  if (all <= options_.limits.jobs) {
+    return;
+  }
+  const auto oldest = std::find_if(listed.begin(), listed.end(),
+                                   [](const auto& l) { return has_ended(series_of(l.second)); });
+  if (oldest == listed.end()) {
+    throw NoRoom("this coordinator has its " + std::to_string(options_.limits.jobs) +
+                 " jobs and none has ended: wait, cancel one, or raise --max-jobs");
+  }
+  forget_all(series_of(oldest->second), "to make room");
 }
 
 /// Every now and then: what is too old goes, and what is too much.
@@ -107,8 +119,22 @@ void Coordinator::keep_house(Time now) {
 /// Jobs that have ended make room, the oldest first.
 void Coordinator::note_usage(Store::Usage usage) {
   usage_ = std::move(usage);
+  make_room_on_disk();
+  disk_of_.clear();
+  for (const auto& [id, bytes] : usage_.jobs) {
+    if (const Job* job = job_of(id)) {
+      disk_of_[job->record.user] += bytes;
+    }
+  }
+}
+
+void Coordinator::make_room_on_disk() {
+  if (usage_.total <= options_.limits.disk) {
+    return;
+  }
   std::vector<JobId> ended;
-  for (const auto& [id, listed] : listed_jobs()) {
+  for (const auto& [number, frames] : index_.listed()) {
+    const Series listed = series_of(frames);
     if (has_ended(listed)) {
       std::ranges::transform(listed, std::back_inserter(ended),
                              [](const Job* job) { return job->record.id; });
@@ -131,6 +157,13 @@ void Coordinator::note_usage(Store::Usage usage) {
 void Coordinator::forget_job(JobId id, const std::string& why) {
   const auto found = jobs_.find(id);
   log_->info("job {} '{}' forgotten {}", id, found->second.record.name, why);
+  const auto used = usage_.jobs.find(id);
+  if (used != usage_.jobs.end()) {
+    std::uint64_t& disk = disk_of_[found->second.record.user];
+    disk -= std::min(disk, used->second);
+    usage_.jobs.erase(used);
+  }
+  index_.remove(found->second);
   jobs_.erase(found);
   if (store_ != nullptr) {
     for_log(fmt::format("forgetting job {}", id)).give([store = store_, id]() -> Backroom::Outcome {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coordinator/job_failures.h"
 #include "coordinator/job_picture.h"
 #include "coordinator/lease_table.h"
 #include "coordinator/report.h"
@@ -17,15 +18,6 @@
 #include "proto/parcels.h"
 
 namespace parray {
-
-/// A lease that could not be traced, or whose worker was lost with it.
-struct Failure {
-  CellRange range;
-  std::string worker;  ///< name
-  std::string reason;
-  TracerKey lost =
-      0;  ///< whom nobody has heard of since; 0: it could not be traced, or has ended him
-};
 
 /// Where an unfinished job is.
 enum class JobPhase : std::uint8_t {
@@ -60,10 +52,9 @@ struct JobWork {
 
   std::set<WorkerId> contributors;
   RenderFacts facts;
-  std::vector<Failure> failures;
-  std::size_t old_failures = 0;  ///< those before the latest accepted result
-  bool held = false;             ///< Job::pause_reason is that of a dispute
-  std::uint64_t unchecked = 0;   ///< leases that were to be checked, and that nobody could check
+  JobFailures failures;
+  bool held = false;            ///< Job::pause_reason is that of a dispute
+  std::uint64_t unchecked = 0;  ///< leases that were to be checked, and that nobody could check
 };
 
 /// A job as the coordinator keeps it.
@@ -72,6 +63,8 @@ struct Job {
   JobPhase phase = JobPhase::waiting;
   SceneParcel scene;       ///< where no store keeps it
   Time submitted = never;  ///< in this life
+  Time served = never;     ///< latest lease that was its regular turn; never: not counted yet
+  Time granted = never;    ///< latest lease
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;
   std::unique_ptr<JobWork> work;    ///< null while waiting, and once ended

@@ -26,14 +26,13 @@ Job* Coordinator::job_at_work(JobId id, std::uint64_t generation) {
   return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
 }
 
+/// A job that has had no lease by right for so long starves.
+static constexpr Time starving_after = seconds(600);
+
+/// Jobs have come, ended or changed: before the next grant the queue is made anew, once for all.
 void Coordinator::list_open_jobs() {
-  open_jobs_.clear();
-  for (const auto& [id, job] : jobs_) {
-    if (!job.ended()) {
-      open_jobs_.push_back(id);
-    }
-  }
-  queue_open_jobs();
+  queue_again_at_ = Time(0);
+  grants_due_ = true;
 }
 
 /// By what is left of them, which changes. A series is one among the others: its frames stand where
@@ -45,8 +44,11 @@ void Coordinator::queue_open_jobs() {
   };
   std::map<JobId, Whole> wholes;
   std::vector<const Job*> open;
-  for (const JobId id : open_jobs_) {
-    const Job& job = jobs_.at(id);
+  for (const JobId id : index_.open()) {
+    Job& job = jobs_.at(id);
+    if (now_ > Time(0) && (job.served == never || job.record.state == JobState::paused)) {
+      job.served = job.granted = now_;  // its waiting begins
+    }
     const double price = job.work && job.work->price > 0 ? job.work->price : price_;
     Whole& whole = wholes[job.record.listed_as()];
     whole.fresh = whole.fresh && (!job.work || job.work->started == never) &&
@@ -61,7 +63,8 @@ void Coordinator::queue_open_jobs() {
   for (const Job* job : open) {
     const Whole& whole = wholes.at(job->record.listed_as());
     entries.push_back({job->record.id, job->record.user, job->record.share, job->record.priority,
-                       whole.fresh, whole.work_left});
+                       whole.fresh, whole.work_left, now_ - job->served >= starving_after,
+                       to_seconds(now_ - job->granted)});
   }
   queue_.assign(entries);
   queue_again_at_ = now_ + milliseconds(100);
@@ -91,11 +94,11 @@ void Coordinator::restore_jobs() {
     }
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     job.error = error_in(job.record.report);
-    jobs_.emplace(id, std::move(job));
+    index_.add(jobs_.emplace(id, std::move(job)).first->second);
   }
   list_open_jobs();
-  if (!open_jobs_.empty()) {
-    log_->info("{} unfinished jobs taken up", open_jobs_.size());
+  if (!index_.open().empty()) {
+    log_->info("{} unfinished jobs taken up", index_.open().size());
   }
 }
 
@@ -153,6 +156,7 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
   job.phase = JobPhase::preparing;
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
+  at_work_.insert(job.record.id);
   const auto prepared = std::make_shared<Prepared>();
   const auto errands = for_job(job, "taking it up");
   errands.give([this, prepared, store = store_, record = job.record, scene = job.scene,
@@ -414,6 +418,8 @@ void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
     }
   }
   job.work.reset();
+  at_work_.erase(job.record.id);
+  index_.note_ended(job);
   if (state == JobState::done) {
     job.scene = {};  // its record is kept, with its picture
   } else {
@@ -435,28 +441,12 @@ void Coordinator::fail_job(Job& job, const std::string& reason) {
   close_job(job, JobState::failed, reason);
 }
 
-/// Forgets the oldest that has ended when there are too many.
-void Coordinator::make_room_for_job() {
-  std::map<JobId, Series> listed = listed_jobs();
-  std::size_t all = listed.size();
-  for (const auto& [token, id] : submitting_) {
-    all += listed.contains(id) ? 0 : 1;
-  }
-  if (all <= options_.limits.jobs) {
-    return;
-  }
-  const auto oldest =
-      std::find_if(listed.begin(), listed.end(), [](const auto& l) { return has_ended(l.second); });
-  if (oldest == listed.end()) {
-    throw NoRoom("this coordinator has its " + std::to_string(options_.limits.jobs) +
-                 " jobs and none has ended: wait, cancel one, or raise --max-jobs");
-  }
-  forget_all(oldest->second, "to make room");
-}
-
 /// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest
 /// first; the last picture only if nothing else can.
 bool Coordinator::make_room(std::uint64_t bytes) {
+  if (store_ != nullptr) {
+    return memory_in_use() + bytes <= options_.memory;  // nothing of ended jobs is in memory
+  }
   std::uint64_t in_use = memory_in_use() + bytes;
   std::uint64_t kept = 0;
   std::size_t pictures = 0;

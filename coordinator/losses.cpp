@@ -2,7 +2,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -26,7 +25,7 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
   const bool started_again =
       worker.tracing.has_value() && std::any_of(workers_.begin(), workers_.end(), has_its_name);
   std::size_t leases = 0;
-  for (const JobId id : std::vector<JobId>(open_jobs_)) {
+  for (const JobId id : std::vector<JobId>(at_work_.begin(), at_work_.end())) {
     Job& job = jobs_.at(id);
     if (!job.work || !job.work->leases) {
       continue;
@@ -34,10 +33,9 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
     for (const Lease& lease : job.work->leases->drop_worker(worker.id)) {
       ++leases;
       if (failed && worker.tracing == std::pair(id, lease.epoch)) {
-        note_failure(
-            now, job,
-            {lease.range, worker.hello.name, "a worker was lost while it traced this: " + why,
-             started_again ? 0 : worker.key});
+        note_failure(now, job,
+                     {lease.range, worker.machine, worker.key, worker.hello.name,
+                      "a worker was lost while it traced this: " + why, true, !started_again});
       }
       if (!job.work) {
         break;  // that was one too many
@@ -51,28 +49,25 @@ void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& w
                                   worker.id, worker.hello.name, why, leases));
 }
 
-/// A worker that was lost is back: no lease has ended it. Or another process of its name is there:
-/// one may have.
-void Coordinator::judge_losses(const WorkerRecord& worker) {
-  const auto is_its = [&](const Failure& failure) { return failure.lost == worker.key; };
-  for (const JobId id : open_jobs_) {
+void Coordinator::judge_losses(Time now, const WorkerRecord& worker) {
+  for (const JobId id : at_work_) {
     Job& job = jobs_.at(id);
     if (!job.work) {
       continue;
     }
-    auto& failures = job.work->failures;
-    const auto old = failures.begin() + static_cast<std::ptrdiff_t>(job.work->old_failures);
-    job.work->old_failures -=
-        static_cast<std::size_t>(std::count_if(failures.begin(), old, is_its));
-    std::erase_if(failures, is_its);
-    for (Failure& failure : failures) {
-      failure.lost = failure.worker == worker.hello.name ? 0 : failure.lost;
+    JobFailures& failures = job.work->failures;
+    for (const Failure& death :
+         failures.note_joined(worker.machine, worker.key, worker.hello.name)) {
+      if (failures.any_success()) {
+        backoff_.note_failure(now, death.machine, death.name,
+                              !failures.has_succeeded(death.machine));
+      }
     }
   }
 }
 
 void Coordinator::expire_leases(Time now) {
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : at_work_) {
     Job& job = jobs_.at(id);
     if (!job.work || !job.work->leases) {
       continue;
@@ -109,37 +104,81 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Failed& m) {
   // Others first: they may be able to do what it cannot.
   worker->shunned[m.job] = now + options_.heartbeat;
   grant_again_at_ = std::min(grant_again_at_, now + options_.heartbeat);
-  note_failure(now, *job, {*range, worker->hello.name, m.reason});
+  note_failure(now, *job, {*range, worker->machine, worker->key, worker->hello.name, m.reason});
 }
 
-/// A job of which nobody can trace the same cells, or any, is at fault itself.
+/// A job that no machine can trace fails. A worker that fails where others succeed is held back.
 void Coordinator::note_failure(Time now, Job& job, Failure failure) {
   warnings_.warn(
       now, fmt::format("job {}: worker '{}' could not trace cells [{}, {}): {}", job.record.id,
-                       failure.worker, failure.range.begin, failure.range.end, failure.reason));
-  job.work->failures.push_back(failure);
-  note(job, fmt::format("worker '{}' could not trace a part: {}", failure.worker, failure.reason));
-  std::map<std::string, std::uint32_t> times;
-  const std::vector<Failure>& all = job.work->failures;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const CellRange& range = all[i].range;
-    const bool same = range.begin < failure.range.end && failure.range.begin < range.end;
-    // Workers are lost together where a network is: other cells say nothing against the job then.
-    if (same || (i >= job.work->old_failures && all[i].lost == 0)) {
-      ++times[all[i].worker];
+                       failure.name, failure.range.begin, failure.range.end, failure.reason));
+  note(job, fmt::format("worker '{}' could not trace a part: {}", failure.name, failure.reason));
+  JobFailures& failures = job.work->failures;
+  failures.add(failure);
+  const bool others_succeed = std::ranges::any_of(job.work->contributors, [&](WorkerId id) {
+    const WorkerRecord* other = workers_.by_id(id);
+    return other != nullptr && other->key != failure.worker;
+  });
+  if (others_succeed && !failure.excused) {
+    backoff_.note_failure(now, failure.machine, failure.name,
+                          !failures.has_succeeded(failure.machine));
+    hold_back(now);
+  }
+  std::vector<AbleWorker> able;
+  for (const auto& [peer, worker] : workers_) {
+    if (worker.may_trace()) {
+      able.push_back({worker.machine, worker.key});
     }
   }
-  const bool everybody_twice =
-      workers_.usable() > 0 &&
-      std::all_of(workers_.begin(), workers_.end(), [&](const auto& worker) {
-        const auto found = times.find(worker.second.hello.name);
-        return !worker.second.may_trace() || (found != times.end() && found->second >= 2);
-      });
   const std::uint32_t most =
       job.record.max_failures > 0 ? job.record.max_failures : options_.max_failures;
-  if (times.size() >= most || everybody_twice) {
-    fail_job(job, fmt::format("{} (so failed {} worker{}, the last '{}')", failure.reason,
-                              times.size(), times.size() == 1 ? ", twice" : "s", failure.worker));
+  if (const auto who = failures.verdict(failure.range, able, most)) {
+    fail_job(job, fmt::format("{} (so failed {}, the last worker '{}')", failure.reason, *who,
+                              failure.name));
+  }
+}
+
+/// A result was accepted: whoever has failed at this job is at fault, not the job.
+void Coordinator::note_success(Job& job, WorkerId id) {
+  const WorkerRecord* worker = workers_.by_id(id);
+  if (worker == nullptr) {
+    return;
+  }
+  JobFailures& failures = job.work->failures;
+  const bool first = !failures.any_success();
+  failures.note_success(worker->machine);
+  const bool forgiven = backoff_.note_success(worker->machine, worker->hello.name);
+  if (!first) {
+    if (forgiven) {
+      hold_back(now_);
+    }
+    return;
+  }
+  for (const Failure& failure : failures.all()) {
+    if (!failure.excused && failure.worker != worker->key) {
+      backoff_.note_failure(now_, failure.machine, failure.name,
+                            failure.machine != worker->machine);
+    }
+  }
+  hold_back(now_);
+}
+
+/// Brings what the registry knows of backoffs up to date. The worker's next leases come when its
+/// time is over.
+void Coordinator::hold_back(Time now) {
+  for (auto& [peer, worker] : workers_) {
+    const Time until = backoff_.until(worker.machine, worker.hello.name);
+    if (until > now && worker.held_back_until != until) {
+      log_->warn("worker '{}' fails where others succeed: no leases for {:.0f} s",
+                 worker.hello.name, to_seconds(until - now));
+    }
+    if ((until > now) != worker.held_back || worker.held_back_until != until) {
+      workers_.hold_back(worker, until > now, until);
+      grants_due_ = true;
+    }
+    if (until > now) {
+      grant_again_at_ = std::min(grant_again_at_, until);
+    }
   }
 }
 

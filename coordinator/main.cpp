@@ -240,7 +240,7 @@ void declare_options(CommandLine& line, Arguments& a) {
           "half of what it may use)")
       .group(limits_group);
   line.number("--max-failures", a.max_failures, 1, 1000,
-              "A job fails when so many different workers have failed at the same part of it")
+              "A job fails when so many different machines have failed at the same part of it")
       .show_default()
       .group(workers_group);
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,

@@ -168,7 +168,7 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
               lease_number(merged.epoch), merged.worker, merged.name);
   JobWork& work = *job.work;
-  work.old_failures = work.failures.size();
+  note_success(job, merged.worker);
   work.samples += merged.taken.fresh_samples;
   work.cells += merged.taken.fresh;
   work.whole = merged.whole;

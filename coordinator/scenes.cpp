@@ -7,7 +7,7 @@ namespace parray {
 
 /// That of a job at work; null: there is none.
 const SceneParcel* Coordinator::scene_at_work(const std::string& scene) const {
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : at_work_) {
     const Job& job = jobs_.at(id);
     if (job.work && job.record.scene == scene && job.work->plan) {
       return &job.work->scene;

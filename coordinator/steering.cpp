@@ -165,6 +165,7 @@ void Coordinator::requeue(Job& job) {
   }
   job.phase = JobPhase::waiting;
   job.retry_at = never;
+  index_.note_open(job);
   note(job, "queued again by " + asker());
   keep(job);
   log_->info("job {} '{}' is queued again", job.record.id, job.record.name);
@@ -220,11 +221,13 @@ void Coordinator::readmit(const std::string& name, bool host) {
     if ((host ? worker.hello.host : worker.hello.name) == name) {
       drained_.erase({false, worker.hello.name});
       quarantines_.readmit(worker.machine_key);
+      backoff_.forgive(worker.machine, worker.hello.name);
     }
   }
   for (auto& [peer, worker] : workers_) {
     bar_as_due(worker);
   }
+  hold_back(now_);
   log_->info("{} '{}' is readmitted by {}", host ? "host" : "worker", name, asker());
 }
 

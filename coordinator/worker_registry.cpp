@@ -1,5 +1,7 @@
 #include "coordinator/worker_registry.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -11,11 +13,17 @@ using nlohmann::json;
 
 std::string_view WorkerRecord::state() const {
   if (!quarantined.empty()) return "quarantined";
-  if (!drained) return "ready";
+  if (!drained) return held_back ? "backoff" : "ready";
   return held > 0 ? "draining" : "drained";
 }
 
 json worker_summary(const WorkerRecord& worker, Time now) {
+  const double backoff =
+      worker.state() == "backoff" ? std::max(0.0, to_seconds(worker.held_back_until - now)) : 0.0;
+  const std::string reason =
+      backoff > 0
+          ? fmt::format("it failed at what others traced: leases again in {:.0f} s", backoff)
+          : worker.quarantined;
   return {{"name", worker.hello.name},
           {"host", worker.hello.host},
           {"threads", worker.hello.threads},
@@ -23,7 +31,8 @@ json worker_summary(const WorkerRecord& worker, Time now) {
           {"accepted", worker.accepted},
           {"samples_per_second", worker.samples_per_second},
           {"state", worker.state()},
-          {"reason", worker.quarantined},
+          {"reason", reason},
+          {"backoff_seconds", backoff},
           {"machine", text_of(worker.machine)},
           {"quarantine_ends", worker.quarantine_ends},
           {"seconds_silent", to_seconds(now - worker.last_heard)}};
@@ -151,6 +160,15 @@ void WorkerRegistry::measure(WorkerRecord& worker, std::uint64_t samples, double
   const double known = worker.samples_per_second;
   worker.samples_per_second = known > 0 && speed > known ? (known + speed) / 2 : speed;
   settle(true);
+}
+
+void WorkerRegistry::hold_back(WorkerRecord& worker, bool held_back, Time until) {
+  const bool before = worker.may_trace();
+  worker.held_back = held_back;
+  worker.held_back_until = until;
+  if (worker.may_trace() != before) {
+    count(worker, !before);
+  }
 }
 
 void WorkerRegistry::bar(WorkerRecord& worker, const std::string& why, bool drained) {

@@ -51,9 +51,11 @@ struct WorkerRecord {
     Time at{};
   };
   std::deque<Granted> grants;
-  std::string quarantined;                ///< why it gets no more leases; empty: it does
-  double quarantine_ends = 0;             ///< seconds since 1970; 0: when it is readmitted
-  bool drained = false;                   ///< it gets no more because somebody has asked for that
+  std::string quarantined;     ///< why it gets no more leases; empty: it does
+  double quarantine_ends = 0;  ///< seconds since 1970; 0: when it is readmitted
+  bool drained = false;        ///< it gets no more because somebody has asked for that
+  bool held_back = false;      ///< it gets none for a while: see Backoff
+  Time held_back_until{};
   std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
                                           ///< none of their leases
 
@@ -61,9 +63,9 @@ struct WorkerRecord {
   /// When it got that lease; `otherwise` if that is long ago.
   [[nodiscard]] Time granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
 
-  /// "ready", "draining", "drained" or "quarantined".
+  /// "ready", "backoff", "draining", "drained" or "quarantined".
   [[nodiscard]] std::string_view state() const;
-  [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained; }
+  [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained && !held_back; }
   [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }
 };
 
@@ -95,6 +97,8 @@ class WorkerRegistry {
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);
   /// No more leases for it, or, where `why` is empty and it is not `drained`, again.
   void bar(WorkerRecord& worker, const std::string& why, bool drained);
+  /// No leases for it until then; or, if not `held_back`, leases again.
+  void hold_back(WorkerRecord& worker, bool held_back, Time until);
   [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
 
   /// Those that have said nothing for their silence. Looked for at most ten times a second.

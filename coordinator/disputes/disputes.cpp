@@ -243,7 +243,7 @@ void Coordinator::note_judged(Job& job, const Judged& judged) {
 /// Without the referee's word nothing is decided: no votes.
 void Coordinator::hold_disputed_jobs(Time now) {
   any_held_ = false;
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : at_work_) {
     Job& job = jobs_.at(id);
     if (!job.work) {
       continue;
@@ -283,7 +283,7 @@ void Coordinator::quarantine(TracerKey machine, const std::string& reason) {
     scenes_.forget_worker(worker->id);
     worker->held = 0;
   }
-  for (const JobId id : std::vector<JobId>(open_jobs_)) {
+  for (const JobId id : std::vector<JobId>(at_work_.begin(), at_work_.end())) {
     Job& job = jobs_.at(id);
     const bool made = job.phase == JobPhase::finishing && job.retry_at == never;
     if (made || !job.work || !job.work->leases) {

@@ -36,7 +36,7 @@ TEST_CASE("a job that three workers cannot trace fails with the reason, and othe
   CHECK(service.state(bad) == "failed");
   const std::string reason = service.job(bad).at("reason");
   CHECK(contains(reason, "not enough memory"));
-  CHECK(contains(reason, "3 workers"));
+  CHECK(contains(reason, "3 machines"));
   CHECK(service.state(good) != "failed");
   work(service, {{&ann, honest}, {&bob, honest}, {&cid, honest}}, good);
   CHECK(service.sha256(good) == reference_sha256(small_scene(), many_leases()));
@@ -58,7 +58,7 @@ TEST_CASE("with fewer workers, a job fails when each has failed twice at the sam
     work(service, hands, job, 1000);
     CHECK(service.state(job) == "failed");
     CHECK(service.tally().failed >= static_cast<std::uint64_t>(2 * workers));
-    CHECK(contains(service.job(job).at("reason"), "twice") == (workers == 1));
+    CHECK(contains(service.job(job).at("reason"), "twice"));
   }
 }
 
@@ -84,6 +84,96 @@ TEST_CASE("one worker that can trace nothing fails no job: the others trace it")
   work(service, {{&ann, failing}, {&bob, honest}}, job);
   CHECK(service.tally().failed > 0);
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+}
+
+TEST_CASE("three sick machines that answer first fail no job that six healthy ones can trace") {
+  Service service;
+  std::vector<std::unique_ptr<Hand>> all;
+  Hands hands;
+  for (int i = 0; i < 9; ++i) {
+    all.push_back(std::make_unique<Hand>(service, "worker " + std::to_string(i)));
+    hands.emplace_back(all.back().get(), i < 3 ? Manner(failing) : Manner(honest));
+  }
+  std::vector<JobId> jobs;
+  for (int i = 0; i < 3; ++i) {
+    jobs.push_back(service.submit(small_scene(), many_leases()));
+    // The healthy ones have answered nothing yet.
+    for (int round = 0; round < 4; ++round) {
+      service.turn(milliseconds(10));
+      for (int sick = 0; sick < 3; ++sick) {
+        Hand& hand = *all[static_cast<std::size_t>(sick)];
+        hand.listen();
+        hand.beat();
+        if (!hand.held.empty()) {
+          hand.send_failure(hand.put_down());
+        }
+      }
+    }
+    work(service, hands, jobs.back());
+    CHECK(service.state(jobs.back()) == "done");
+  }
+  for (int i = 0; i < 3; ++i) {
+    const auto sick = service.worker("worker " + std::to_string(i));
+    CHECK(sick.at("state") == "backoff");
+    CHECK(sick.at("backoff_seconds") > 0);
+    CHECK(sick.at("backoff_seconds") <= 60);
+  }
+  CHECK(service.worker("worker 5").at("state") == "ready");
+  const std::uint64_t failed = service.tally().failed;
+  const JobId next = service.submit(small_scene(), many_leases());
+  work(service, hands, next);
+  CHECK(service.state(next) == "done");
+  CHECK(service.tally().failed == failed);  // they had no leases
+}
+
+TEST_CASE("a sick machine gets leases again after a minute, or once it is readmitted") {
+  for (const bool readmitted : {false, true}) {
+    CAPTURE(readmitted);
+    CoordinatorOptions options = service_options();
+    options.silence = seconds(500);
+    options.lease_timeout = seconds(500);
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), many_leases());
+    work(service, {{&ann, failing}, {&bob, honest}}, job);
+    REQUIRE(service.state(job) == "done");
+    REQUIRE(service.worker("ann").at("state") == "backoff");
+    const JobId next = service.submit(small_scene(), many_leases());
+    if (readmitted) {
+      service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "ann"});
+    } else {
+      service.turn(seconds(61));
+    }
+    service.turn(seconds(1));
+    CHECK(service.worker("ann").at("state") == "ready");
+    work(service, {{&ann, honest}}, next);
+    CHECK(service.state(next) == "done");
+  }
+}
+
+TEST_CASE("one machine whose worker dies with every lease, under ever new names, fails no job") {
+  Service service;
+  Hand healthy(service, "healthy");
+  const JobId job = service.submit(small_scene(), many_leases());
+  std::unique_ptr<Hand> dying;
+  int lives = 0;
+  for (int second = 0; second < 40; ++second) {
+    if (!dying) {
+      dying = std::make_unique<Hand>(service, "vm-" + std::to_string(++lives), 1, "sick");
+    }
+    service.turn(seconds(1));
+    dying->listen();
+    dying->beat();
+    if (!dying->held.empty()) {
+      dying.reset();  // silent for ever
+    }
+    healthy.listen();
+    healthy.beat();
+    REQUIRE(service.state(job) != "failed");
+  }
+  work(service, {{&healthy, honest}}, job);
+  CHECK(service.state(job) == "done");
 }
 
 TEST_CASE("who has failed at a job works on another meanwhile, and is not asked at once again") {

@@ -113,4 +113,19 @@ TEST_CASE(
   CHECK(asked == std::vector<JobId>{3, 1});
 }
 
+TEST_CASE("a job that starves gets a twentieth of its user's turns, whatever its priority") {
+  FairQueue queue;
+  auto low = entry(2, "ann", 0);
+  auto lower = entry(3, "ann", 0);
+  queue.assign({entry(1, "ann", 100), entry(4, "ann", 100), low, lower, entry(5, "bob")});
+  CHECK(grant(queue, 1000).count(2) == 0);
+  low.starving = lower.starving = true;
+  lower.waited = 1;
+  queue.assign({entry(1, "ann", 100), entry(4, "ann", 100), low, lower, entry(5, "bob")});
+  const auto had = grant(queue, 4000);
+  CHECK(had.at(3) == doctest::Approx(100).epsilon(0.03));  // of ann's 2000
+  CHECK(had.count(2) == 0);
+  CHECK(had.at(5) == doctest::Approx(2000).epsilon(0.01));
+}
+
 }  // namespace parray::test
