@@ -126,6 +126,7 @@ Time Coordinator::tick(Time now, bool drained) {
     wall_zero_ = options_.wall_clock() - to_seconds(now);
   }
   backroom_.run_finished();
+  const bool cases_open = !desk_.idle();
   take_referee_turn(now);
   note_storage(now);
   keep_house(now);
@@ -139,6 +140,9 @@ Time Coordinator::tick(Time now, bool drained) {
     grant_again_at_ = never;
     grants_due_ = true;
     hold_back(now);
+  }
+  if (cases_open || grants_due_) {
+    look_after_checks();
   }
   grant_leases(now);
   backroom_.run_finished();  // what has been prepared meanwhile

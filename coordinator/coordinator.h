@@ -195,6 +195,7 @@ class Coordinator final : public Actor {
   bool check_by_referee(Job& job, const CellRange& range);
   void settle(Job& job, const Merged& merged);
   void open_dispute(Job& job, const Merged& merged);
+  void look_after_checks();
   void take_referee_turn(Time now);
   void judge(RefereeDesk::Traced traced);
   struct Judged;

@@ -143,6 +143,22 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
   }
 }
 
+/// Passes of which all cells are in wait for checks alone, whose machine may have failed or left.
+void Coordinator::look_after_checks() {
+  std::vector<JobId> waiting;
+  for (const JobId id : open_jobs_) {
+    const Job& job = jobs_.at(id);
+    if (job.tracing() && job.work->cells >= job.work->plan->cells()) {
+      waiting.push_back(id);
+    }
+  }
+  for (const JobId id : waiting) {
+    if (Job* job = job_of(id); job != nullptr && job->work) {
+      end_pass_if_done(*job);
+    }
+  }
+}
+
 void Coordinator::take_referee_turn(Time now) {
   for (RefereeDesk::Traced& traced : desk_.take_answers(now)) {
     judge(std::move(traced));
@@ -225,8 +241,7 @@ void Coordinator::note_judged(Job& job, const Judged& judged) {
     desk_.ask_again(now_, judged.number, judged.fault);
     return;
   }
-  const std::string differs =
-      "it returned wrong bits: the referee traced the same samples to others";
+  const std::string differs = "it returned wrong bits: the referee got others for the same samples";
   judged.wrong.empty() && !judged.claimant_wrong ? desk_.go_on(judged.number)
                                                  : desk_.close(judged.number);
   if (judged.claimant_wrong) {

@@ -95,6 +95,8 @@ class RefereeDesk {
   [[nodiscard]] std::size_t disputes() const;
   /// Why a job must get no more leases before the referee has decided; empty: it may.
   [[nodiscard]] std::string hold(Time now, std::uint64_t generation) const;
+  /// No case is open.
+  [[nodiscard]] bool idle() const { return entries_.empty(); }
   /// Bytes that the referee holds.
   [[nodiscard]] std::uint64_t memory() const { return memory_; }
 

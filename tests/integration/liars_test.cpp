@@ -452,6 +452,24 @@ TEST_CASE("two processes of one machine are one voice: neither checks the other"
   CHECK(service.fetch(next).report.at("checked_share") == 1);
 }
 
+TEST_CASE("a machine that takes checks and never makes them holds up no job") {
+  for (const bool drained : {true, false}) {
+    CAPTURE(drained);
+    CoordinatorOptions options = with_checks(1);
+    options.checks.referee_share = 0;
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), many_leases());
+    work(service, {{&ann, honest}, {&bob, idle}}, job, 60);
+    if (drained) {
+      service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::drain, false, "bob"});
+    }
+    work(service, {{&ann, honest}, {&bob, idle}}, job, 200, milliseconds(500));
+    CHECK(service.state(job) == "done");
+  }
+}
+
 TEST_CASE("by default the referee finds the one machine of a farm when it always lies") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
