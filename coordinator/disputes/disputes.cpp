@@ -146,7 +146,7 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
 /// Passes of which all cells are in wait for checks alone, whose machine may have failed or left.
 void Coordinator::look_after_checks() {
   std::vector<JobId> waiting;
-  for (const JobId id : open_jobs_) {
+  for (const JobId id : at_work_) {
     const Job& job = jobs_.at(id);
     if (job.tracing() && job.work->cells >= job.work->plan->cells()) {
       waiting.push_back(id);
