@@ -122,6 +122,7 @@ void Coordinator::receive(Time now, Delivery delivery) {
 /// Who seems silent, or late, is judged only when everything that they have sent is in.
 Time Coordinator::tick(Time now, bool drained) {
   now_ = now;
+  began_ = std::min(began_, now);
   if (wall_zero_ == 0) {
     wall_zero_ = options_.wall_clock() - to_seconds(now);
   }
@@ -196,6 +197,9 @@ std::string Coordinator::refusal_of(const msg::Hello& hello) const {
 }
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Hello& m) {
+  if (released_) {
+    return;
+  }
   std::string refusal = refusal_of(m);
   WorkerRecord* known = workers_.at(peer);
   if (refusal.empty() && known != nullptr && known->hello.instance != m.instance) {
@@ -248,7 +252,9 @@ void Coordinator::welcome(WorkerRecord& worker) {
 WorkerRecord* Coordinator::heard_from(Time now, const PeerId& peer) {
   WorkerRecord* worker = workers_.at(peer);
   if (worker == nullptr) {
-    send(peer, msg::Who{});
+    if (!released_) {
+      send(peer, msg::Who{});
+    }
   } else {
     worker->last_heard = now;
     worker->ours = worker->ours && sender_.ours;

@@ -46,6 +46,8 @@ struct CoordinatorOptions {
   Time lease_timeout = seconds(10);
   /// A worker holds two: whoever is next in turn waits for no more than these.
   LeaseLength lease_length{0.02, 0.5};
+  /// Workers are told to look elsewhere when nothing can be committed for this long.
+  Time release_after = never;
   std::size_t max_workers = 4096;
   Limits limits{};
   /// Bytes for pictures under way and, where no store keeps them, scenes and finished pictures.
@@ -148,6 +150,11 @@ class Coordinator final : public Actor {
   [[nodiscard]] static bool may_trace(Time now, const WorkerRecord& worker, const Job& job);
   void send_grant(Time now, WorkerRecord& worker, Job& job, const Lease& lease);
   void note_storage(Time now);
+  void release_workers(Time now);
+  [[nodiscard]] double uptime() const;
+  void keep_farm_notes();
+  void restore_farm_notes();
+  void note_damaged_rows(Job& job, const std::string& damage);
 
   // What clients want changed (steering.cpp).
   bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
@@ -299,7 +306,13 @@ class Coordinator final : public Actor {
   Sender sender_;                ///< of the message at hand
   PeerId granted_last_;          ///< the worker whose turn was the last
   std::string storage_;          ///< why nothing can be kept; empty: it can
+  Time blocked_since_ = never;   ///< that nothing can be kept
+  bool released_ = false;        ///< the workers were sent away because of that
   Time now_{};                   ///< of this turn
+  Time began_ = never;           ///< the first tick
+  double uptime_before_ = 0;     ///< seconds, of earlier lives
+  double uptime_kept_ = 0;       ///< what the store has
+  std::string progress_kept_;    ///< what the store has
   double wall_zero_ = 0;         ///< seconds since 1970 when `now` was 0; set by the first tick
   Backroom backroom_;            ///< last: its errands end before what they speak of
 };

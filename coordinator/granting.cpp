@@ -188,12 +188,34 @@ void Coordinator::note_storage(Time now) {
     blocked.empty() ? log_->info("everything can be kept again: jobs go on")
                     : log_->error("jobs wait: {}", blocked);
   }
+  blocked_since_ = blocked.empty() ? never : std::min(blocked_since_, now);
+  released_ = released_ && !blocked.empty();
+  if (!released_ && blocked_since_ != never && options_.release_after != never &&
+      now - blocked_since_ > options_.release_after) {
+    release_workers(now);
+  }
   for (const JobId id : std::vector<JobId>(at_work_.begin(), at_work_.end())) {
     Job& job = jobs_.at(id);
     if (job.retry_at <= now) {
       job.retry_at = never;
       finish_job(job);
     }
+  }
+}
+
+/// So that they go to the standby, which may serve by now. Whoever comes back gets no answer, until
+/// something can be kept again: workers leave an address that is silent.
+void Coordinator::release_workers(Time now) {
+  released_ = true;
+  std::vector<PeerId> peers;
+  for (const auto& [peer, worker] : workers_) {
+    peers.push_back(peer);
+  }
+  log_->warn("nothing can be kept for {} s: {} workers are sent to another coordinator",
+             to_seconds(options_.release_after), peers.size());
+  for (const PeerId& peer : peers) {
+    send(peer, msg::Bye{"this coordinator cannot keep results now"});
+    lose_worker(now, peer, "sent away: nothing can be kept", false);
   }
 }
 

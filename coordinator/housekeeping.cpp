@@ -2,7 +2,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
 #include "coordinator/coordinator.h"
@@ -11,6 +14,7 @@ namespace parray {
 namespace {
 
 constexpr Time between_looks = seconds(5);
+constexpr const char* progress_note = "progress";  // shares of unfinished jobs, by number, as JSON
 
 std::string gigabytes(std::uint64_t bytes) {
   return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
@@ -97,8 +101,7 @@ void Coordinator::keep_house(Time now) {
   end_quarantines();
   std::vector<JobId> old;
   for (const auto& [id, job] : jobs_) {
-    if (job.ended() &&
-        job.ended_seconds(now, options_.wall_clock()) > options_.limits.keep_seconds) {
+    if (job.ended() && uptime() - job.record.ended > options_.limits.keep_seconds) {
       old.push_back(id);
     }
   }
@@ -108,12 +111,68 @@ void Coordinator::keep_house(Time now) {
   if (store_ == nullptr) {
     return;
   }
+  keep_farm_notes();
   for_log("tidying up and adding up what the jobs keep")
       .give([this, store = store_,
              keep_lost = options_.limits.keep_lost_seconds]() -> Backroom::Outcome {
         store->tidy(keep_lost);
         return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
       });
+}
+
+/// Seconds for which coordinators have served this state. A clock that is set does not change them.
+double Coordinator::uptime() const {
+  return uptime_before_ + (began_ == never ? 0 : to_seconds(now_ - began_));
+}
+
+/// What the next life cannot know otherwise: the uptime, and how far jobs are.
+void Coordinator::keep_farm_notes() {
+  nlohmann::json progress = nlohmann::json::object();
+  for (const JobId id : open_jobs_) {
+    const double share = jobs_.at(id).progress(now_);
+    if (share > 0) {
+      progress[std::to_string(id)] = std::round(share * 1e4) / 1e4;
+    }
+  }
+  constexpr double between = 60;  // seconds
+  const std::string text = progress.dump();
+  const bool later = uptime() >= uptime_kept_ + between;
+  if (!later && text == progress_kept_) {
+    return;
+  }
+  uptime_kept_ = later ? uptime() : uptime_kept_;
+  progress_kept_ = text;
+  for_log("keeping the uptime and the progress of jobs")
+      .give([store = store_, text, seconds_up = uptime()]() -> Backroom::Outcome {
+        store->put_note(progress_note, text);
+        store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
+        return {};
+      });
+}
+
+/// Jobs of earlier versions, which did not keep the uptime at which they ended, end now.
+void Coordinator::restore_farm_notes() {
+  uptime_before_ = uptime_kept_ = std::strtod(store_->note(uptime_note).c_str(), nullptr);
+  const nlohmann::json progress =
+      nlohmann::json::parse(store_->note(progress_note), nullptr, false);
+  for (auto& [id, job] : jobs_) {
+    if (job.ended() && job.record.ended == 0) {
+      job.record.ended = std::max(uptime(), 1.0);
+      keep(job);
+    }
+    const std::string name = std::to_string(id);
+    if (progress.is_object() && progress.contains(name) && progress.at(name).is_number()) {
+      job.kept_progress = std::clamp(progress.at(name).get<double>(), 0.0, 1.0);
+    }
+  }
+}
+
+void Coordinator::note_damaged_rows(Job& job, const std::string& damage) {
+  if (!damage.empty()) {
+    note(job, "rows that were kept are damaged and will be traced again: " + damage);
+    log_->warn("job {}: {}: the rest will be traced again", job.record.id, damage);
+    keep(job);
+  }
 }
 
 /// Jobs that have ended make room, the oldest first.

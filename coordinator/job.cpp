@@ -32,7 +32,7 @@ double Job::progress(Time now) const {
     return 1;
   }
   if (!work || !work->plan) {
-    return 0;
+    return kept_progress;
   }
   const RenderSettings& s = record.settings;
   if (!s.has_passes()) {
@@ -53,13 +53,6 @@ double Job::samples_left(Time now) const {
   return work && work->plan && work->expected_samples > 0
              ? static_cast<double>(work->expected_samples) * (1 - progress(now))
              : most * (1 - progress(now));
-}
-
-double Job::ended_seconds(Time now, double wall) const {
-  if (ended_at != never) {
-    return to_seconds(now - ended_at);
-  }
-  return record.events.empty() ? 0 : wall - record.events.back().at;
 }
 
 PassTimes Job::times(Time now) const {

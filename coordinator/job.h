@@ -73,15 +73,13 @@ struct Job {
   PictureParcel picture;            ///< of a done job, where no store keeps it
   std::string journal;              ///< likewise
   std::uint64_t picture_bytes = 0;  ///< of both
-  Time ended_at = never;            ///< in this life
+  double kept_progress = 0;         ///< of an earlier life, until this one has taken it up
   ErrorFigures error;               ///< of the passes that are complete; of a done job the report's
 
   /// Bytes of memory that it has for no other reason than that somebody may ask for it.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return ended() ? picture_bytes + scene.size() : 0;
   }
-  /// Since it ended, in this life or an earlier one; `wall`: seconds since 1970.
-  [[nodiscard]] double ended_seconds(Time now, double wall) const;
   /// Samples to be traced yet, roughly.
   [[nodiscard]] double samples_left(Time now) const;
 

@@ -13,6 +13,7 @@
 #include "common/image/picture_bytes.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/report.h"
+#include "coordinator/taking_up.h"
 
 namespace parray {
 
@@ -96,6 +97,7 @@ void Coordinator::restore_jobs() {
     job.error = error_in(job.record.report);
     index_.add(jobs_.emplace(id, std::move(job)).first->second);
   }
+  restore_farm_notes();
   list_open_jobs();
   if (!index_.open().empty()) {
     log_->info("{} unfinished jobs taken up", index_.open().size());
@@ -114,22 +116,9 @@ struct Coordinator::Prepared {
   ErrorFigures error;
   bool complete = false;
   bool whole = false;
+  std::string damage;  ///< of kept rows; empty: none
   std::string failure;
 };
-
-namespace {
-
-/// Merges what earlier lives have kept, and begins the pass that is due. False: the picture is
-/// complete.
-bool take_up(JobPicture& picture, Store* store, JobId id) {
-  if (store != nullptr) {
-    store->each_rows(id, [&](std::string_view entry) { picture.replay(entry); });
-    picture.end_replay();
-  }
-  return (picture.has_begun() && !picture.collector().done()) || picture.begin_pass();
-}
-
-}  // namespace
 
 static std::size_t touching_threads() {
   return static_cast<std::size_t>(std::clamp(usable_cpus(), 1, 4));
@@ -181,7 +170,9 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
       if (touches) {
         touch(*p.picture);
       }
-      p.complete = !take_up(*p.picture, store, id);
+      TakenUp taken = take_up(*p.picture, store, id);
+      p.complete = taken.complete;
+      p.damage = std::move(taken.damage);
       keep_journal(*p.picture, store, id, begun_entries(*p.picture, at));
       record.passes = p.passes = p.picture->passes().begun();
       p.missing = p.picture->collector().missing();
@@ -209,6 +200,7 @@ void Coordinator::trace_prepared(JobId id, std::uint64_t generation, const Prepa
   if (!prepared.failure.empty()) {
     fail_job(*job, prepared.failure);
   } else {
+    note_damaged_rows(*job, prepared.damage);
     begin_tracing(*job, prepared);
   }
 }
@@ -332,12 +324,13 @@ void Coordinator::finish_job(Job& job) {
     std::vector<JobEvent> events;
     std::string journal;
     std::string failure;
-    bool full = false;
+    std::string full;  ///< why it cannot be kept now; empty: it can
   };
   const auto finished = std::make_shared<Finished>();
   const auto errands = for_job(job, "finishing its picture");
   errands.give([this, finished, store = store_, record = job.record, id = job.record.id,
                 picture = job.work->picture, facts = job.work->facts, clock = options_.wall_clock,
+                ended = std::max(uptime(), 1.0),
                 generation = job.work->generation]() mutable -> Backroom::Outcome {
     try {
       auto made = finish_picture(*picture, record, facts);
@@ -346,6 +339,7 @@ void Coordinator::finish_job(Job& job) {
       record.state = JobState::done;
       record.reason.clear();
       record.note(clock(), "done");
+      record.ended = ended;
       finished->events = record.events;
       const auto& parts = made.picture;
       finished->bytes =
@@ -364,8 +358,8 @@ void Coordinator::finish_job(Job& job) {
         finished->picture =
             PictureParcel(std::make_shared<const PictureParts>(std::move(made.picture)));
       }
-    } catch (const StorageFull&) {
-      finished->full = true;
+    } catch (const StorageFull& full) {
+      finished->full = full.what();
     } catch (const std::bad_alloc&) {
       finished->failure = "not enough memory to finish its picture";
     }
@@ -374,9 +368,9 @@ void Coordinator::finish_job(Job& job) {
       if (there == nullptr) {
         return;
       }
-      if (finished->full) {
+      if (!finished->full.empty()) {
         there->retry_at = now_ + seconds(1);
-        there->pause_reason = "the disk of --state is full";
+        there->pause_reason = finished->full;
         return;
       }
       if (!finished->failure.empty()) {
@@ -393,7 +387,7 @@ void Coordinator::finish_job(Job& job) {
       }
       close_job(*there, JobState::done, "");
     };
-    if (finished->full || !finished->failure.empty()) {
+    if (!finished->full.empty() || !finished->failure.empty()) {
       return {outcome, {}};
     }
     return {{}, outcome};
@@ -410,7 +404,7 @@ void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
   if (job.work) {
     desk_.drop(job.work->generation);
   }
-  job.ended_at = now_;
+  job.record.ended = std::max(uptime(), 1.0);
   if (job.work && job.work->leases) {
     job.next_epoch = job.work->leases->next_epoch();
     for (auto& [peer, worker] : workers_) {

@@ -17,13 +17,14 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/coordinator.h"
+#include "coordinator/descriptors.h"
 #include "coordinator/disputes/referee_process.h"
 #include "coordinator/http/http_face.h"
 #include "coordinator/key_watch.h"
 #include "coordinator/manual.h"
 #include "coordinator/process_limits.h"
 #include "coordinator/replica/keeper.h"
-#include "coordinator/store/state_tools.h"
+#include "coordinator/store/state_commands.h"
 #include "proto/joined_link.h"
 #include "proto/tokens.h"
 #include "proto/zmq_link.h"
@@ -183,9 +184,21 @@ void declare_state(CommandLine& line, Arguments& a) {
                                "keep a copy of its state, serve when it is silent")
                        .type_name("ADDRESS");
   standby.needs(state).group(state_group);
-  line.number("--takeover-after", a.takeover_after, 1.0, 86400.0,
-              "Seconds of silence after which a standby takes over")
+  line.flag(
+          "--overwrite", a.keeper.overwrite,
+          "Let a primary that was set back, to an older copy of its state, replace what only this "
+          "standby has")
       .needs(standby)
+      .group(state_group);
+  line.flag("--serve-fenced", a.keeper.serve_fenced,
+            "Serve a state from which a standby has taken over, as a farm of its own: jobs of both "
+            "then have the same numbers")
+      .needs(state)
+      .group(state_group);
+  line.number("--takeover-after", a.takeover_after, 1.0, 86400.0,
+              "Seconds of silence after which a standby takes over, and after which a primary that "
+              "does not reach its standby sends its workers there; give both the same")
+      .needs(state)
       .show_default()
       .group(state_group);
 }
@@ -344,45 +357,14 @@ std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
   return face;
 }
 
-int print_lines(const std::vector<std::string>& lines, const std::string& if_none) {
-  for (const std::string& text : lines) {
-    std::cout << text << '\n';
-  }
-  if (lines.empty()) {
-    std::cout << if_none << '\n';
-  }
-  return lines.empty() ? 0 : 1;
-}
-
-int check_state_of(const Arguments& a) {
-  return print_lines(find_damage(a.check), a.check + ": no damage");
-}
-
-int repair_state_of(const Arguments& a) {
-  print_lines(repair_state(a.repair, seconds_since_1970()), a.repair + ": there was no damage");
-  return 0;
-}
-
-int back_up_state_of(const Arguments& a) {
-  if (a.backup.size() != 2) {
-    throw InputError("--backup takes two directories: that of --state, and a new one for the copy");
-  }
-  return print_lines(back_up_state(a.backup[0], a.backup[1], seconds_since_1970()),
-                     a.backup[1] + ": a complete copy");
-}
-
-int serve(Arguments& a) {
-  check(a);
+/// Until a signal, or until a standby has taken over.
+void serve_jobs(Arguments& a, Keeper& keeper, const std::shared_ptr<spdlog::logger>& log) {
   a.options.heartbeat = from_seconds(a.heartbeat);
   a.options.silence = 5 * a.options.heartbeat;
   a.options.lease_timeout = from_seconds(a.lease_timeout);
   a.options.fingerprint = trace_fingerprint();
   a.options.first_epoch = random_epoch();
 
-  const auto log = make_log("coordinator", a.log);
-  a.keeper.keys = a.keys;
-  a.keeper.takeover_after = from_seconds(a.takeover_after);
-  Keeper keeper(a.keeper, *log, check_interrupted);
   keep_freed_blocks();
   allow_connections(a.options.max_workers, a.http.address.empty() ? 0 : a.http.connections);
   if (!a.keys.empty()) check_key_lists(a.keys);
@@ -407,6 +389,7 @@ int serve(Arguments& a) {
   if (keeper.replicates()) {
     log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
     a.options.backroom.idle_commits = seconds(1);
+    a.options.release_after = a.keeper.takeover_after;
   }
   CoordinatorOptions options = a.options;
   constexpr double default_checks = 0.01;
@@ -422,19 +405,38 @@ int serve(Arguments& a) {
   JoinedLink link(server.link(), hub.coordinator());
   const auto face = make_http_face(a, hub, log);
   KeyWatch key_watch(a.keys, log);
+  DescriptorWatch descriptors(*log);
   run_actor(coordinator, link, clock, [&](Time now) {
     key_watch.look(now);
+    descriptors.look(now);
     return interrupt_noted() || keeper.fenced();
   });
   if (keeper.fenced()) {
-    throw RunError("fenced: the standby at " + a.keeper.replicate_to +
-                   " has taken over and serves as a later generation");
+    return;
   }
   coordinator.leave("coordinator stopped");
   for (Delivery& goodbye : coordinator.take_outbox()) {
     link.send(goodbye.peer, std::move(goodbye.content));
   }
   log->info("stopped");
+}
+
+int serve(Arguments& a) {
+  check(a);
+  const auto log = make_log("coordinator", a.log);
+  a.keeper.keys = a.keys;
+  a.keeper.takeover_after = from_seconds(a.takeover_after);
+  Keeper keeper(a.keeper, *log, check_interrupted);
+  try {
+    serve_jobs(a, keeper, log);
+  } catch (const RunError&) {
+    if (!keeper.fenced()) throw;
+  }
+  if (keeper.fenced()) {
+    keeper.remember_fence();
+    throw RunError("fenced: the standby at " + a.keeper.replicate_to +
+                   " has taken over and serves as a later generation");
+  }
   return 0;
 }
 
@@ -449,13 +451,13 @@ int main(int argc, char** argv) {
     declare_options(line, arguments);
     return [&] {
       if (!arguments.check.empty()) {
-        return check_state_of(arguments);
+        return check_command(arguments.check);
       }
       if (!arguments.repair.empty()) {
-        return repair_state_of(arguments);
+        return repair_command(arguments.repair, seconds_since_1970());
       }
       if (!arguments.backup.empty()) {
-        return back_up_state_of(arguments);
+        return backup_command(arguments.backup, seconds_since_1970());
       }
       note_signals();
       return serve(arguments);

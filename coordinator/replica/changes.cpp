@@ -40,6 +40,12 @@ void Changes::append_rows(JobId job, std::string_view entry) {
   add(ChangeKind::rows, job, {}, std::span(&entry, 1));
 }
 void Changes::drop_rows(JobId job) { add(ChangeKind::drop_rows, job, {}, {}); }
+void Changes::keep_rows(JobId job, std::uint64_t entries) {
+  ByteWriter count;
+  count.put(entries);
+  const std::string data = count.take();
+  add(ChangeKind::keep_rows, job, {}, std::array<std::string_view, 1>{data});
+}
 void Changes::put_picture(JobId job, std::span<const std::string_view> pieces) {
   add(ChangeKind::picture, job, {}, pieces);
 }
@@ -67,6 +73,9 @@ std::size_t apply_first(std::string_view changes, Store& store) {
       break;
     case ChangeKind::drop_rows:
       store.drop_rows(job);
+      break;
+    case ChangeKind::keep_rows:
+      store.keep_rows(job, ByteReader(data).get<std::uint64_t>());
       break;
     case ChangeKind::picture:
       store.put_picture(job, std::span(&data, 1));

@@ -26,6 +26,7 @@ enum class ChangeKind : std::uint8_t {
   drop_work,
   drop_job,
   note,
+  keep_rows,  ///< data: the number of entries, as 8 bytes
 };
 
 /// Changes that are yet to be sent, in order.
@@ -35,6 +36,7 @@ class Changes {
   void put_scene(const std::string& digest, std::string_view bytes);
   void append_rows(JobId job, std::string_view entry);
   void drop_rows(JobId job);
+  void keep_rows(JobId job, std::uint64_t entries);
   void put_picture(JobId job, std::span<const std::string_view> pieces);
   void drop_work(JobId job);
   void drop_job(JobId job);

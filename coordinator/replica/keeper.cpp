@@ -45,12 +45,15 @@ std::uint64_t random_number() {
 
 }  // namespace
 
-Keeper::Keeper(const KeeperOptions& options, spdlog::logger& log,
-               const std::function<void()>& stop) {
+Keeper::Keeper(const KeeperOptions& options, spdlog::logger& log, const std::function<void()>& stop)
+    : directory_(options.state) {
   if (options.state.empty()) {
     return;
   }
   disk_ = options.wait ? wait_for_store(options.state, log, stop) : open_store(options.state, log);
+  if (options.standby.empty()) {
+    check_fence(*disk_, options.serve_fenced, random_number() | 1);
+  }
   if (!options.standby.empty()) {
     take_over(options, log, stop);
   } else if (!options.replicate_to.empty()) {
@@ -60,13 +63,21 @@ Keeper::Keeper(const KeeperOptions& options, spdlog::logger& log,
   }
 }
 
+void Keeper::remember_fence() {
+  replicated_.reset();
+  line_.reset();
+  disk_.reset();
+  DiskStore store(directory_);  // without what was put and not acknowledged
+  note_fence(store);
+}
+
 Store* Keeper::store() { return replicated_ ? replicated_.get() : disk_.get(); }
 
 void Keeper::take_over(const KeeperOptions& options, spdlog::logger& log,
                        const std::function<void()>& stop) {
   auto server = std::make_unique<ZmqServer>(options.standby, most_message_bytes, options.keys,
                                             Admits::itself);
-  Replica replica(*disk_);
+  Replica replica(*disk_, options.overwrite);
   if (!replica.serves()) {
     log.info("standing by for a primary at {}", server->endpoint());
     stand_by(replica, server->link(), options.takeover_after, log, stop);

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "coordinator/replica/ask.h"
 #include "coordinator/store/store.h"
@@ -14,6 +16,13 @@ enum class Part : std::uint8_t {
   primary,  ///< serves; acknowledges nothing that its standby lacks
   standby,  ///< a copy
   alone,    ///< serves by itself: its primary, or its standby, is gone
+  fenced,   ///< was a primary; its standby has taken over
+};
+
+/// An earlier generation of a primary, and how many of its batches the primary had when it left it.
+struct LeftGeneration {
+  std::uint64_t generation = 0;
+  std::uint64_t sequence = 0;
 };
 
 /// Whose state this is. Kept as a note; where there is none, it has never been replicated.
@@ -21,10 +30,23 @@ struct Lineage {
   std::uint64_t history = 0;
   std::uint64_t generation = 0;
   Part part = Part::alone;
+  /// Of a standby: the batches from `copy_begin`, exclusively, to `copy_end` made its full copy.
+  /// They contain no more than what the primary had at `copy_begin`, and one batch under way.
+  std::uint64_t copy_begin = 0;
+  std::uint64_t copy_end = 0;
+  std::vector<LeftGeneration> left{};  ///< the latest at the end; the oldest are forgotten
 };
 
 /// The note's name; no copy carries it.
 inline constexpr const char* lineage_note = "replica";
+
+/// Begins another generation as `part`; notes how far the store has come in the one before.
+void begin_generation(Store& store, Lineage& lineage, Part part);
+
+/// The generations that a primary has left, and the one that it is in, as bytes of a `hello`.
+std::string encode_left(const Lineage& lineage, const Position& position);
+/// Inverse. Bytes of a primary that sends none, or others, are an empty list.
+std::vector<LeftGeneration> decode_left(std::string_view bytes);
 
 /// Throws RunError when the note is none.
 std::optional<Lineage> lineage_of(Store& store);
@@ -34,6 +56,12 @@ void put_lineage(Store& store, const Lineage& lineage);
 /// was kept that no standby was sent, say), or that of another generation.
 std::optional<Position> position_of(Store& store, const Lineage& lineage);
 void put_position(Store& store, const Position& position);
+
+/// Makes the store of a primary refuse to serve from now on: its standby has taken over. Commits.
+void note_fence(Store& store);
+/// Throws InputError when the store is that of a fenced primary, unless `serve_fenced`: then it
+/// becomes the state of another farm, whose number is `history`. Commits.
+void check_fence(Store& store, bool serve_fenced, std::uint64_t history);
 
 /// Makes a store that was replicated, or was a copy, serve by itself, as the next generation:
 /// nobody may take it for what it was. Commits. Throws InputError where it is a copy that is not

@@ -1,12 +1,14 @@
 #include "coordinator/replica/replica.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "coordinator/replica/changes.h"
 
 namespace parray {
 
-Replica::Replica(Store& store) : store_(store), lineage_(lineage_of(store)) {
+Replica::Replica(Store& store, bool overwrite)
+    : store_(store), overwrite_(overwrite), lineage_(lineage_of(store)) {
   if (!lineage_ && !store.jobs().empty()) {
     throw InputError(
         "--standby: --state holds jobs of its own, which a copy would replace: name an empty "
@@ -74,6 +76,9 @@ Answer Replica::begin_session(const Ask& ask) {
   if (ask.session == session_) {  // it was repeated
     return {0, 0, awaits_copy_ ? AnswerKind::behind : AnswerKind::in_step};
   }
+  if (const std::optional<Answer> no = refuse_set_back(ask)) {
+    return *no;
+  }
   session_ = ask.session;
   batch_.clear();
   applied_ = 0;
@@ -82,6 +87,29 @@ Answer Replica::begin_session(const Ask& ask) {
   in_step_ = same;
   position_ = ask.position;
   return {0, 0, same ? AnswerKind::in_step : AnswerKind::behind};
+}
+
+/// One batch may be here alone: its primary was killed before it committed the batch. More than one
+/// means that the primary has lost what it had.
+std::optional<Answer> Replica::refuse_set_back(const Ask& ask) {
+  const std::optional<Position> here =
+      lineage_ && !applying_ ? position_of(store_, *lineage_) : std::nullopt;
+  if (!here || overwrite_) {
+    return std::nullopt;
+  }
+  std::uint64_t there = ask.position.generation == here->generation ? ask.position.sequence : 0;
+  for (const LeftGeneration& left : decode_left(ask.bytes)) {
+    there = left.generation == here->generation ? std::max(there, left.sequence) : there;
+  }
+  if (there >= lineage_->copy_begin && there < lineage_->copy_end) {
+    there = lineage_->copy_end;
+  }
+  if (here->sequence <= there + 1) {
+    return std::nullopt;
+  }
+  return Answer{0, 0, AnswerKind::refused, 0,
+                "the primary has been set back: " + std::to_string(here->sequence - there) +
+                    " batches would be lost: serve from the standby, or start it with --overwrite"};
 }
 
 Answer Replica::begin_copy(const Ask& ask) {
@@ -95,7 +123,8 @@ Answer Replica::begin_copy(const Ask& ask) {
   for (const auto& [name, text] : store_.notes()) {
     store_.put_note(name, "");
   }
-  lineage_ = {ask.position.history, ask.position.generation, Part::standby};
+  lineage_ = {ask.position.history, ask.position.generation, Part::standby, ask.position.sequence,
+              0};
   put_lineage(store_, *lineage_);
   store_.put_mark("");
   store_.commit();
@@ -129,6 +158,10 @@ Answer Replica::take_batch(const Ask& ask) {
   apply();
   if (ask.whole) {
     put_position(store_, ask.position);
+    if (!in_step_ && lineage_ && lineage_->copy_end == 0) {
+      lineage_->copy_end = ask.position.sequence;
+      put_lineage(store_, *lineage_);
+    }
   }
   store_.commit();
   applying_ = false;

@@ -17,8 +17,9 @@ namespace parray {
 /// No I/O but the store's, no clock. One thread.
 class Replica {
  public:
-  /// `store` outlives this. Throws InputError when it holds jobs that were never replicated.
-  explicit Replica(Store& store);
+  /// `store` outlives this. `overwrite`: a primary that was set back may replace batches that only
+  /// this store has. Throws InputError when it holds jobs that were never replicated.
+  explicit Replica(Store& store, bool overwrite = false);
 
   /// What to answer; empty: nothing, the message was damaged. Throws RunError when the store does,
   /// but for StorageFull, which is an answer.
@@ -33,6 +34,7 @@ class Replica {
   Answer reply(const Ask& ask);
   std::optional<Answer> refusal(const Ask& ask) const;
   Answer begin_session(const Ask& ask);
+  std::optional<Answer> refuse_set_back(const Ask& ask);
   Answer begin_copy(const Ask& ask);
   Answer take_piece(const Ask& ask);
   Answer take_batch(const Ask& ask);
@@ -42,6 +44,7 @@ class Replica {
   [[nodiscard]] Answer have() const { return {0, 0, AnswerKind::have, batch_.size()}; }
 
   Store& store_;
+  const bool overwrite_;
   std::optional<Lineage> lineage_;
   std::uint64_t session_ = 0;
   bool awaits_copy_ = false;

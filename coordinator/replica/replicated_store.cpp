@@ -17,20 +17,19 @@ ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
 /// Goes on where the last life has left off, if that is known; else as a new generation, of which
 /// no standby has anything yet.
 void ReplicatedStore::find_lineage() {
-  Lineage lineage = lineage_of(inner_).value_or(Lineage{random_() | 1, 0, Part::alone});
-  const std::optional<Position> kept = position_of(inner_, lineage);
-  if (lineage.part == Part::standby && !kept) {
+  lineage_ = lineage_of(inner_).value_or(Lineage{random_() | 1, 0, Part::alone});
+  const std::optional<Position> kept = position_of(inner_, lineage_);
+  if (lineage_.part == Part::standby && !kept) {
     throw InputError(
         "--replicate-to: --state holds a copy that is not whole: start it with --standby, and its "
         "primary fills it up");
   }
-  if (lineage.part == Part::primary && kept) {
+  if (lineage_.part == Part::primary && kept) {
     position_ = marked_ = *kept;
     return;
   }
-  lineage = {lineage.history, lineage.generation + 1, Part::primary};
-  put_lineage(inner_, lineage);
-  position_ = {lineage.history, lineage.generation, 0};
+  begin_generation(inner_, lineage_, Part::primary);
+  position_ = {lineage_.history, lineage_.generation, 0};
   put_position(inner_, position_);
   marked_ = position_;
   inner_.commit();  // before any standby hears of it
@@ -51,6 +50,10 @@ void ReplicatedStore::append_rows(JobId job, std::string entry) {
 void ReplicatedStore::drop_rows(JobId job) {
   inner_.drop_rows(job);
   fresh_.drop_rows(job);
+}
+void ReplicatedStore::keep_rows(JobId job, std::uint64_t entries) {
+  inner_.keep_rows(job, entries);
+  fresh_.keep_rows(job, entries);
 }
 void ReplicatedStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
   inner_.put_picture(job, pieces);
@@ -111,22 +114,37 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
 }
 
 void ReplicatedStore::commit() {
+  catch_up();
   if (session_ == 0 || line_.session_lost()) {
     begin_session();
   }
   // The standby may have a batch whose answer was lost: it is sent as it was, what came later next.
   while (!batch_.empty() || fresh_.size() > 0) {
+    catch_up();
     if (batch_.empty()) {
       batch_ = fresh_.take();
     }
     send_batch(batch_, true);
     batch_.clear();
+    behind_ = true;
   }
   if (position_ != marked_) {
     put_position(inner_, position_);
     marked_ = position_;
   }
   inner_.commit();
+  behind_ = false;
+}
+
+/// Commits at home what the standby has, before it gets more: so it is never more than one batch
+/// ahead.
+void ReplicatedStore::catch_up() {
+  if (!behind_) {
+    return;
+  }
+  inner_.put_mark("");  // it would stand for what came later, too
+  inner_.commit();
+  behind_ = false;
 }
 
 void ReplicatedStore::begin_session() {
@@ -135,11 +153,14 @@ void ReplicatedStore::begin_session() {
   hello.session = random_() | 1;
   hello.kind = AskKind::hello;
   hello.position = position_;
+  const std::string left = encode_left(lineage_, position_);
+  hello.bytes = left;
   const bool in_step = ask(hello).kind == AnswerKind::in_step;
   if (in_step) {
     session_ = hello.session;
   } else {
     copy_everything(hello.session);
+    behind_ = true;
   }
 }
 

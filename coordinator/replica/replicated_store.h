@@ -48,6 +48,7 @@ class ReplicatedStore final : public Store {
   void put_scene(const std::string& digest, std::string_view bytes) override;
   void append_rows(JobId job, std::string entry) override;
   void drop_rows(JobId job) override;
+  void keep_rows(JobId job, std::uint64_t entries) override;
   void put_picture(JobId job, std::span<const std::string_view> pieces) override;
   void drop_work(JobId job) override;
   void drop_job(JobId job) override;
@@ -59,6 +60,7 @@ class ReplicatedStore final : public Store {
   std::string note(const std::string& name) override { return inner_.note(name); }
   std::map<std::string, std::string> notes() override { return inner_.notes(); }
   std::string mark() override { return inner_.mark(); }
+  std::string reached_mark() override { return inner_.reached_mark(); }
   std::vector<JobRecord> jobs() override { return inner_.jobs(); }
   std::optional<std::string> scene(const std::string& digest) override {
     return inner_.scene(digest);
@@ -71,6 +73,7 @@ class ReplicatedStore final : public Store {
 
  private:
   void find_lineage();
+  void catch_up();
   void begin_session();
   void copy_everything(std::uint64_t session);
   void copy_job(const JobRecord& job, Changes& changes);
@@ -83,6 +86,8 @@ class ReplicatedStore final : public Store {
   Store& inner_;
   ReplicaLine& line_;
   std::function<std::uint64_t()> random_;
+  Lineage lineage_{};
+  bool behind_ = false;        ///< the standby has committed a batch that `inner_` has not
   Position position_{};        ///< that the standby has committed
   Position marked_{};          ///< the last that was put to the inner store
   std::uint64_t session_ = 0;  ///< 0: there is none

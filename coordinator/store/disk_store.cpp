@@ -81,6 +81,18 @@ void DiskStore::drop_rows(JobId job) {
   }
 }
 
+void DiskStore::keep_rows(JobId job, std::uint64_t entries) {
+  const auto found = jobs_.find(job);
+  if (found == jobs_.end() || !found->second.log) {
+    return;
+  }
+  RowLog& log = *found->second.log;
+  log.committed = std::min(log.committed, bytes_of_entries(files_.rows(job, log.number), entries));
+  log.fresh = {};
+  Change& change = changes_[job];
+  change.log = change.copy = true;
+}
+
 void DiskStore::drop_picture(JobId job, JobEntry& entry) {
   if (entry.picture) {
     Change& change = changes_[job];
@@ -172,7 +184,11 @@ void DiskStore::keep(const std::set<JobId>& held_back, const std::vector<std::st
   }
   write_copies(held_back);
   files_.sync_directories();
-  record(held_back, unused);
+  try {
+    record(held_back, unused);
+  } catch (const InputError& error) {  // it cannot be written any more
+    throw StorageFull(error.what());
+  }
 }
 
 /// Writes the copies of what the commit is about to record. Until it is done they stand beside the
@@ -286,7 +302,7 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
 }
 
 void DiskStore::record_mark(bool everything) {
-  if (everything && new_mark_) {
+  if (everything && new_mark_ && !new_mark_->empty()) {
     write_note(*database_, own_note::mark, *new_mark_);
     write_note(*database_, own_note::reached, *new_mark_);
   } else {
@@ -378,6 +394,8 @@ void DiskStore::tidy(double keep_lost) {
     try {
       database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
     } catch (const StorageFull&) {
+      log_is_fresh_ = false;
+    } catch (const InputError&) {  // it cannot be written now
       log_is_fresh_ = false;
     }
   }

@@ -55,6 +55,7 @@ class DiskStore final : public Store {
   void put_scene(const std::string& digest, std::string_view bytes) override;
   void append_rows(JobId job, std::string entry) override;
   void drop_rows(JobId job) override;
+  void keep_rows(JobId job, std::uint64_t entries) override;
   void put_picture(JobId job, std::span<const std::string_view> pieces) override;
   void drop_work(JobId job) override;
   void drop_job(JobId job) override;
@@ -66,6 +67,7 @@ class DiskStore final : public Store {
   std::string note(const std::string& name) override;
   std::map<std::string, std::string> notes() override;
   std::string mark() override;
+  std::string reached_mark() override { return note(std::string(own_note::reached)); }
   std::vector<JobRecord> jobs() override;
   std::optional<std::string> scene(const std::string& digest) override;
   void each_rows(JobId job, const RowsVisitor& visit) override;

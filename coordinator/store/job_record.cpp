@@ -64,6 +64,7 @@ std::string record_to_json(const JobRecord& job) {
                     {"series_id", job.series_id},
                     {"frame", job.frame},
                     {"frames", job.frames},
+                    {"ended", job.ended},
                     {"events", events_to_json(job.events)}};
   return map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -130,6 +131,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.series_id = later_number(map, "series_id");
     job.frame = static_cast<std::uint32_t>(later_number(map, "frame", limits::max_frame));
     job.frames = static_cast<std::uint32_t>(later_number(map, "frames", limits::max_frames));
+    job.ended = map.value("ended", 0.0);
     for (const json& event : map.value("events", json::array())) {
       job.events.push_back({event.at("at"), event.at("what")});
     }

@@ -55,6 +55,7 @@ struct JobRecord {
   JobId series_id = 0;             ///< the series' number among those of jobs
   std::uint32_t frame = 0;         ///< its number in the series
   std::uint32_t frames = 0;        ///< that the series is to have
+  double ended = 0;  ///< uptime of the farm when it ended, in seconds; 0: it has not, or not known
   std::vector<JobEvent> events{};  ///< the first few and the latest
 
   /// The number under which people find it listed: that of its series, or its own.

@@ -105,22 +105,47 @@ void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
   }
 }
 
-bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes) {
+/// Calls `visit` with the end of each entry, as the headers say, until it returns false.
+template <typename Visit>
+static void each_end(const std::filesystem::path& file, const Visit& visit) {
   const std::unique_ptr<std::FILE, CloseFile> in(std::fopen(file.c_str(), "rbe"));
-  std::uint64_t at = 0;
-  while (in && at < bytes) {
-    std::string header(header_bytes, '\0');
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(file, error);
+  std::string header(header_bytes, '\0');
+  for (std::uint64_t at = 0; in && !error && at + header_bytes <= size;) {
     if (std::fseek(in.get(), static_cast<long>(at), SEEK_SET) != 0 ||
         std::fread(header.data(), 1, header_bytes, in.get()) != header_bytes) {
-      return false;
+      return;
     }
     const auto length = ByteReader(header).get<std::uint64_t>();
-    if (length > bytes) {
-      return false;
+    if (length > size - at - header_bytes) {
+      return;
     }
     at += header_bytes + length;
+    if (!visit(at)) {
+      return;
+    }
   }
-  return at == bytes;
+}
+
+bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes) {
+  std::uint64_t last = 0;
+  each_end(file, [&](std::uint64_t end) {
+    last = end <= bytes ? end : last;
+    return end < bytes;
+  });
+  return last == bytes;
+}
+
+std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t entries) {
+  std::uint64_t last = 0;
+  if (entries > 0) {
+    each_end(file, [&](std::uint64_t end) {
+      last = end;
+      return --entries > 0;
+    });
+  }
+  return last;
 }
 
 std::uint64_t sound_bytes(const std::filesystem::path& file) {

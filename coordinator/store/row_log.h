@@ -45,6 +45,10 @@ void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
 /// data.
 bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes);
 
+/// Bytes of the first so many entries of the file, as the headers say; of all whole ones if there
+/// are fewer.
+std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t entries);
+
 /// Bytes of the whole, undamaged entries at the beginning of the file; 0 if it cannot be read.
 std::uint64_t sound_bytes(const std::filesystem::path& file);
 

@@ -102,6 +102,7 @@ void write_copies(Database& database, Records records, StateFiles& files) {
 void convert_version_2(Database& database, StateFiles& files) {
   Transaction transaction(database);
   database.run(to_version_3);
+  database.run("INSERT INTO notes SELECT 'reached', text FROM notes WHERE name = 'mark'");
   write_note(database, own_note::batch, "1");
   write_note(database, own_note::notes_batch, "1");
   write_copies(database, read_records(database), files);

@@ -144,11 +144,21 @@ std::vector<JobId> StateFiles::jobs_with_directory() const {
 
 void StateFiles::fail(const fs::path& file, int error) const {
   constexpr std::array<int, 5> of_full_disks = {ENOSPC, EDQUOT, EFBIG, EIO, 0};
+  // Somebody has removed it, mounted it read-only, or taken the permission to write away.
+  constexpr std::array<int, 8> of_lost_places = {EACCES,  EPERM,  EROFS, ENOENT,
+                                                 ENOTDIR, ENODEV, ENXIO, ESTALE};
+  const auto is_one_of = [error](const auto& errors) {
+    return std::find(errors.begin(), errors.end(), error) != errors.end();
+  };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
-  if (std::find(of_full_disks.begin(), of_full_disks.end(), error) != of_full_disks.end()) {
-    throw StorageFull("--state " + directory_.string() + ": nothing more can be kept (" + why +
-                      "): make room there");
+  const std::string place = "--state " + directory_.string() + ": nothing more can be kept (";
+  if (is_one_of(of_full_disks)) {
+    throw StorageFull(place + why + "): make room there");
+  }
+  if (is_one_of(of_lost_places)) {
+    throw StorageFull(place + file.lexically_relative(directory_).string() + ": " + why +
+                      "): make it writable again");
   }
   throw RunError("keeping state in " + file.string() + ": " + why);
 }

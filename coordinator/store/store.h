@@ -57,6 +57,8 @@ class Store {
   /// held in memory until the commit.
   virtual void append_rows(JobId job, std::string entry) = 0;
   virtual void drop_rows(JobId job) = 0;  ///< the log is empty again
+  /// Of the job's log the first so many entries are kept, and the rest, which is damaged, goes.
+  virtual void keep_rows(JobId job, std::uint64_t entries) = 0;
   /// The picture, in place of an earlier one: the pieces one after the other are the file.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;
   /// The job's rows are no longer needed; nor is a scene that no unfinished job uses at the commit.
@@ -79,7 +81,9 @@ class Store {
   virtual Usage usage() = 0;
   virtual std::string note(const std::string& name) = 0;  ///< empty: there is none
   virtual std::map<std::string, std::string> notes() = 0;
-  virtual std::string mark() = 0;             ///< empty: there is none
+  virtual std::string mark() = 0;  ///< empty: there is none
+  /// The latest mark that was kept. All that it stands for is still here, and perhaps more.
+  virtual std::string reached_mark() = 0;
   virtual std::vector<JobRecord> jobs() = 0;  ///< by ascending id
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
   using RowsVisitor = std::function<void(std::string_view entry)>;

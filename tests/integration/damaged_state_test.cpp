@@ -152,7 +152,7 @@ TEST_CASE("the flag of a picture's file goes when the file is back, and leaves o
   }
 }
 
-TEST_CASE("scenes and rows that are damaged, cut or gone fail their job alone") {
+TEST_CASE("a scene that is damaged fails its job, and rows that are damaged are traced again") {
   for (const std::string file : {"scene", "rows"}) {
     for (const Damage how : {Damage::flipped, Damage::cut, Damage::gone}) {
       CAPTURE(file);
@@ -175,8 +175,14 @@ TEST_CASE("scenes and rows that are damaged, cut or gone fail their job alone") 
              how);
       Hand ann(service, "ann");
       work(service, {{&ann, honest}}, bad);
-      CHECK(service.state(bad) == "failed");
-      CHECK(contains(service.job(bad).at("reason"), "taking it up"));
+      if (file == "scene") {
+        CHECK(service.state(bad) == "failed");
+        CHECK(contains(service.job(bad).at("reason"), "taking it up"));
+      } else {
+        CHECK(service.state(bad) == "done");
+        CHECK(service.sha256(bad) == expected);
+        CHECK(contains(service.job(bad).at("events").dump(), "rows that were kept are damaged"));
+      }
     }
   }
 }

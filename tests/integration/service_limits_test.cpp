@@ -7,6 +7,7 @@
 #include "tests/support/crash_store.h"
 #include "tests/support/memory.h"
 #include "tests/support/service.h"
+#include "tests/support/stored_state.h"
 
 namespace parray::test {
 namespace {
@@ -403,20 +404,97 @@ TEST_CASE("a scene that is none makes no job; one that was damaged on its way co
   }
 }
 
-TEST_CASE("a job whose kept rows are damaged fails by itself when its turn comes") {
+TEST_CASE("a job whose kept rows are damaged keeps those before, and traces the rest again") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
-  const JobId bad = service.submit(small_scene(), many_leases(), 90);
-  const JobId good = service.submit(small_scene(), many_leases());
-  work(service, {{&ann, honest}}, bad, 3);
-  store.append_rows(bad, "rubbish");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job, 3);
+  const std::uint64_t accepted = service.tally().accepted;
+  const std::size_t sound = rows_of(store, job).size();
+  REQUIRE(accepted > 0);
+  store.append_rows(job, "rubbish");
+  store.append_rows(job, "what stood behind it");
   service.restart();
   ann.join();
-  work(service, {{&ann, honest}}, good);
-  CHECK(service.state(bad) == "failed");
-  CHECK(contains(service.job(bad).at("reason"), "taking it up"));
-  CHECK(service.sha256(good) == reference_sha256(small_scene(), many_leases()));
+  service.turn();
+  CHECK(rows_of(store, job).size() >= sound);
+  work(service, {{&ann, honest}}, job);
+  CHECK(service.state(job) == "done");
+  CHECK(contains(service.log(), "the rest will be traced again"));
+  CHECK(contains(service.job(job).at("events").dump(), "rows that were kept are damaged"));
+  CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
+}
+
+TEST_CASE(
+    "a clock that jumps forgets no job, and time in which no coordinator ran does not count") {
+  double clock = 1e9;
+  CoordinatorOptions options = service_options();
+  options.wall_clock = [&clock] { return clock; };
+  options.limits.keep_seconds = 1000;
+  CrashStore store(0, 1);
+  Service service(options, &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job);
+  clock += 100 * 86400;
+  service.turn(seconds(500));
+  CHECK(service.state(job) == "done");
+  service.turn(seconds(60));
+  service.restart();
+  clock += 100 * 86400;
+  service.turn(seconds(10));
+  CHECK(service.state(job) == "done");
+  service.turn(seconds(400));
+  CHECK(service.state(job) == "done");
+  service.turn(seconds(60));
+  service.turn(seconds(200));
+  CHECK(contains(service.refusal(msg::ShowJob{1, job}), "no job"));
+}
+
+TEST_CASE("a restart keeps the progress of a job that waits for its turn") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job, 3);
+  service.turn(seconds(4));
+  service.turn(seconds(2));
+  const double progress = service.job(job).at("progress");
+  REQUIRE(progress > 0);
+  service.restart();
+  service.say("client", msg::ShowJob{1, job});
+  CHECK(service.job(job).at("progress").get<double>() == doctest::Approx(progress).epsilon(0.01));
+}
+
+TEST_CASE("a coordinator that cannot keep anything for too long sends its workers away") {
+  CoordinatorOptions options = service_options();
+  options.release_after = seconds(15);
+  options.silence = seconds(60);
+  CrashStore store(0, 1);
+  Service service(options, &store);
+  Hand ann(service, "ann");
+  service.submit(small_scene(), many_leases());
+  service.turn();
+  store.fill(true);
+  service.turn();
+  service.turn(seconds(14));
+  CHECK(service.heard<msg::Bye>(ann.peer()).empty());
+  service.turn(seconds(2));
+  CHECK(service.heard<msg::Bye>(ann.peer()).size() == 1);
+  const auto silent = [&] {
+    service.turn();
+    return service.heard<msg::Welcome>(ann.peer()).empty() &&
+           service.heard<msg::Who>(ann.peer()).empty();
+  };
+  service.heard<msg::Welcome>(ann.peer());
+  ann.come_back();
+  ann.beat();
+  CHECK(silent());
+  store.fill(false);
+  service.turn();
+  ann.come_back();
+  CHECK_FALSE(silent());
 }
 
 }  // namespace parray::test

@@ -1,5 +1,6 @@
 """Coordinators that take over from one another, as real processes."""
 
+import shutil
 import signal
 import socket
 import subprocess
@@ -107,6 +108,40 @@ class BetweenHosts(unittest.TestCase):
             old = farm._start("parray-coordinator", "--coordinator", first, *farm.options)
             self.assertEqual(old.wait(timeout=20), 1)
             self.assertRegex(old.log.read_text(), "fenced: the standby at .*generation")
+            alone = ("--coordinator", "tcp://127.0.0.1:*", "--state", farm.directory / "first")
+            refused = run_coordinator(*alone)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn("--serve-fenced", refused.stderr)
+            insisting = farm._start("parray-coordinator", *alone, "--serve-fenced")
+            wait_for(lambda: "serves tcp" in insisting.log.read_text(), "the old one to serve")
+
+    def test_a_primary_that_was_set_back_erases_nothing_of_its_standby(self):
+        small = ("--width", "16", "--height", "16", "--spp", "1")
+        patient = Twins()
+        patient.standby_options += ["--takeover-after", "60"]  # the last counts
+        with patient as farm:
+            farm.wait_until_in_step()
+            first = farm.directory / "first"
+            farm.start_worker("w1")
+            farm.finish(farm.submit(SCENE, *small))
+            farm.coordinator.send_signal(signal.SIGTERM)
+            farm.coordinator.wait()
+            shutil.copytree(first, farm.directory / "snapshot")
+            farm.start_coordinator(farm.address)
+            jobs = [farm.submit(SCENE, *small) for _ in range(2)]
+            expected = [farm.finish(job)["image_sha256"] for job in jobs]
+            farm.kill_the_first()
+            farm.coordinator.wait()
+            shutil.rmtree(first)
+            shutil.move(farm.directory / "snapshot", first)
+            set_back = farm._start("parray-coordinator", "--coordinator", farm.address, *farm.options)
+            self.assertEqual(set_back.wait(timeout=20), 1)
+            self.assertRegex(set_back.log.read_text(), "the primary has been set back: [0-9]+ batches would be lost")
+            farm.standby.send_signal(signal.SIGTERM)
+            farm.standby.wait()
+            farm.options = ["--state", farm.directory / "second"]
+            farm.start_coordinator()
+            self.assertEqual([farm.fetch(job)["image_sha256"] for job in jobs], expected)
 
     def test_a_primary_that_stands_still_is_fenced_when_it_goes_on(self):
         with Twins() as farm:

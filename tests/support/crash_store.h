@@ -50,6 +50,10 @@ class CrashStore : public Store {
     changed_ = true;
     staged_.rows.erase(job);
   }
+  void keep_rows(JobId job, std::uint64_t entries) override {
+    changed_ = true;
+    staged_.rows[job].resize(std::min<std::size_t>(staged_.rows[job].size(), entries));
+  }
   void put_picture(JobId job, std::span<const std::string_view> pieces) override {
     take_room();
     std::string picture;
@@ -89,6 +93,7 @@ class CrashStore : public Store {
       std::erase_if(staged_.scenes, [&](const auto& scene) { return !is_used(scene.first); });
     }
     staged_.mark = std::exchange(new_mark_, {}).value_or("");
+    staged_.reached = staged_.mark.empty() ? staged_.reached : staged_.mark;
     committed_ = staged_;
   }
 
@@ -113,6 +118,7 @@ class CrashStore : public Store {
   }
   std::map<std::string, std::string> notes() override { return staged_.notes; }
   std::string mark() override { return new_mark_.value_or(staged_.mark); }
+  std::string reached_mark() override { return staged_.reached; }
   std::vector<JobRecord> jobs() override {
     std::vector<JobRecord> all;
     for (const auto& [id, job] : staged_.jobs) {
@@ -143,6 +149,7 @@ class CrashStore : public Store {
     std::map<JobId, std::string> pictures;
     std::map<std::string, std::string> notes;
     std::string mark;
+    std::string reached;
     bool scenes_dropped = false;
   };
 

@@ -25,11 +25,16 @@ class FaultyDisk final : public Disk {
   /// Syncs that fail with EIO. As on Linux, what was written since the last sync is lost then, and
   /// the next sync knows nothing of it.
   int failing_syncs = 0;
+  int error = 0;                   ///< not 0: every write fails with it
   int failing_renames = 0;         ///< with ENOSPC
   std::function<void()> before{};  ///< called before every step; what it throws ends the step
 
   ssize_t write(int file, std::string_view bytes, std::uint64_t offset) override {
     step();
+    if (error != 0) {
+      errno = error;
+      return -1;
+    }
     if (room == 0 && !bytes.empty() && overwritten(file, bytes, offset) == 0) {
       errno = ENOSPC;
       return -1;

@@ -375,6 +375,35 @@ TEST_CASE("a state opens, and is read, where nothing can be written") {
   CHECK_THROWS_AS(put_picture(store, 1, "picture"), StorageFull);
 }
 
+TEST_CASE("a state that was moved away or cannot be written holds commits until it is back") {
+  const TemporaryDirectory directory;
+  const fs::path state = directory.path() / "state";
+  const fs::path away = directory.path() / "away";
+  FaultyDisk disk;
+  DiskStore store(state, disk);
+  put_first(store);
+  store.append_rows(1, "row 3");
+  fs::rename(state, away);
+  CHECK(message_of<StorageFull>([&] { store.commit(); }).find("moved or removed") !=
+        std::string::npos);
+  store.put_job(stored_job(7));
+  CHECK_THROWS_AS(put_picture(store, 1, "picture"), StorageFull);
+  CHECK_FALSE(fs::exists(state));
+  fs::rename(away, state);
+  for (const int error : {EACCES, EROFS, ENOENT, ENODEV}) {
+    disk.error = error;
+    const std::string message = message_of<StorageFull>([&] { store.commit(); });
+    CHECK_MESSAGE(message.find("make it writable again") != std::string::npos, message);
+  }
+  disk.error = 0;
+  store.commit();
+  const fs::path crashed = directory.path() / "crashed";
+  copy_state(state, crashed);
+  DiskStore left(crashed);
+  CHECK(rows_of(left, 1).size() == 3);
+  CHECK(left.jobs().size() == 3);
+}
+
 TEST_CASE("a new state that has no room is refused with the reason") {
   const TemporaryDirectory directory;
   const FileSizeLimit limit(0);

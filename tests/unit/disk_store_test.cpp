@@ -203,6 +203,28 @@ TEST_CASE("dropped rows are gone, and what is appended after them is a log of it
   CHECK(bulk_files(directory.path()).empty());
 }
 
+TEST_CASE("of a log the first entries are kept, and what is appended follows them") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    store.put_job(stored_job(1));
+    for (const char* row : {"one", "two", "damaged", "four"}) {
+      store.append_rows(1, row);
+    }
+    store.commit();
+    store.keep_rows(1, 2);
+    store.append_rows(1, "3");
+    CHECK(rows_of(store, 1) == Strings{"one", "two", "3"});
+    store.commit();
+  }
+  DiskStore store(directory.path());
+  CHECK(store.reports() == Strings{});
+  CHECK(rows_of(store, 1) == Strings{"one", "two", "3"});
+  store.keep_rows(1, 0);
+  store.commit();
+  CHECK(rows_of(store, 1).empty());
+}
+
 TEST_CASE("a picture is replaced whole, or not at all") {
   const TemporaryDirectory directory;
   {

@@ -14,6 +14,7 @@
 #include "coordinator/replica/replicated_store.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_disk.h"
+#include "tests/support/message_of.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
 
@@ -28,7 +29,8 @@ class Standby final : public ReplicaLine {
     restart();
   }
 
-  void restart() { replica_ = std::make_unique<Replica>(*store_); }
+  void restart() { replica_ = std::make_unique<Replica>(*store_, overwrite); }
+  bool overwrite = false;
   /// Another one, at the same address.
   void become(Store& store) {
     store_ = &store;
@@ -371,6 +373,78 @@ TEST_CASE(
   stranger.put_job(stored_job(7));
   stranger.put_note(lineage_note, "");
   CHECK_THROWS_AS(Replica{stranger}, InputError);
+}
+
+TEST_CASE(
+    "a primary that was set back does not overwrite its standby, unless that is told to let it") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  ReplicatedStore primary(first, standby, numbers(1));
+  primary.put_job(stored_job(1));
+  primary.commit();
+  const CrashStore snapshot = kept(first);
+  for (JobId id = 2; id <= 4; ++id) {
+    primary.put_job(stored_job(id));
+    primary.commit();
+  }
+  const auto refusal = [&](CrashStore store, bool alone_meanwhile) {
+    if (alone_meanwhile) {
+      serve_alone(store);
+    }
+    ReplicatedStore set_back(store, standby, numbers(2));
+    const std::string message = message_of<RunError>([&] { set_back.commit(); });
+    CHECK(kept(second).jobs().size() == 4);
+    return message;
+  };
+  const std::string expected =
+      "the standby at tcp://standby:7401 refuses to be one: the primary has been set back: 3 "
+      "batches would be lost: serve from the standby, or start it with --overwrite";
+  CHECK(refusal(snapshot, false) == expected);
+  CHECK(refusal(snapshot, true) == expected);
+  primary.put_job(stored_job(5));
+  primary.commit();  // the true one goes on
+  CHECK(kept(second).jobs().size() == 5);
+  standby.overwrite = true;
+  standby.restart();
+  CrashStore store = snapshot;
+  ReplicatedStore set_back(store, standby, numbers(3));
+  set_back.commit();
+  CHECK(kept(second).jobs().size() == 1);
+}
+
+TEST_CASE("a primary whose standby was away takes it in again, whatever it has done alone") {
+  CrashStore first(0, 1);
+  CrashStore second(0, 2);
+  Standby standby(second);
+  {
+    ReplicatedStore primary(first, standby, numbers(1));
+    for (JobId id = 1; id <= 4; ++id) {
+      primary.put_job(stored_job(id));
+      primary.commit();
+    }
+  }
+  serve_alone(first);
+  first.put_job(stored_job(5));
+  first.commit();
+  ReplicatedStore primary(first, standby, numbers(2));
+  primary.commit();
+  check_same(first, second);
+}
+
+TEST_CASE("a fenced primary serves again only when it is told to, and as another farm") {
+  CrashStore store(0, 1);
+  put_lineage(store, {7, 3, Part::primary});
+  store.commit();
+  check_fence(store, false, 9);
+  note_fence(store);
+  CHECK_THROWS_WITH_AS(check_fence(store, false, 9), doctest::Contains("--serve-fenced"),
+                       InputError);
+  CHECK(lineage_of(store)->history == 7);
+  check_fence(store, true, 9);
+  CHECK(lineage_of(store)->history == 9);
+  check_fence(store, false, 11);
+  CHECK(serve_alone(store) == 2);
 }
 
 TEST_CASE("a batch that comes again is answered and not applied again") {
