@@ -101,8 +101,14 @@ std::optional<Position> position_of(Store& store, const Lineage& lineage) {
   return in && position.generation == lineage.generation ? std::optional(position) : std::nullopt;
 }
 
-void put_position(Store& store, const Position& position) {
-  store.put_mark(std::to_string(position.generation) + " " + std::to_string(position.sequence));
+static std::string text_of(const Position& position) {
+  return std::to_string(position.generation) + " " + std::to_string(position.sequence);
+}
+
+void put_position(Store& store, const Position& position) { store.put_mark(text_of(position)); }
+
+void put_reached_position(Store& store, const Position& position) {
+  store.put_reached_mark(text_of(position));
 }
 
 std::uint64_t serve_alone(Store& store) {

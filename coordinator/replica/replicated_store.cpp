@@ -142,7 +142,7 @@ void ReplicatedStore::catch_up() {
   if (!behind_) {
     return;
   }
-  inner_.put_mark("");  // it would stand for what came later, too
+  put_reached_position(inner_, position_);  // with what came later, which the standby lacks
   inner_.commit();
   behind_ = false;
 }

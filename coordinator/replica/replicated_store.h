@@ -54,6 +54,7 @@ class ReplicatedStore final : public Store {
   void drop_job(JobId job) override;
   void put_note(const std::string& name, const std::string& text) override;
   void put_mark(const std::string& text) override { inner_.put_mark(text); }
+  void put_reached_mark(const std::string& text) override { inner_.put_reached_mark(text); }
   void commit() override;
 
   Usage usage() override { return inner_.usage(); }

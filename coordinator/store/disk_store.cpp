@@ -1,7 +1,6 @@
 #include "coordinator/store/disk_store.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <system_error>
 #include <utility>
 
@@ -143,6 +142,11 @@ void DiskStore::put_note(const std::string& name, const std::string& text) {
 }
 
 void DiskStore::put_mark(const std::string& text) { new_mark_ = text; }
+
+void DiskStore::put_reached_mark(const std::string& text) {
+  new_mark_ = "";
+  new_reached_mark_ = text;
+}
 
 void DiskStore::commit() {
   if (changes_.empty() && new_scenes_.empty() && !scenes_dropped_ && new_notes_.empty() &&
@@ -307,6 +311,9 @@ void DiskStore::record_mark(bool everything) {
     write_note(*database_, own_note::reached, *new_mark_);
   } else {
     execute(*database_, "DELETE FROM notes WHERE name = ?", own_note::mark);
+    if (everything && new_reached_mark_) {
+      write_note(*database_, own_note::reached, *new_reached_mark_);
+    }
   }
 }
 
@@ -344,6 +351,7 @@ void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::
   new_notes_.clear();
   if (held_back.empty()) {
     new_mark_.reset();
+    new_reached_mark_.reset();
   }
   std::erase_if(changes_, [&](const auto& changed) {
     if (held_back.contains(changed.first)) {
@@ -388,25 +396,6 @@ void DiskStore::put_in_place(const fs::path& next, const fs::path& current) {
     return;
   }
 }
-
-void DiskStore::tidy(double keep_lost) {
-  if (!std::exchange(log_is_fresh_, true)) {
-    try {
-      database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
-    } catch (const StorageFull&) {
-      log_is_fresh_ = false;
-    } catch (const InputError&) {  // it cannot be written now
-      log_is_fresh_ = false;
-    }
-  }
-  if (lost_bytes_ > 0) {
-    files_.remove_lost(static_cast<double>(uptime()) - keep_lost);
-    lost_bytes_ = files_.lost_bytes();
-  }
-}
-
-/// Seconds.
-std::uint64_t DiskStore::uptime() { return std::strtoull(note(uptime_note).c_str(), nullptr, 10); }
 
 Store::Usage DiskStore::usage() {
   Usage usage;

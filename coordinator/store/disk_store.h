@@ -61,6 +61,7 @@ class DiskStore final : public Store {
   void drop_job(JobId job) override;
   void put_note(const std::string& name, const std::string& text) override;
   void put_mark(const std::string& text) override;
+  void put_reached_mark(const std::string& text) override;
   void commit() override;
 
   Usage usage() override;
@@ -135,6 +136,7 @@ class DiskStore final : public Store {
   std::set<std::string> new_scenes_;
   std::map<std::string, std::string> new_notes_;
   std::optional<std::string> new_mark_;
+  std::optional<std::string> new_reached_mark_;
   bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
 
   std::uint64_t batch_ = 0;       ///< commits so far

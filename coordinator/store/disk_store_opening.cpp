@@ -1,5 +1,8 @@
-// How a DiskStore opens: what it believes of a directory, and what it does to it.
+// How a DiskStore opens a directory, and how it keeps the directory tidy.
+#include <cstdlib>
+#include <limits>
 #include <system_error>
+#include <utility>
 
 #include "coordinator/store/disk_store.h"
 #include "coordinator/store/schema.h"
@@ -167,5 +170,24 @@ void DiskStore::take_stock() {
   }
   lost_bytes_ = files_.lost_bytes();
 }
+
+void DiskStore::tidy(double keep_lost) {
+  if (!std::exchange(log_is_fresh_, true)) {
+    try {
+      database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
+    } catch (const StorageFull&) {
+      log_is_fresh_ = false;
+    } catch (const InputError&) {  // it cannot be written now
+      log_is_fresh_ = false;
+    }
+  }
+  if (lost_bytes_ > 0) {
+    files_.remove_lost(static_cast<double>(uptime()) - keep_lost);
+    lost_bytes_ = files_.lost_bytes();
+  }
+}
+
+/// Seconds.
+std::uint64_t DiskStore::uptime() { return std::strtoull(note(uptime_note).c_str(), nullptr, 10); }
 
 }  // namespace parray

@@ -69,6 +69,9 @@ class Store {
   /// A text that stands for exactly what is kept: a commit that keeps everything keeps the mark
   /// that was put; any other commit, of a part or without a mark of its own, leaves none.
   virtual void put_mark(const std::string& text) = 0;
+  /// What the text stands for is here, and more: a commit that keeps everything keeps it for
+  /// reached_mark(), and leaves no mark.
+  virtual void put_reached_mark(const std::string& text) = 0;
   /// What was put before is kept, durably, when it returns; room of what was dropped is free.
   virtual void commit() = 0;
 

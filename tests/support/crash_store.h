@@ -21,6 +21,7 @@ class CrashStore : public Store {
   void crash() {
     staged_ = committed_;
     new_mark_.reset();
+    new_reached_.clear();
   }
   /// While it is full, nothing can be committed, nor scenes or pictures put.
   void fill(bool full) { full_ = full; }
@@ -81,6 +82,10 @@ class CrashStore : public Store {
     changed_ = true;
     new_mark_ = text;
   }
+  void put_reached_mark(const std::string& text) override {
+    put_mark("");
+    new_reached_ = text;
+  }
   void commit() override {
     take_room();
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
@@ -93,7 +98,9 @@ class CrashStore : public Store {
       std::erase_if(staged_.scenes, [&](const auto& scene) { return !is_used(scene.first); });
     }
     staged_.mark = std::exchange(new_mark_, {}).value_or("");
-    staged_.reached = staged_.mark.empty() ? staged_.reached : staged_.mark;
+    const std::string reached = staged_.mark.empty() ? new_reached_ : staged_.mark;
+    staged_.reached = reached.empty() ? staged_.reached : reached;
+    new_reached_.clear();
     committed_ = staged_;
   }
 
@@ -173,6 +180,7 @@ class CrashStore : public Store {
   bool full_ = false;
   bool changed_ = false;
   std::optional<std::string> new_mark_;
+  std::string new_reached_;  ///< empty: none was put
   std::mt19937_64 random_;
   Content staged_;
   Content committed_;
