@@ -118,7 +118,7 @@ class BetweenHosts(unittest.TestCase):
     def test_a_primary_that_was_set_back_erases_nothing_of_its_standby(self):
         small = ("--width", "16", "--height", "16", "--spp", "1")
         patient = Twins()
-        patient.standby_options += ["--takeover-after", "60"]  # the last counts
+        patient.standby_options[1] = "60"  # seconds until the takeover
         with patient as farm:
             farm.wait_until_in_step()
             first = farm.directory / "first"
