@@ -130,7 +130,7 @@ class BetweenHosts(unittest.TestCase):
             farm.start_coordinator(farm.address)
             jobs = [farm.submit(SCENE, *small) for _ in range(2)]
             expected = [farm.finish(job)["image_sha256"] for job in jobs]
-            farm.kill_the_first()
+            farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()
             shutil.rmtree(first)
             shutil.move(farm.directory / "snapshot", first)
