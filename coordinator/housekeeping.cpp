@@ -128,8 +128,8 @@ double Coordinator::uptime() const {
 /// What the next life cannot know otherwise: the uptime, and how far jobs are.
 void Coordinator::keep_farm_notes() {
   nlohmann::json progress = nlohmann::json::object();
-  for (const JobId id : open_jobs_) {
-    const double share = jobs_.at(id).progress(now_);
+  for (const auto& [id, job] : jobs_) {
+    const double share = job.ended() ? 0 : job.progress(now_);
     if (share > 0) {
       progress[std::to_string(id)] = std::round(share * 1e4) / 1e4;
     }
