@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""A state directory that becomes read-only while the coordinator serves, and writable again."""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import hosts
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
+from farm import SCENES, Farm, run, wait_for  # noqa: E402
+
+SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
+
+
+def mount(*arguments):
+    subprocess.run(["mount", *map(str, arguments)], check=True, capture_output=True)
+
+
+class ReadOnlyState(unittest.TestCase):
+    def setUp(self):
+        if not hosts.permitted():
+            self.skipTest("mount namespaces are not permitted")
+        hosts.ip("link", "set", "lo", "up")  # of the network namespace that hosts.enter() made
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.state = pathlib.Path(directory.name) / "state"
+        self.state.mkdir()
+
+    def make_read_only(self):
+        """Covers the directory by a read-only view of itself, as a file system that was remounted looks by its paths."""
+        mount("--bind", self.state, self.state)
+        mount("-o", "remount,bind,ro", self.state)
+
+    def make_writable(self):
+        subprocess.run(["umount", self.state], check=True, capture_output=True)
+
+    def test_jobs_are_held_with_the_reason_and_go_on_when_it_can_be_written_again(self):
+        with Farm("--state", self.state) as farm:
+            before = farm.submit(SCENES / "glass.json", *SETTINGS)
+            farm.start_worker("w1")
+            farm.finish(before)
+            self.make_read_only()
+            job_line = farm.start_client("submit", SCENES / "shells.json", *SETTINGS, "--wait", "-o",
+                                         farm.directory / "held.png", "--report", farm.directory / "held.json")
+            wait_for(lambda: "ead-only" in farm.coordinator_log(), "the reason in the log")
+            self.assertIsNone(farm.coordinator.poll())
+            self.assertEqual(farm.fetch(before)["samples"], 64 * 160 * 100)  # what is kept can still be read
+            self.make_writable()
+            self.assertEqual(job_line.wait(timeout=60), 0, job_line.log.read_text())
+            run("render", SCENES / "shells.json", *SETTINGS, "-o", farm.directory / "r.png", "--report",
+                farm.directory / "r.json")
+            hashes = [json.loads((farm.directory / name).read_text())["image_sha256"] for name in ("held.json", "r.json")]
+            self.assertEqual(hashes[0], hashes[1])
+            self.assertEqual(farm.client("audit", 2).returncode, 0)
+
+
+if __name__ == "__main__":
+    hosts.enter()
+    unittest.main()
