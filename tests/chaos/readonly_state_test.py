@@ -33,6 +33,7 @@ class ReadOnlyState(unittest.TestCase):
     def make_read_only(self):
         """Covers the directory by a read-only view of itself, as a file system that was remounted looks by its paths."""
         mount("--bind", self.state, self.state)
+        self.addCleanup(subprocess.run, ["umount", self.state], capture_output=True)
         mount("-o", "remount,bind,ro", self.state)
 
     def make_writable(self):
