@@ -176,7 +176,7 @@ std::string Coordinator::waits_for(const Job& job) const {
   if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > options_.memory) {
     return "memory: other jobs are being rendered";
   }
-  return {};
+  return job.work ? desk_.wait(now_, job.work->generation) : "";
 }
 
 /// A full disk holds all jobs until there is room; then they go on by themselves.

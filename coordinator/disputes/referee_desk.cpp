@@ -1,6 +1,7 @@
 #include "coordinator/disputes/referee_desk.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace parray {
@@ -113,12 +114,21 @@ std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
     }
     traced.push_back(std::move(one));
   }
-  if (asked_ != 0 && now - asked_at_ >= options_.longest_answer) {
+  if (asked_ != 0 && now >= answer_due()) {
     referee_->forget();
     memory_ = 0;
-    fail(now, find(std::exchange(asked_, 0)), "it has not answered for 10 minutes");
+    const auto silent = std::chrono::duration_cast<std::chrono::seconds>(now - asked_at_);
+    fail(now, find(std::exchange(asked_, 0)),
+         "it has not answered for " + std::to_string(silent.count()) + " s");
   }
   return traced;
+}
+
+/// When the question under way has taken too long.
+Time RefereeDesk::answer_due() const {
+  const auto entry = std::ranges::find(entries_, asked_, &Entry::number);
+  const bool check = entry != entries_.end() && !entry->its.dispute;
+  return asked_at_ + (check ? options_.longest_check : options_.longest_answer);
 }
 
 /// Seconds that must be left in the budget before the case is asked.
@@ -170,7 +180,7 @@ Time RefereeDesk::next(Time now) const {
     return never;
   }
   if (asked_ != 0) {
-    return asked_at_ + options_.longest_answer;
+    return answer_due();
   }
   Time soonest = memory_ > 0 ? answered_at_ + options_.rest : never;
   for (const Entry& entry : entries_) {
@@ -226,6 +236,18 @@ std::size_t RefereeDesk::disputes(std::uint64_t generation) const {
 std::size_t RefereeDesk::disputes() const {
   return static_cast<std::size_t>(
       std::ranges::count_if(entries_, [](const Entry& e) { return e.its.dispute; }));
+}
+
+std::string RefereeDesk::wait(Time now, std::uint64_t generation) const {
+  constexpr Time usual = seconds(5);
+  const auto entry = std::ranges::find(entries_, asked_, &Entry::number);
+  if (entry == entries_.end() || entry->its.generation != generation || now - asked_at_ < usual) {
+    return {};
+  }
+  const auto silent = std::chrono::duration_cast<std::chrono::seconds>(now - asked_at_);
+  return std::string("the referee, which has not answered a ") +
+         (entry->its.dispute ? "dispute" : "check") + " for " + std::to_string(silent.count()) +
+         " s";
 }
 
 std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {

@@ -40,7 +40,8 @@ class RefereeDesk {
     std::size_t most_disputes = 64;      ///< open ones of one job
     std::size_t most_checks = 64;        ///< that wait, of all jobs
     Time patience = seconds(30);         ///< after which a job with a dispute is held
-    Time longest_answer = seconds(600);  ///< after which the referee is started again
+    Time longest_answer = seconds(180);  ///< to a dispute; then the referee is started again
+    Time longest_check = seconds(60);    ///< for a check; then the referee is started again
     Time rest = seconds(60);             ///< without a question, until it gives its memory back
   };
   /// `referee` may be null: then every job with a dispute is held.
@@ -95,6 +96,9 @@ class RefereeDesk {
   [[nodiscard]] std::size_t disputes() const;
   /// Why a job must get no more leases before the referee has decided; empty: it may.
   [[nodiscard]] std::string hold(Time now, std::uint64_t generation) const;
+  /// What a job waits for: the referee, if it has been tracing for the job for some seconds. Empty:
+  /// nothing.
+  [[nodiscard]] std::string wait(Time now, std::uint64_t generation) const;
   /// No case is open.
   [[nodiscard]] bool idle() const { return entries_.empty(); }
   /// Bytes that the referee holds.
@@ -116,6 +120,7 @@ class RefereeDesk {
   Entries::iterator next_entry(Time now);
   void fail(Time now, Entries::iterator entry, const std::string& why);
   [[nodiscard]] double reserve(const Entry& entry) const;
+  [[nodiscard]] Time answer_due() const;
 
   std::shared_ptr<Referee> referee_;
   const Options options_;

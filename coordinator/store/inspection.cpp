@@ -181,6 +181,7 @@ FoundFiles find_notes(const StateFiles& files) {
   found.notes = read_copy(files.notes_json(), notes_file_from_text, trouble);
   std::error_code error;
   found.has_commits = fs::exists(files.commits(), error);
+  found.incomplete = fs::exists(files.incomplete(), error);
   if (const auto text = text_of_file(files.commits())) {
     found.commits = commit_count_from_text(*text);
   }
@@ -199,6 +200,9 @@ FoundFiles find_files(const StateFiles& files) {
 
 Comparison compare(const Records& records, const FoundFiles& found) {
   Comparison result;
+  if (found.incomplete) {
+    result.grave.emplace_back(unfinished_copy);
+  }
   static const FoundJob nothing;
   std::set<JobId> ids;
   for (const auto& [id, row] : records.jobs) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "coordinator/store/job_file.h"
@@ -33,10 +34,15 @@ struct FoundFiles {
   std::optional<NotesFile> notes_next{};
   bool has_commits = false;
   std::optional<std::uint64_t> commits{};  ///< nothing: the file is missing or damaged
+  bool incomplete = false;                 ///< a backup that was not finished
 
   /// Nothing was ever committed here.
   [[nodiscard]] bool fresh() const { return jobs.empty() && !has_commits && !notes; }
 };
+
+/// What is wrong with a backup that was not finished.
+inline constexpr std::string_view unfinished_copy =
+    "this copy was not finished, and jobs may be missing from it: make the backup again";
 
 /// Reads them. Changes nothing. A coordinator may be writing: `next` is read before `json`, and the
 /// number of commits last, so that nothing acknowledged is missed.

@@ -1,6 +1,7 @@
 #include "coordinator/store/state_files.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -23,10 +24,20 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view temporary_suffix = ".partial";
 
-/// An open file, closed with its scope; -1: it could not be opened, and errno says why.
+/// An open file or directory, closed with its scope; -1: it could not be opened, and errno says
+/// why. Never waits: a pipe or a device in the place of a file is an error (EINVAL).
 class OpenFile {
  public:
-  OpenFile(const fs::path& path, int flags) : fd_(open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  OpenFile(const fs::path& path, int flags)
+      : fd_(open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0666)) {
+    struct stat status {};
+    const bool sound = fd_ >= 0 && fstat(fd_, &status) == 0 &&
+                       (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode));
+    if (fd_ >= 0 && !sound) {
+      close(std::exchange(fd_, -1));
+      errno = EINVAL;
+    }
+  }
   ~OpenFile() {
     if (fd_ >= 0) {
       close(fd_);

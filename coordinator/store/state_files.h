@@ -59,6 +59,8 @@ class StateFiles {
   [[nodiscard]] std::filesystem::path notes_json() const { return directory_ / "notes.json"; }
   [[nodiscard]] std::filesystem::path notes_next() const { return directory_ / "notes.next"; }
   [[nodiscard]] std::filesystem::path commits() const { return directory_ / "commits"; }
+  /// Stands in a copy until --backup has finished it.
+  [[nodiscard]] std::filesystem::path incomplete() const { return directory_ / "incomplete"; }
   [[nodiscard]] std::filesystem::path database() const { return directory_ / "parray.sqlite"; }
   [[nodiscard]] std::filesystem::path lost() const { return directory_ / "lost"; }
   /// Jobs that have a directory, ascending.

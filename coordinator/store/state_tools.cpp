@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <span>
+#include <string_view>
 #include <system_error>
 
 #include "coordinator/store/rebuild.h"
@@ -73,8 +75,20 @@ std::vector<std::string> damage_lines(const StateFiles& files, const Survey& sur
   return lines;
 }
 
-void refuse_target(const fs::path& target) {
+void refuse_source(const StateFiles& from) {
   std::error_code error;
+  if (!fs::exists(from.database(), error) && find_files(from).fresh()) {
+    throw InputError(from.directory().string() + ": holds no state: name the directory of --state");
+  }
+}
+
+void refuse_target(const StateFiles& from, const fs::path& target) {
+  std::error_code error;
+  const fs::path inside = fs::weakly_canonical(target, error)
+                              .lexically_relative(fs::weakly_canonical(from.directory(), error));
+  if (!inside.empty() && *inside.begin() != "..") {
+    throw InputError(target.string() + ": lies in the state itself: name a directory outside");
+  }
   if (fs::exists(target, error) && !fs::is_empty(target, error)) {
     throw InputError(target.string() + ": is not empty: name a new directory for the copy");
   }
@@ -95,6 +109,7 @@ std::vector<std::string> repair_state(const fs::path& directory, double now) {
   std::vector<std::string> lines = damage_lines(files, survey);
   if (!lines.empty()) {
     append(lines, rebuild_state(files, survey, now));
+    StateFiles::remove(files.incomplete());
   }
   return lines;
 }
@@ -102,14 +117,19 @@ std::vector<std::string> repair_state(const fs::path& directory, double now) {
 std::vector<std::string> back_up_state(const fs::path& directory, const fs::path& target,
                                        double now) {
   const StateFiles from = existing_state(directory);
-  refuse_target(target);
+  refuse_source(from);
+  refuse_target(from, target);
   StateFiles onto(target, system_disk());
+  constexpr std::string_view unfinished =
+      "parray-coordinator --backup has not finished this copy\n";
+  onto.write(onto.incomplete(), std::span(&unfinished, 1));
   std::vector<std::string> lines = copy_state(from, onto);
   Survey copied;
   copied.found = find_files(onto);
   copied.grave = {"there is no database"};
   copied.copied = true;
   append(lines, rebuild_state(onto, copied, now));
+  StateFiles::remove(onto.incomplete());
   return lines;
 }
 

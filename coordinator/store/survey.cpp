@@ -175,6 +175,8 @@ Survey survey_state(const StateFiles& files) {
   if (survey.grave.empty()) {
     survey.comparison = compare(database.records, survey.found);
     survey.grave = survey.comparison.grave;
+  } else if (survey.found.incomplete) {
+    survey.grave.emplace_back(unfinished_copy);
   }
   return survey;
 }

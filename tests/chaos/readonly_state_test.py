@@ -14,6 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integra
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
 
 SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
+LONG = ("--width", "160", "--height", "100", "--spp", "1500")
 
 
 def mount(*arguments):
@@ -44,18 +45,21 @@ class ReadOnlyState(unittest.TestCase):
             before = farm.submit(SCENES / "glass.json", *SETTINGS)
             farm.start_worker("w1")
             farm.finish(before)
+            held = farm.submit(SCENES / "shells.json", *LONG)
+            wait_for(lambda: farm.job(held)["progress"] > 0.05, "some progress")
             self.make_read_only()
-            job_line = farm.start_client("submit", SCENES / "shells.json", *SETTINGS, "--wait", "-o",
-                                         farm.directory / "held.png", "--report", farm.directory / "held.json")
             wait_for(lambda: "ead-only" in farm.coordinator_log(), "the reason in the log")
-            self.assertIsNone(farm.coordinator.poll())
+            wait_for(lambda: "ead-only" in farm.job(held)["waits_for"], "the reason in show")
             self.assertEqual(farm.fetch(before)["samples"], 64 * 160 * 100)  # what is kept can still be read
+            refused = farm.client("submit", SCENES / "glass.json", *SETTINGS)
+            self.assertEqual((refused.returncode, refused.stderr.count("\n")), (1, 1))
+            self.assertIn("make it writable", refused.stderr)
             self.make_writable()
-            self.assertEqual(job_line.wait(timeout=60), 0, job_line.log.read_text())
-            run("render", SCENES / "shells.json", *SETTINGS, "-o", farm.directory / "r.png", "--report",
+            report = farm.finish(held)
+            run("render", SCENES / "shells.json", *LONG, "-o", farm.directory / "r.png", "--report",
                 farm.directory / "r.json")
-            hashes = [json.loads((farm.directory / name).read_text())["image_sha256"] for name in ("held.json", "r.json")]
-            self.assertEqual(hashes[0], hashes[1])
+            rendered = json.loads((farm.directory / "r.json").read_text())
+            self.assertEqual(report["image_sha256"], rendered["image_sha256"])
             self.assertEqual(farm.client("audit", 2).returncode, 0)
 
 

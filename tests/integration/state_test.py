@@ -1,5 +1,6 @@
 """The state of a coordinator that is damaged, checked, repaired, copied, as real processes."""
 
+import os
 import pathlib
 import shutil
 import signal
@@ -83,6 +84,44 @@ class Damage(unittest.TestCase):
         shutil.rmtree(self.state)
         self.state = target
         self.serve_again(expected)
+
+    def test_a_backup_of_no_state_or_into_the_state_itself_is_refused(self):
+        empty = self.state.parent / "empty"
+        empty.mkdir()
+        refused = coordinator("--backup", empty, self.state.parent / "copy")
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1))
+        self.assertIn("holds no state", refused.stderr)
+        with Farm("--state", self.state) as farm:
+            self.finish_jobs(farm, 1)
+            for inside in self.state / "copy", self.state / "jobs" / "copy":
+                refused = coordinator("--backup", self.state, inside)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn("lies in the state itself", refused.stderr)
+                self.assertFalse(inside.exists())
+
+    def test_a_backup_that_was_not_finished_is_named_until_it_is_repaired(self):
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 1)
+        (self.state / "incomplete").write_text("as --backup leaves it when it is killed")
+        refused = coordinator("--coordinator", "tcp://127.0.0.1:*", "--state", self.state)
+        self.assertEqual(refused.returncode, 1)
+        for command in "--check", "--repair":
+            self.assertIn("this copy was not finished", coordinator(command, self.state).stdout)
+        self.assertEqual(coordinator("--check", self.state).returncode, 0)
+        self.serve_again(expected)
+
+    def test_a_pipe_in_the_place_of_a_file_makes_nobody_wait(self):
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 2)
+            picture = self.state / "jobs" / "2" / "picture"
+            picture.unlink()
+            os.mkfifo(picture)
+            refused = farm.client("fetch", 2, "-o", farm.directory / "x.png")
+            self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
+            self.assertEqual(farm.fetch(1)["image_sha256"], expected[1])
+        checked = coordinator("--check", self.state)
+        self.assertEqual(checked.returncode, 1)
+        self.assertIn("jobs/2/picture", checked.stdout)
 
 
 if __name__ == "__main__":

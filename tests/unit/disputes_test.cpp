@@ -201,6 +201,23 @@ TEST_CASE("a slow referee gets no second question, and a late answer counts") {
   CHECK(farm.turn(seconds(6)).size() == 1);
 }
 
+TEST_CASE("a referee that is silent at a check is named as what the job waits for, then given up") {
+  Desk farm;
+  farm.referee->ailments.silent = true;
+  farm.desk.open(farm.now, farm.made(false, {1}));
+  farm.turn(milliseconds(1));
+  REQUIRE(farm.referee->asked == 1);
+  CHECK(farm.desk.wait(farm.now, 1).empty());
+  farm.turn(seconds(12));
+  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has not answered a check for 1") == 0);
+  CHECK(farm.desk.wait(farm.now, 2).empty());  // another job's
+  CHECK(farm.desk.busy_with(1));
+  farm.turn(seconds(50));
+  CHECK(farm.referee->forgotten == 1);
+  CHECK_FALSE(farm.desk.busy_with(1));
+  CHECK(farm.desk.wait(farm.now, 1).empty());
+}
+
 TEST_CASE("a silent referee is started again, and the same case is asked once more") {
   Desk farm;
   farm.referee->ailments.silent = true;
