@@ -101,8 +101,8 @@ class Plan(unittest.TestCase):
         self.assertRegex(done.stdout, r"keeps +the error asked for with 9[5-9][.0-9]* %, by its interval\n")
 
     def test_a_farm_is_planned_for_and_its_command_is_taken_by_submit(self):
-        alone = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1, probe=0.3)
-        farm = self.plan("--error", 0.002, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
+        alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
+        farm = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
         self.assertEqual((alone["workers"], farm["workers"]), ([], [1, 2, 0.5]))
         self.assertEqual(self.plan("--error", 0.1, "--workers", 3)["workers"], [1, 1, 1])
         # Two probes differ; that one is 3.5 times as fast shows all the same.
