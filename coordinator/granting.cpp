@@ -203,8 +203,8 @@ void Coordinator::note_storage(Time now) {
   }
 }
 
-/// So that they go to the standby, which may serve by now. Whoever comes back gets no answer, until
-/// something can be kept again: workers leave an address that is silent.
+/// Says goodbye to all workers, so that they try the standby, which may serve by now. A worker that
+/// comes back gets no answer until the store can commit again, and so leaves this address.
 void Coordinator::release_workers(Time now) {
   released_ = true;
   std::vector<PeerId> peers;

@@ -13,7 +13,7 @@
 
 namespace parray {
 
-/// A lease that could not be traced, or whose worker was lost with it.
+/// One failure: a worker could not trace a lease, or disappeared while it held the lease.
 struct Failure {
   CellRange range;
   MachineId machine;

@@ -68,7 +68,7 @@ class JobPicture {
   }
   /// Share of the cells, 0 to 1, of all passes so far, that were traced twice with equal bits.
   [[nodiscard]] double checked_share() const;
-  /// Whether `tracer` has traced or checked something, of this pass or an earlier one.
+  /// Returns whether `tracer` has traced or checked cells in this pass or an earlier one.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
   /// Entries of the job's log. The first is for cells as pack_cells() has them.

@@ -37,10 +37,10 @@ class Referee {
 
   /// Asks. The question before has been answered, or given up by forget().
   virtual void ask(Question question) = 0;
-  /// What has been answered since the last call.
+  /// Returns the answers that have arrived since the last call.
   virtual std::vector<Answer> take_answers() = 0;
-  /// Gives up the question under way, and all memory. What it took may come as an answer without a
-  /// number.
+  /// Gives up the current question and frees the referee's memory. The processor time that the
+  /// question took may arrive later, as an answer without a number.
   virtual void forget() = 0;
 };
 

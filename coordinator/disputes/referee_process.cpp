@@ -27,7 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t most_answer_bytes = std::uint64_t{1} << 32;
 
-/// What its code, its threads and its allocator reserve beside scene and tree.
+/// Address space in bytes for the code, threads and allocator of the referee, beside scene and
+/// tree.
 constexpr std::uint64_t program_bytes = std::uint64_t{1} << 30;
 
 fs::path beside_this_program() {

@@ -24,7 +24,7 @@ class LimitedStream final : public httplib::Stream {
 
   /// From now on what is written is sent before write() returns.
   void send_at_once() { at_once_ = true; }
-  /// What is written from within `file` is sent from there.
+  /// Sends bytes that lie in the memory of `file` from the file itself, without a copy.
   void share(std::shared_ptr<const FileBody> file) { file_ = std::move(file); }
   [[nodiscard]] bool failed() const { return failed_; }
 
@@ -160,8 +160,8 @@ Request request_of(const httplib::Request& from, const httplib::ContentReader* r
   return request;
 }
 
-/// Reads what nobody wanted, so that it is not taken for the next request. False: there is too
-/// much.
+/// Reads and drops a body that no handler used. The next request begins behind it. Returns false if
+/// the body is too long for that.
 bool discard_body(const httplib::Request& request, const httplib::ContentReader* reader) {
   if (reader == nullptr) return false;
   std::size_t discarded = 0;

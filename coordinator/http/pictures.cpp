@@ -180,7 +180,7 @@ Pictures::Made Pictures::make_map(const Sender& sender, JobId job, Kind kind) {
   return made;
 }
 
-/// Others that nobody reads any more make room.
+/// Keeps a file of a picture. If the disk budget is used up, deletes files that no client reads.
 std::shared_ptr<const FileBody> Pictures::keep(const fs::path& file) {
   try {
     return std::make_shared<const FileBody>(file, disk_);

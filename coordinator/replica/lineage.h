@@ -56,7 +56,7 @@ void put_lineage(Store& store, const Lineage& lineage);
 /// was kept that no standby was sent, say), or that of another generation.
 std::optional<Position> position_of(Store& store, const Lineage& lineage);
 void put_position(Store& store, const Position& position);
-/// All that leads to the position is in the store, and more.
+/// Notes the furthest position whose changes the store contains completely. It may contain more.
 void put_reached_position(Store& store, const Position& position);
 
 /// Makes the store of a primary refuse to serve from now on: its standby has taken over. Commits.

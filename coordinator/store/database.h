@@ -20,10 +20,9 @@ class DatabaseDamaged : public RunError {
 
 /// A connection to one SQLite file. One thread.
 ///
-/// Errors are exceptions: StateInUse when another process uses the file, InputError when it cannot
-/// be opened,
-/// StorageFull when there is no room to write, DatabaseDamaged, RunError for anything else. All but
-/// DatabaseDamaged name the directory that the file is in.
+/// Errors are exceptions. StateInUse: another process uses the file. InputError: the file cannot be
+/// opened. StorageFull: there is no room to write. DatabaseDamaged: the content is damaged.
+/// RunError: anything else. Messages name the directory of the file, except DatabaseDamaged's.
 class Database {
  public:
   /// Opens the file, which is made if need be.

@@ -1,4 +1,4 @@
-// What decides on checks, disputes and quarantines, without a farm.
+// The classes that decide on checks, disputes and quarantines, without a farm.
 #include <doctest/doctest.h>
 
 #include <map>

@@ -168,7 +168,7 @@ TEST_CASE("a result that comes again with another bit is a mismatch and changes 
   rig.check_picture();
 }
 
-TEST_CASE("where two ranks differ rank 0 traces the cells itself, whoever came first") {
+TEST_CASE("rank 0 traces cells itself whose results differ, in either order of arrival") {
   for (const bool wrong_first : {true, false}) {
     CAPTURE(wrong_first);
     Rig rig(fixed_settings());
