@@ -11,12 +11,12 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <system_error>
 #include <utility>
 
 #include "common/base/error.h"
+#include "coordinator/helper_program.h"
 #include "proto/messages.h"
 #include "proto/stream_frames.h"
 
@@ -31,33 +31,8 @@ constexpr std::uint64_t most_answer_bytes = std::uint64_t{1} << 32;
 /// tree.
 constexpr std::uint64_t program_bytes = std::uint64_t{1} << 30;
 
-fs::path beside_this_program() {
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  return self.parent_path().parent_path() / "lib" / "parray" / "parray-referee";
-}
-
 double seconds_of(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-}
-
-std::vector<std::string> environment() {
-  std::vector<std::string> variables = {"OMP_NUM_THREADS=1", "MALLOC_ARENA_MAX=1", "LC_ALL=C"};
-  for (const char* const name : {"PATH", "LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS"}) {
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment
-    if (const char* const value = getenv(name); value != nullptr) {
-      variables.push_back(std::string(name) + "=" + value);
-    }
-  }
-  return variables;
-}
-
-std::vector<char*> pointers_to(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  pointers.reserve(texts.size() + 1);
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
 }
 
 }  // namespace
@@ -82,24 +57,16 @@ class RefereeProcess::Child {
     posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    sigset_t signals;  // what this program ignores, its child would ignore, too
-    sigfillset(&signals);
-    posix_spawnattr_setsigdefault(&attributes, &signals);
-    std::vector<std::string> variables = environment();
-    const auto argv = pointers_to(arguments);
-    const auto envp = pointers_to(variables);
-    const int error = posix_spawn(&pid_, argv[0], &files, &attributes, argv.data(), envp.data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    close(ends[1]);
-    if (error != 0) {
+    try {
+      pid_ = start_helper(std::move(arguments), files, 1);
+    } catch (...) {
+      posix_spawn_file_actions_destroy(&files);
+      close(ends[1]);
       close(socket_);
-      throw RunError("starting " + arguments[0] + ": " + std::generic_category().message(error));
+      throw;
     }
+    posix_spawn_file_actions_destroy(&files);
+    close(ends[1]);
   }
   ~Child() {
     end();
@@ -254,7 +221,8 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   };
   if (!child) {
     child = std::make_shared<Child>(
-        options_.program.empty() ? beside_this_program() : options_.program, question.memory);
+        options_.program.empty() ? helper_program("parray-referee") : options_.program,
+        question.memory);
     {
       const std::scoped_lock lock(mutex_);
       child_ = child;

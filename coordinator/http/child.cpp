@@ -14,42 +14,20 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "coordinator/helper_program.h"
 
 namespace parray::http {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Beside this program: bin/../lib/parray, where it is built and where it is installed.
 fs::path find_child() {
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  fs::path program = self.parent_path().parent_path() / "lib" / "parray" / "parray-http-child";
-  if (error || access(program.c_str(), X_OK) != 0) {
+  fs::path program = helper_program("parray-http-child");
+  if (access(program.c_str(), X_OK) != 0) {
     throw RunError("--http: " + program.string() +
                    " is not there: install the package parray, or ParRay again");
   }
   return program;
-}
-
-std::vector<char*> pointers_to(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  pointers.reserve(texts.size() + 1);
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
-/// Threads reserve address space that they never use: few of them, and few arenas.
-std::vector<std::string> environment() {
-  std::vector<std::string> variables = {"OMP_NUM_THREADS=2", "MALLOC_ARENA_MAX=2", "LC_ALL=C"};
-  for (const char* const name : {"PATH", "LD_LIBRARY_PATH", "ASAN_OPTIONS", "LSAN_OPTIONS"}) {
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment
-    if (const char* const value = getenv(name); value != nullptr) {
-      variables.push_back(std::string(name) + "=" + value);
-    }
-  }
-  return variables;
 }
 
 std::string last_line(const fs::path& file) {
@@ -72,22 +50,13 @@ class Spawned {
                                      0600);
     posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
     posix_spawn_file_actions_addchdir_np(&files, directory.c_str());
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    sigset_t signals;  // what this program ignores, its child would ignore, too
-    sigfillset(&signals);
-    posix_spawnattr_setsigdefault(&attributes, &signals);
-    std::vector<std::string> variables = environment();
-    const auto argv = pointers_to(arguments);
-    const auto envp = pointers_to(variables);
-    const int error = posix_spawn(&pid_, argv[0], &files, &attributes, argv.data(), envp.data());
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (error != 0) {
-      throw RunError("starting " + arguments[0] + ": " + std::generic_category().message(error));
+    try {
+      pid_ = start_helper(std::move(arguments), files, 2);
+    } catch (...) {
+      posix_spawn_file_actions_destroy(&files);
+      throw;
     }
+    posix_spawn_file_actions_destroy(&files);
     constexpr int low = 5;
     setpriority(PRIO_PROCESS, static_cast<id_t>(pid_), low);
   }
