@@ -103,7 +103,7 @@ class Copier {
   /// False: the source cannot be read. Throws RunError when the target cannot be written.
   static bool copy_file(const fs::path& from, const fs::path& onto) {
     std::error_code error;
-    if (!fs::exists(from, error)) {
+    if (!fs::is_regular_file(from, error)) {
       return false;
     }
     fs::create_directories(onto.parent_path(), error);

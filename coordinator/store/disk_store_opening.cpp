@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "coordinator/store/disk_store.h"
+#include "coordinator/store/misplaced.h"
 #include "coordinator/store/schema.h"
 
 namespace parray {
@@ -34,6 +35,15 @@ void check_ends_of_rows(const StateFiles& files, const Records& records, Compari
   }
 }
 
+/// Throws StateDamaged if SQLite would find something else than a file where it opens one.
+void check_place_of_database(const StateFiles& files, const std::vector<Misplaced>& misplaced) {
+  for (const auto& [path, line] : misplaced) {
+    if (path.string().starts_with(files.database().string())) {
+      throw StateDamaged(files.directory(), {line});
+    }
+  }
+}
+
 }  // namespace
 
 DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, disk) {
@@ -49,6 +59,8 @@ DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, 
 DiskStore::~DiskStore() = default;
 
 void DiskStore::open() {
+  const std::vector<Misplaced> misplaced = find_misplaced(files_);
+  check_place_of_database(files_, misplaced);
   FoundFiles found = find_files(files_);
   if (size_of(files_.database()).value_or(0) == 0 && !found.fresh()) {
     throw StateDamaged(files_.directory(), {"parray.sqlite is missing or empty"});
@@ -62,8 +74,9 @@ void DiskStore::open() {
     throw StateDamaged(files_.directory(), comparison.grave);
   }
   database_->keep_log_on_close(false);
-  reports_ = std::move(comparison.minor);
   load(records);
+  reports_ = set_aside_misplaced(files_, misplaced, uptime());
+  reports_.insert(reports_.end(), comparison.minor.begin(), comparison.minor.end());
   keep_up(comparison.upkeep, found, records);
   take_stock();
   log_is_fresh_ = false;

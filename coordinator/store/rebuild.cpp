@@ -25,6 +25,9 @@ class Rebuilder {
 
   std::vector<std::string> run() {
     choose_notes();
+    for (std::string& line : set_aside_misplaced(files_, survey_.misplaced, seconds_)) {
+      tell(std::move(line));
+    }
     choose_jobs();
     choose_scenes();
     mend_files();

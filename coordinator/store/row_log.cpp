@@ -1,5 +1,8 @@
 #include "coordinator/store/row_log.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <xxhash.h>
 
 #include <cerrno>
@@ -17,13 +20,28 @@ struct CloseFile {
   void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
 };
 
+using FilePointer = std::unique_ptr<std::FILE, CloseFile>;
+
 constexpr std::uint64_t header_bytes = 16;
+
+/// Opens a file for reading. Null: it cannot be opened, and errno says why. Never waits: a pipe or
+/// a device is an error (EINVAL).
+FilePointer open_file(const std::filesystem::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  struct stat status {};
+  if (fd >= 0 && (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode))) {
+    close(fd);
+    errno = EINVAL;
+    return nullptr;
+  }
+  return FilePointer(fd < 0 ? nullptr : fdopen(fd, "rb"));
+}
 
 /// The committed part of a rows file, read from its beginning to its end.
 class LogReader {
  public:
   LogReader(const std::filesystem::path& path, std::uint64_t bytes)
-      : path_(path), left_(bytes), file_(std::fopen(path.c_str(), "rbe")) {
+      : path_(path), left_(bytes), file_(open_file(path)) {
     if (!file_) {
       damaged(std::generic_category().message(errno));
     }
@@ -65,7 +83,7 @@ class LogReader {
 
   std::filesystem::path path_;
   std::uint64_t left_;  ///< bytes
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  FilePointer file_;
   std::string buffer_;
 };
 
@@ -108,7 +126,7 @@ void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
 /// Calls `visit` with the end of each entry, as the headers say, until it returns false.
 template <typename Visit>
 static void each_end(const std::filesystem::path& file, const Visit& visit) {
-  const std::unique_ptr<std::FILE, CloseFile> in(std::fopen(file.c_str(), "rbe"));
+  const FilePointer in = open_file(file);
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(file, error);
   std::string header(header_bytes, '\0');

@@ -115,17 +115,17 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
     throw InputError("--state " + directory_.string() + ": " + error.message() +
                      ": name a directory that can be written");
   }
-  reserved_ = fs::exists(directory_ / "reserve", error);
+  reserved_ = fs::is_regular_file(reserve(), error);
 }
 
 fs::path StateFiles::scene(const std::string& digest) const {
   if (!is_digest(digest)) {
     throw std::logic_error("a scene is kept by its digest of 64 hexadecimal digits");
   }
-  return directory_ / "scenes" / digest;
+  return scenes() / digest;
 }
 
-fs::path StateFiles::job(JobId job) const { return directory_ / "jobs" / std::to_string(job); }
+fs::path StateFiles::job(JobId job) const { return jobs() / std::to_string(job); }
 
 fs::path StateFiles::rows(JobId job, std::uint64_t number) const {
   return numbered(this->job(job) / "rows", number);
@@ -135,13 +135,21 @@ fs::path StateFiles::picture(JobId job, std::uint64_t number) const {
   return numbered(this->job(job) / "picture", number);
 }
 
+fs::path StateFiles::temporary(const fs::path& file) {
+  return file.string() + std::string(temporary_suffix);
+}
+
+bool StateFiles::is_file_name(std::string_view name) {
+  return is_kept_name(name) || is_temporary(name);
+}
+
 fs::path StateFiles::job_json(JobId job) const { return this->job(job) / "job.json"; }
 fs::path StateFiles::job_next(JobId job) const { return this->job(job) / "job.next"; }
 fs::path StateFiles::job_dropped(JobId job) const { return this->job(job) / "job.dropped"; }
 
 std::vector<JobId> StateFiles::jobs_with_directory() const {
   std::vector<JobId> jobs;
-  for (const fs::directory_entry& entry : entries_of(directory_ / "jobs")) {
+  for (const fs::directory_entry& entry : entries_of(this->jobs())) {
     const std::string name = entry.path().filename().string();
     JobId id = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), id);
@@ -209,7 +217,7 @@ void StateFiles::put_all(int file, std::span<const std::string_view> pieces, std
 
 WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_view> pieces) {
   make_directory(file.parent_path());
-  const fs::path temporary = file.string() + std::string(temporary_suffix);
+  const fs::path temporary = StateFiles::temporary(file);
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash(XXH3_createState(),
                                                                       &XXH3_freeState);
   XXH3_64bits_reset(hash.get());
@@ -300,7 +308,7 @@ void StateFiles::keep_reserve() {
   const std::string reserve(reserve_bytes, '\0');
   const std::string_view whole = reserve;
   try {
-    write(directory_ / "reserve", std::span(&whole, 1));
+    write(this->reserve(), std::span(&whole, 1));
     reserved_ = true;
   } catch (const RunError&) {
     // The commit that asks for it has succeeded; the next one tries again.
@@ -309,7 +317,7 @@ void StateFiles::keep_reserve() {
 
 bool StateFiles::release_reserve() {
   std::error_code ignored;
-  return std::exchange(reserved_, false) && fs::remove(directory_ / "reserve", ignored);
+  return std::exchange(reserved_, false) && fs::remove(reserve(), ignored);
 }
 
 std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
@@ -384,7 +392,7 @@ void StateFiles::set_aside_unnamed_in(const fs::path& directory, const std::set<
 std::vector<fs::path> StateFiles::set_aside_unnamed(const std::set<fs::path>& named,
                                                     std::uint64_t uptime) {
   std::vector<fs::path> moved;
-  set_aside_unnamed_in(directory_ / "scenes", named, uptime, moved);
+  set_aside_unnamed_in(scenes(), named, uptime, moved);
   for (const JobId id : jobs_with_directory()) {
     set_aside_unnamed_in(job(id), named, uptime, moved);
     std::error_code not_empty;

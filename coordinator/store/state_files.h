@@ -63,6 +63,13 @@ class StateFiles {
   [[nodiscard]] std::filesystem::path incomplete() const { return directory_ / "incomplete"; }
   [[nodiscard]] std::filesystem::path database() const { return directory_ / "parray.sqlite"; }
   [[nodiscard]] std::filesystem::path lost() const { return directory_ / "lost"; }
+  [[nodiscard]] std::filesystem::path reserve() const { return directory_ / "reserve"; }
+  [[nodiscard]] std::filesystem::path scenes() const { return directory_ / "scenes"; }
+  [[nodiscard]] std::filesystem::path jobs() const { return directory_ / "jobs"; }
+  /// Where write() puts the bytes of `file` before it renames them to `file`.
+  [[nodiscard]] static std::filesystem::path temporary(const std::filesystem::path& file);
+  /// Whether the state keeps files of that name in scenes/ or jobs/ID/. Temporary files count.
+  [[nodiscard]] static bool is_file_name(std::string_view name);
   /// Jobs that have a directory, ascending.
   [[nodiscard]] std::vector<JobId> jobs_with_directory() const;
 

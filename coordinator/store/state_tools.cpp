@@ -22,8 +22,11 @@ class StateLock {
  public:
   /// `exclusive`: nobody else may open the state meanwhile; otherwise this only looks. Throws
   /// StateInUse.
-  StateLock(const fs::path& database, bool exclusive)
-      : file_(open(database.c_str(), (exclusive ? O_RDWR : O_RDONLY) | O_CLOEXEC)) {
+  StateLock(const fs::path& database, bool exclusive) {
+    std::error_code error;
+    if (fs::is_regular_file(database, error)) {
+      file_ = open(database.c_str(), (exclusive ? O_RDWR : O_RDONLY) | O_CLOEXEC | O_NONBLOCK);
+    }
     if (file_ < 0) {
       return;  // without a database there is no coordinator
     }
@@ -48,7 +51,7 @@ class StateLock {
   StateLock& operator=(const StateLock&) = delete;
 
  private:
-  int file_;
+  int file_ = -1;
 };
 
 StateFiles existing_state(const fs::path& directory) {
@@ -66,6 +69,9 @@ void append(std::vector<std::string>& lines, const std::vector<std::string>& mor
 /// Everything that is wrong; `records` are those to believe.
 std::vector<std::string> damage_lines(const StateFiles& files, const Survey& survey) {
   std::vector<std::string> lines = survey.grave;
+  for (const Misplaced& misplaced : survey.misplaced) {
+    lines.push_back(misplaced.line);
+  }
   append(lines, survey.comparison.minor);
   if (survey.grave.empty()) {
     for (const FileDamage& damage : verify_files(files, survey.database.records)) {
@@ -94,6 +100,37 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
   }
 }
 
+/// Removes what a backup has written to `target`, which was empty or missing before. Returns what a
+/// person has to do with the rest.
+std::string remove_copy(const fs::path& target, bool existed) {
+  std::error_code error;
+  if (!existed) {
+    fs::remove_all(target, error);
+  } else {
+    for (fs::directory_iterator entry(target, error), end; !error && entry != end;) {
+      const fs::path path = entry->path();
+      entry.increment(error);
+      fs::remove_all(path, error);
+    }
+  }
+  return error ? "remove the unfinished copy" : "make room there, or name another directory";
+}
+
+std::vector<std::string> write_copy(const StateFiles& from, const fs::path& target, double now) {
+  StateFiles onto(target, system_disk());
+  constexpr std::string_view unfinished =
+      "parray-coordinator --backup has not finished this copy\n";
+  onto.write(onto.incomplete(), std::span(&unfinished, 1));
+  std::vector<std::string> lines = copy_state(from, onto);
+  Survey copied;
+  copied.found = find_files(onto);
+  copied.grave = {"there is no database"};
+  copied.copied = true;
+  append(lines, rebuild_state(onto, copied, now));
+  StateFiles::remove(onto.incomplete());
+  return lines;
+}
+
 }  // namespace
 
 std::vector<std::string> find_damage(const fs::path& directory) {
@@ -119,18 +156,21 @@ std::vector<std::string> back_up_state(const fs::path& directory, const fs::path
   const StateFiles from = existing_state(directory);
   refuse_source(from);
   refuse_target(from, target);
-  StateFiles onto(target, system_disk());
-  constexpr std::string_view unfinished =
-      "parray-coordinator --backup has not finished this copy\n";
-  onto.write(onto.incomplete(), std::span(&unfinished, 1));
-  std::vector<std::string> lines = copy_state(from, onto);
-  Survey copied;
-  copied.found = find_files(onto);
-  copied.grave = {"there is no database"};
-  copied.copied = true;
-  append(lines, rebuild_state(onto, copied, now));
-  StateFiles::remove(onto.incomplete());
-  return lines;
+  std::error_code error;
+  const bool existed = fs::exists(target, error);
+  try {
+    return write_copy(from, target, now);
+  } catch (const InputError&) {
+    remove_copy(target, existed);
+    throw;
+  } catch (const StorageFull&) {
+    throw InputError(target.string() +
+                     ": the copy was not finished: the disk is full, or cannot be written: " +
+                     remove_copy(target, existed));
+  } catch (const RunError& failure) {
+    throw InputError(target.string() + ": the copy was not finished (" + failure.what() +
+                     "): " + remove_copy(target, existed));
+  }
 }
 
 }  // namespace parray

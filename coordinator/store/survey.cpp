@@ -39,9 +39,9 @@ class ScratchDirectory {
   std::string path_;
 };
 
-void copy_if_there(const fs::path& from, const fs::path& onto) {
+void copy_if_file(const fs::path& from, const fs::path& onto) {
   std::error_code error;
-  if (fs::exists(from, error) && !fs::copy_file(from, onto, error)) {
+  if (fs::is_regular_file(from, error) && !fs::copy_file(from, onto, error)) {
     throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message());
   }
 }
@@ -98,10 +98,14 @@ DatabaseContent read_database_copy(const StateFiles& files) {
   if (!content.present) {
     return content;
   }
+  if (!fs::is_regular_file(files.database(), ignored)) {
+    content.damage = "parray.sqlite is not a file";
+    return content;
+  }
   const ScratchDirectory scratch;
   const fs::path copy = scratch.path() / files.database().filename();
-  copy_if_there(files.database(), copy);
-  copy_if_there(files.database().string() + "-wal", copy.string() + "-wal");
+  copy_if_file(files.database(), copy);
+  copy_if_file(files.database().string() + "-wal", copy.string() + "-wal");
   read_into(content, copy);
   return content;
 }
@@ -150,7 +154,7 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
 }
 
 Survey survey_state(const StateFiles& files) {
-  Survey survey{read_database_copy(files), find_files(files), {}, {}};
+  Survey survey{read_database_copy(files), find_files(files), {}, {}, find_misplaced(files)};
   const DatabaseContent& database = survey.database;
   const std::string place = files.directory().string();
   if (!database.present && survey.found.fresh()) {

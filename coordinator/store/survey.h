@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "coordinator/store/inspection.h"
+#include "coordinator/store/misplaced.h"
 #include "coordinator/store/records.h"
 #include "coordinator/store/state_files.h"
 
@@ -44,7 +45,8 @@ struct Survey {
   Comparison comparison;
   /// Damage of the database, a line each. Not empty: its copies are to be believed.
   std::vector<std::string> grave;
-  bool copied = false;  ///< the state is a copy, which never had a database
+  std::vector<Misplaced> misplaced{};  ///< what has to move away first
+  bool copied = false;                 ///< the state is a copy, which never had a database
 };
 
 /// Throws InputError when `files` is no state, or one of another version.

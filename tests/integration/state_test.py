@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -122,6 +123,52 @@ class Damage(unittest.TestCase):
         checked = coordinator("--check", self.state)
         self.assertEqual(checked.returncode, 1)
         self.assertIn("jobs/2/picture", checked.stdout)
+
+    def test_a_pipe_in_the_place_of_the_database_or_of_rows_is_refused_at_once_and_moved_by_repair(self):
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 1)
+            paused = farm.submit(SCENE, *SMALL)
+            farm.client("pause", paused)
+        pipes = self.state / "parray.sqlite", self.state / "jobs" / str(paused) / "rows"
+        for pipe in pipes:
+            pipe.unlink(missing_ok=True)
+            os.mkfifo(pipe)
+        checked = coordinator("--check", self.state)
+        self.assertEqual(checked.returncode, 1)
+        refused = coordinator("--coordinator", "tcp://127.0.0.1:*", "--state", self.state)
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1))
+        self.assertIn(f"--repair {self.state}", refused.stderr)
+        repaired = coordinator("--repair", self.state)
+        self.assertEqual(repaired.returncode, 0, repaired.stderr)
+        for pipe in pipes:
+            line = f"{pipe.relative_to(self.state)} is a pipe, not a file"
+            self.assertIn(line, checked.stdout)
+            self.assertIn(line, repaired.stdout)
+            self.assertTrue(list(self.state.glob(f"lost/*/{pipe.relative_to(self.state)}")))
+        self.assertEqual(coordinator("--check", self.state).returncode, 0)
+        self.serve_again(expected)
+
+    def test_a_backup_onto_a_full_disk_says_so_and_leaves_nothing(self):
+        def few_bytes():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+        with Farm("--state", self.state) as farm:
+            expected = self.finish_jobs(farm, 1)
+        target = self.state.parent / "copy"
+        for room, existed in (1000, False), (1000, True), (20, True), (20_000, True):
+            if existed:
+                target.mkdir(exist_ok=True)
+            failed = subprocess.run([BIN / "parray-coordinator", "--backup", self.state, target], capture_output=True,
+                                    text=True, timeout=60, preexec_fn=few_bytes)
+            self.assertEqual((failed.returncode, len(failed.stderr.splitlines())), (2, 1), failed.stderr)
+            self.assertIn(f"{target}: the copy was not finished", failed.stderr)
+            self.assertIn("make room there, or name another directory", failed.stderr)
+            self.assertEqual(target.exists(), existed)
+            self.assertEqual(list(target.glob("*")), [])
+        self.assertEqual(coordinator("--backup", self.state, target).returncode, 0)
+        self.state = target
+        self.serve_again(expected)
 
 
 if __name__ == "__main__":

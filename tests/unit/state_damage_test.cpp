@@ -1,5 +1,6 @@
 // A state whose files are damaged: nothing that was acknowledged vanishes without a word.
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <mutex>
@@ -342,6 +343,51 @@ TEST_CASE("after any damage every acknowledged job is there and right, or is nam
   MESSAGE(histories << " histories, seeds 1 to " << histories << ": " << refused
                     << " refused until --repair, " << lossy << " with lines of damage");
   CHECK(refused > histories / 10);
+}
+
+TEST_CASE("a directory or a pipe in the place of any file is named, and repair moves it to lost/") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path killed = directory.path() / "killed";
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(killed, directory.path() / "workshop");
+  for (const auto& [name, size] : files_below(killed)) {
+    CAPTURE(name);
+    for (const bool pipe : {false, true}) {
+      copy_state(killed, damaged);
+      fs::remove(damaged / name);
+      REQUIRE((pipe ? mkfifo((damaged / name).c_str(), 0600) == 0
+                    : fs::create_directories(damaged / name / "inside")));
+      const auto is_it = [&, name = name](const std::string& line) {
+        return line.starts_with(name + " is a ");
+      };
+      const Strings lines = find_damage(damaged);
+      CHECK(std::ranges::any_of(lines, is_it));
+      const Strings done = repair_state(damaged, 1e9);
+      CHECK(std::ranges::any_of(done, is_it));
+      CHECK(fs::exists(damaged / "lost" / "0" / name));
+      CHECK(find_damage(damaged) == Strings{});
+      check_all(damaged, acknowledged, done);
+    }
+  }
+}
+
+TEST_CASE("a state whose copies were replaced by directories serves again by itself") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
+  for (const char* name : {"jobs/2/job.json", "jobs/3/picture", "jobs/6/rows", "notes.json"}) {
+    fs::remove(damaged / name);
+    fs::create_directories(damaged / name / "inside");
+  }
+  Strings reports;
+  {
+    const DiskStore store(damaged);
+    reports = store.reports();
+  }
+  CHECK(std::ranges::count(reports,
+                           "jobs/2/job.json is a directory, not a file: moved to lost/0") == 1);
+  CHECK(fs::is_regular_file(damaged / "jobs/2/job.json"));
+  check_all(damaged, acknowledged, reports);
 }
 
 TEST_CASE("a backup taken while jobs come, run and end has every job acknowledged before it") {
