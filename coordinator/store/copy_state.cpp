@@ -26,7 +26,7 @@ class Copier {
       copy_job(id);
     }
     copy_notes();
-    onto_.sync_directories();
+    onto_.sync();
     sync_all();
     return std::move(lines_);
   }

@@ -14,6 +14,8 @@ int Disk::sync(int file) { return fdatasync(file); }
 
 int Disk::sync_directory(int directory) { return fsync(directory); }
 
+int Disk::sync_file_system(int directory) { return syncfs(directory); }
+
 int Disk::rename(const char* from, const char* onto) { return std::rename(from, onto); }
 
 Disk& system_disk() {

@@ -18,8 +18,10 @@ class Disk {
 
   /// pwrite: the number of bytes written, which may be fewer than there are.
   virtual ssize_t write(int file, std::string_view bytes, std::uint64_t offset);
-  virtual int sync(int file);                              ///< fdatasync
-  virtual int sync_directory(int directory);               ///< fsync
+  virtual int sync(int file);                 ///< fdatasync
+  virtual int sync_directory(int directory);  ///< fsync
+  /// syncfs: all that was written to the file system of this directory.
+  virtual int sync_file_system(int directory);
   virtual int rename(const char* from, const char* onto);  ///< rename
 };
 

@@ -184,10 +184,10 @@ void DiskStore::check_place() const {
 void DiskStore::keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   if (!counts_commits_) {
     files_.overwrite(files_.commits(), commit_count_to_text(batch_));
-    counts_commits_ = true;
   }
   write_copies(held_back);
-  files_.sync_directories();
+  files_.sync();
+  counts_commits_ = true;
   try {
     record(held_back, unused);
   } catch (const InputError& error) {  // it cannot be written any more

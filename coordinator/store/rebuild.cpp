@@ -241,7 +241,7 @@ class Rebuilder {
     write(files_.notes_json(), notes_file_to_text({records_.notes_batch, records_.notes}));
     StateFiles::remove(files_.notes_next());
     write(files_.commits(), commit_count_to_text(records_.batch));
-    files_.sync_directories();
+    files_.sync();
   }
 
   void write(const fs::path& file, const std::string& text) {

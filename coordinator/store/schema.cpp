@@ -73,7 +73,7 @@ void convert_version_1(Database& database, StateFiles& files) {
       move_picture(database, files, job);
     }
   }
-  files.sync_directories();
+  files.sync();
   Transaction transaction(database);
   database.run("DROP TABLE jobs; DROP TABLE scenes; DROP TABLE blocks; DROP TABLE pictures");
   database.run(tables_of_version_2);
@@ -96,7 +96,7 @@ void write_copies(Database& database, Records records, StateFiles& files) {
     }
   }
   files.overwrite(files.notes_next(), notes_file_to_text({records.notes_batch, records.notes}));
-  files.sync_directories();
+  files.sync();
 }
 
 void convert_version_2(Database& database, StateFiles& files) {

@@ -116,6 +116,13 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
                      ": name a directory that can be written");
   }
   reserved_ = fs::is_regular_file(reserve(), error);
+  file_system_ = std::shared_ptr<const int>(
+      new int(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), [](const int* handle) {
+        if (*handle >= 0) {
+          close(*handle);
+        }
+        delete handle;
+      });
 }
 
 fs::path StateFiles::scene(const std::string& digest) const {
@@ -197,6 +204,14 @@ void StateFiles::make_directory(const fs::path& directory) {
 
 void StateFiles::put_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
                          const fs::path& path) {
+  write_all(file, pieces, offset, path);
+  if (disk_.sync(file) != 0) {
+    fail(path, errno);
+  }
+}
+
+void StateFiles::write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
+                           const fs::path& path) {
   for (std::string_view piece : pieces) {
     while (!piece.empty()) {
       const ssize_t written = disk_.write(file, piece, offset);
@@ -209,9 +224,6 @@ void StateFiles::put_all(int file, std::span<const std::string_view> pieces, std
       offset += static_cast<std::uint64_t>(written);
       piece.remove_prefix(static_cast<std::size_t>(written));
     }
-  }
-  if (disk_.sync(file) != 0) {
-    fail(path, errno);
   }
 }
 
@@ -271,7 +283,8 @@ void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
   if (out.get() < 0) {
     fail(file, errno);
   }
-  put_all(out.get(), std::span(&bytes, 1), 0, file);
+  written_.insert(file);
+  write_all(out.get(), std::span(&bytes, 1), 0, file);
 }
 
 void StateFiles::overwrite_later(const fs::path& file, std::string_view bytes) {
@@ -287,7 +300,20 @@ void StateFiles::rename(const fs::path& from, const fs::path& onto) {
   }
 }
 
-void StateFiles::sync_directories() {
+void StateFiles::sync() {
+  constexpr std::size_t many = 16;
+  if (*file_system_ >= 0 && written_.size() + unsynced_.size() > many) {
+    if (disk_.sync_file_system(*file_system_) != 0) {
+      fail(directory_, errno);
+    }
+    written_.clear();
+    unsynced_.clear();
+    return;
+  }
+  while (!written_.empty()) {
+    sync_written(*written_.begin());
+    written_.erase(written_.begin());
+  }
   while (!unsynced_.empty()) {
     const fs::path& directory = *unsynced_.begin();
     const OpenFile open_directory(directory, O_RDONLY | O_DIRECTORY);
@@ -297,6 +323,15 @@ void StateFiles::sync_directories() {
       fail(directory, errno);
     }
     unsynced_.erase(unsynced_.begin());
+  }
+}
+
+/// A file that was removed meanwhile, after a commit that failed, needs nothing.
+void StateFiles::sync_written(const fs::path& file) {
+  const OpenFile written(file, O_RDONLY);
+  const bool removed = written.get() < 0 && errno == ENOENT;
+  if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) {
+    fail(file, errno);
   }
 }
 

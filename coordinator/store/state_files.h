@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -35,8 +36,8 @@ struct WholeFile {
 ///                                               cleared
 ///
 /// Which of them count, and how many bytes of a rows file, stands in the database. What is written
-/// here is on the disk when the function returns, but for the names of new files: those wait for
-/// sync_directories().
+/// here is on the disk when the function returns, except names of new files and what overwrite()
+/// writes: those wait for sync().
 ///
 /// Errors: StorageFull that names the directory when the disk does not take what is written, else
 /// RunError that names the file. One thread.
@@ -82,20 +83,22 @@ class StateFiles {
   void write_at(const std::filesystem::path& file, std::uint64_t offset,
                 std::span<const std::string_view> pieces);
 
-  /// Writes a small file in place of what it held. After a failure, or a crash, its content is
-  /// undefined: for files that carry a checksum.
+  /// Writes a small file in place of what it held. sync() makes it durable. After a failure, also
+  /// of sync(), or a crash, its content is undefined: for files that carry a checksum.
   void overwrite(const std::filesystem::path& file, std::string_view bytes);
   /// The same, not durable: the system writes the bytes when it likes. Ignores failures.
   void overwrite_later(const std::filesystem::path& file, std::string_view bytes);
   /// Renames a file, in place of one of that name. The new name is not durable: for that, call
-  /// expect_sync() before sync_directories().
+  /// expect_sync() before sync().
   void rename(const std::filesystem::path& from, const std::filesystem::path& onto);
 
-  /// The next sync_directories() makes the names in this directory durable.
+  /// The next sync() makes the names in this directory durable.
   void expect_sync(const std::filesystem::path& directory) { unsynced_.insert(directory); }
 
-  /// Makes the names of new files durable, too. Failing, it has everything left to do.
-  void sync_directories();
+  /// Makes durable what overwrite() has written, and the names of new files. Takes one call of the
+  /// system for each file and directory, but only one for all of them where they are many: a
+  /// thousand calls take seconds. After a failure it has everything left to do.
+  void sync();
 
   /// The whole file. Throws DamagedFile when it is not as `expected`, RunError when it cannot be
   /// opened for another reason.
@@ -128,6 +131,9 @@ class StateFiles {
   void make_directory(const std::filesystem::path& directory);
   void put_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
                const std::filesystem::path& path);
+  void write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
+                 const std::filesystem::path& path);
+  void sync_written(const std::filesystem::path& file);
   [[noreturn]] void fail(const std::filesystem::path& file, int error) const;
   void set_aside_unnamed_in(const std::filesystem::path& directory,
                             const std::set<std::filesystem::path>& named, std::uint64_t uptime,
@@ -135,7 +141,11 @@ class StateFiles {
 
   std::filesystem::path directory_;
   Disk& disk_;
-  bool reserved_ = false;                     ///< the reserve is there
+  bool reserved_ = false;  ///< the reserve is there
+  /// Names the file system to sync. Open for as long as this lives: the system reports only the
+  /// failures since then.
+  std::shared_ptr<const int> file_system_;
+  std::set<std::filesystem::path> written_;   ///< files that overwrite() has written
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names in them
 };
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <map>
@@ -27,6 +30,8 @@ class FaultyDisk final : public Disk {
   int failing_syncs = 0;
   int error = 0;                   ///< not 0: every write fails with it
   int failing_renames = 0;         ///< with ENOSPC
+  int file_syncs = 0;              ///< how often a file was synced so far
+  int file_system_syncs = 0;       ///< how often all files together were
   std::function<void()> before{};  ///< called before every step; what it throws ends the step
 
   ssize_t write(int file, std::string_view bytes, std::uint64_t offset) override {
@@ -45,25 +50,38 @@ class FaultyDisk final : public Disk {
     if (written > 0 && room != endless) {
       room = std::min(room, free - static_cast<std::uint64_t>(written));
     }
-    unsynced_[identity(file)].emplace_back(offset, written);
+    unsynced_[identity(file)].push_back({path_of(file), offset, written});
     return written;
   }
   int sync(int file) override {
     step();
+    ++file_syncs;
     const auto unsynced = std::exchange(unsynced_[identity(file)], {});
     if (failing_syncs == 0) {
       return Disk::sync(file);
     }
     --failing_syncs;
-    for (const auto& [offset, size] : unsynced) {
-      Disk::write(file, std::string(static_cast<std::size_t>(size), '\0'), offset);
-    }
+    lose(unsynced);
     errno = EIO;
     return -1;
   }
   int sync_directory(int directory) override {
     step();
     return Disk::sync_directory(directory);
+  }
+  int sync_file_system(int directory) override {
+    step();
+    ++file_system_syncs;
+    const auto unsynced = std::exchange(unsynced_, {});
+    if (failing_syncs == 0) {
+      return Disk::sync_file_system(directory);
+    }
+    --failing_syncs;
+    for (const auto& [file, writes] : unsynced) {
+      lose(writes);
+    }
+    errno = EIO;
+    return -1;
   }
   int rename(const char* from, const char* onto) override {
     step();
@@ -95,7 +113,26 @@ class FaultyDisk final : public Disk {
     return status.st_ino;
   }
 
-  std::map<ino_t, std::vector<std::pair<std::uint64_t, ssize_t>>> unsynced_;  ///< offset, bytes
+  static std::string path_of(int file) {
+    return std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file));
+  }
+
+  struct Write {
+    std::string file;
+    std::uint64_t offset = 0;
+    ssize_t size = 0;
+  };
+  void lose(const std::vector<Write>& writes) {
+    for (const Write& write : writes) {
+      const int file = open(write.file.c_str(), O_WRONLY | O_CLOEXEC);
+      if (file >= 0) {
+        Disk::write(file, std::string(static_cast<std::size_t>(write.size), '\0'), write.offset);
+        close(file);
+      }
+    }
+  }
+
+  std::map<ino_t, std::vector<Write>> unsynced_;
 };
 
 }  // namespace parray::test

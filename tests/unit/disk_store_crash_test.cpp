@@ -303,6 +303,59 @@ TEST_CASE("what a failed sync has lost is written again") {
   CHECK(bulk_files(directory.path()).size() == 3);
 }
 
+TEST_CASE("a commit of many jobs syncs once; what a failed sync has lost is written again") {
+  const TemporaryDirectory directory;
+  constexpr JobId jobs = 100;
+  FaultyDisk disk;
+  {
+    DiskStore store(directory.path(), disk);
+    put_first(store);
+    const auto put_jobs = [&](JobState state) {
+      for (JobId id = 3; id < 3 + jobs; ++id) {
+        store.put_job(stored_job(id, state));
+      }
+    };
+    put_jobs(JobState::queued);
+    disk.file_syncs = 0;
+    store.commit();
+    CHECK(disk.file_syncs + disk.file_system_syncs == 1);
+    put_jobs(JobState::running);
+    disk.failing_syncs = 1;
+    CHECK_THROWS_AS(store.commit(), StorageFull);
+    store.commit();
+    CHECK(disk.file_system_syncs == 3);
+  }
+  CHECK(find_damage(directory.path()) == Strings{});
+  DiskStore store(directory.path());
+  REQUIRE(store.jobs().size() == jobs + 2);
+  CHECK(store.jobs().back().state == JobState::running);
+}
+
+TEST_CASE("a process killed while many jobs are committed leaves all of them or none") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path state = directory.path() / "state";
+  const fs::path crashed = directory.path() / "crashed";
+  constexpr JobId jobs = 30;
+  FaultyDisk disk;
+  DiskStore store(state, disk);
+  put_first(store);
+  std::vector<std::size_t> left;
+  disk.before = [&] {
+    copy_state(state, crashed);
+    CHECK(find_damage(crashed) == Strings{});
+    left.push_back(DiskStore(crashed).jobs().size());
+  };
+  for (JobId id = 3; id < 3 + jobs; ++id) {
+    store.put_job(stored_job(id));
+  }
+  store.commit();
+  const auto first_after = std::ranges::find(left, jobs + 2);
+  CHECK(std::count(left.begin(), first_after, 2) == first_after - left.begin());
+  CHECK(std::count(first_after, left.end(), jobs + 2) == left.end() - first_after);
+  CHECK(first_after != left.begin());
+  CHECK(first_after != left.end());
+}
+
 TEST_CASE("a database without room keeps nothing of a commit, and all of it later") {
   const TemporaryDirectory directory(in_memory());
   const fs::path state = directory.path() / "state";
