@@ -12,8 +12,6 @@
 #include <random>
 #include <set>
 #include <thread>
-#include <zmq.hpp>
-#include <zmq_addon.hpp>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
@@ -22,6 +20,7 @@
 #include "proto/clock.h"
 #include "proto/keys.h"
 #include "proto/messages.h"
+#include "tests/bench/peer.h"
 
 namespace {
 
@@ -32,12 +31,9 @@ struct Arguments {
   int workers = 4;
   double speed = 19200;
   double seconds = 600;
-  std::string keys;  ///< of a farm, directory; empty: none
+  std::string keys;       ///< of a farm, directory; empty: none
+  bool machines = false;  ///< each worker has a key of its own
 };
-
-std::optional<MemberKey> key_of(const Arguments& a, const std::string& name) {
-  return a.keys.empty() ? std::nullopt : std::optional(read_member_key(a.keys, name));
-}
 
 /// Results that tracing could have given: samples of random radiance, as noisy as a picture's.
 class Forger {
@@ -96,42 +92,6 @@ class Forger {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> packed_;
 };
 
-class Peer {
- public:
-  Peer(zmq::context_t& context, const std::string& address, const std::optional<MemberKey>& key)
-      : socket_(context, zmq::socket_type::dealer) {
-    socket_.set(zmq::sockopt::linger, 0);
-    if (key) {
-      socket_.set(zmq::sockopt::curve_serverkey, key->coordinator);
-      socket_.set(zmq::sockopt::curve_publickey, key->own.open);
-      socket_.set(zmq::sockopt::curve_secretkey, key->own.secret);
-    }
-    socket_.connect(address);
-  }
-  void send(const Message& message) {
-    std::vector<zmq::message_t> parts;
-    for (const Frame& frame : encode(message)) {
-      parts.emplace_back(frame.view().data(), frame.size());
-    }
-    zmq::send_multipart(socket_, parts);
-  }
-  std::optional<Message> receive() {
-    std::vector<zmq::message_t> parts;
-    if (!zmq::recv_multipart(socket_, std::back_inserter(parts), zmq::recv_flags::dontwait)) {
-      return {};
-    }
-    Frames frames;
-    for (const zmq::message_t& part : parts) {
-      frames.emplace_back(part.to_string());
-    }
-    return decode(frames);
-  }
-  void* handle() { return socket_.handle(); }
-
- private:
-  zmq::socket_t socket_;
-};
-
 struct FloodWorker {
   explicit FloodWorker(Peer link) : peer(std::move(link)) {}
   Peer peer;
@@ -143,7 +103,7 @@ struct FloodWorker {
 class Client {
  public:
   explicit Client(const Arguments& a)
-      : peer_(context_, a.coordinator, key_of(a, "admin")), thread_([this] { run(); }) {}
+      : peer_(context_, a.coordinator, key_of(a.keys, "admin")), thread_([this] { run(); }) {}
   ~Client() {
     stop_ = true;
     thread_.join();
@@ -213,10 +173,10 @@ class Flood {
     context_.set(zmq::ctxopt::max_sockets, a.workers + 16);
     msg::Hello hello;
     hello.fingerprint = trace_fingerprint();
-    const auto key = key_of(a, "worker");
     for (int i = 0; i < a.workers; ++i) {
       hello.name = "flood-" + std::to_string(i);
       hello.instance = hello.name + "-" + std::to_string(getpid());
+      const auto key = key_of(a.keys, a.machines ? hello.name : "worker");
       workers_.emplace_back(Peer(context_, a.coordinator, key));
       workers_.back().peer.send(hello);
     }
@@ -307,6 +267,8 @@ int main(int argc, char** argv) {
                 "Samples a second that each says it traces: leases last half a second at most")
         .show_default();
     line.option("--keys", arguments.keys, "Directory of the farm's keys");
+    line.flag("--machines", arguments.machines,
+              "Each worker is a machine of its own, by the key flood-0, flood-1, ...");
     line.number("--seconds", arguments.seconds, 0, 1e6, "The longest it goes on").show_default();
     return [&] {
       std::printf("%s\n", Flood(arguments).run().dump().c_str());
