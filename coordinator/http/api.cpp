@@ -20,7 +20,6 @@ using Arguments = std::vector<std::string>;
 constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
                                                     "done",   "failed",  "cancelled"};
 constexpr JobId largest_job = (JobId{1} << 53) - 1;  // that JavaScript knows
-constexpr std::size_t small_body = 4096;
 
 std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);

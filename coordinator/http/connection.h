@@ -14,6 +14,9 @@
 
 namespace parray::http {
 
+/// Tells who waits for it that the body may come (RFC 9110, section 15.2.1).
+inline constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
+
 /// One connection: its socket, what has come and was not used yet, and what is still to be sent.
 /// Whoever has it at the time uses it; only cut() may be called by another thread meanwhile.
 class Connection {
@@ -36,6 +39,10 @@ class Connection {
   [[nodiscard]] std::string_view input() const { return std::string_view(input_).substr(used_); }
   /// The first `bytes` of input() are used.
   void consume(std::size_t bytes);
+
+  /// Whether input() holds a whole request, its body included, when it is handed over.
+  void set_whole(bool whole) { whole_ = whole; }
+  [[nodiscard]] bool is_whole() const { return whole_; }
 
   /// Appends to what is to be sent: a copy, or a part of a file.
   void put(std::string_view bytes);
@@ -70,6 +77,7 @@ class Connection {
   const std::string address_;
   std::string input_;
   std::size_t used_ = 0;  ///< of input_
+  bool whole_ = false;
   std::deque<Piece> output_;
   std::size_t output_memory_ = 0;
 };

@@ -3,44 +3,66 @@
 #include <httplib.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <exception>
 #include <functional>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "common/base/printable.h"
+#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/connection.h"
 #include "coordinator/http/request_head.h"
 
 namespace parray::http {
 namespace {
 
-/// What the library reads and writes: the connection, within limits of time and of the length of a
-/// line. What it writes is kept until it is asked for more or has ended, unless it is to go at
-/// once.
+/// What the library reads and writes: one request and its answer, within limits of time. The
+/// library gets the head as this program has understood it, and chunks in the plainest form. What
+/// it writes is kept until it is asked for more or has ended, unless it is to go at once.
 class LimitedStream final : public httplib::Stream {
  public:
-  explicit LimitedStream(Connection& connection) : connection_(connection) {}
+  /// `connection`: its input begins with `head`.
+  LimitedStream(Connection& connection, const RequestHead& head)
+      : connection_(connection), text_(text_of(head)), chunked_(head.chunked) {
+    connection_.consume(head.bytes);
+    tells_to_go_on_ = head.expects && connection_.input().empty();
+  }
 
   /// From now on what is written is sent before write() returns.
   void send_at_once() { at_once_ = true; }
   /// Sends bytes that lie in the memory of `file` from the file itself, without a copy.
   void share(std::shared_ptr<const FileBody> file) { file_ = std::move(file); }
-  [[nodiscard]] bool failed() const { return failed_; }
+  /// Whether the connection is of no more use.
+  [[nodiscard]] bool failed() const { return problem_ || write_failed_; }
+  /// Why reading has failed.
+  [[nodiscard]] Problem problem() const {
+    return problem_.value_or(Problem(400, "the body is damaged"));
+  }
 
-  bool is_readable() const override { return !failed_; }
-  bool is_writable() const override { return !failed_; }
+  bool is_readable() const override { return !problem_; }
+  bool is_writable() const override { return !write_failed_; }
 
   ssize_t read(char* bytes, std::size_t size) override {
-    if (failed_ || !has_input()) return -1;
+    if (problem_) return -1;
+    if (text_.size() > used_) return take_text(bytes, size);
+    try {
+      if (chunked_) return next_chunk() ? take_text(bytes, size) : -1;
+      await_input();
+    } catch (const Problem& problem) {
+      problem_ = problem;
+      return -1;
+    }
     const std::string_view there = connection_.input().substr(0, size);
     std::ranges::copy(there, bytes);
     connection_.consume(there.size());
-    return in_short_line(there, size) ? static_cast<ssize_t>(there.size()) : -1;
+    return static_cast<ssize_t>(there.size());
   }
 
   ssize_t write(const char* bytes, std::size_t size) override {
-    if (failed_) return -1;
+    if (write_failed_) return -1;
     if (is_of_file(bytes)) {
       connection_.put(file_, {bytes, size});
     } else {
@@ -48,9 +70,9 @@ class LimitedStream final : public httplib::Stream {
     }
     if (at_once_) {
       to_send_.restart();
-      failed_ = !connection_.await_flush(to_send_);
+      write_failed_ = !connection_.await_flush(to_send_);
     }
-    return failed_ ? -1 : static_cast<ssize_t>(size);
+    return write_failed_ ? -1 : static_cast<ssize_t>(size);
   }
 
   void get_remote_ip_and_port(std::string& address, int& port) const override {
@@ -71,108 +93,91 @@ class LimitedStream final : public httplib::Stream {
     return std::less_equal<>()(all.data(), bytes) && std::less<>()(bytes, all.data() + all.size());
   }
 
-  bool has_input() {
-    if (!connection_.input().empty()) return true;
-    constexpr std::size_t most = std::size_t{1} << 16;
-    // Who waits for "100 Continue" has to get it first.
-    const bool asks = !connection_.has_output() || connection_.await_flush(to_send_);
-    failed_ = !asks || connection_.await_input(most, due_) != Connection::Moved::some;
-    return !failed_;
+  ssize_t take_text(char* bytes, std::size_t size) {
+    const std::string_view taken = std::string_view(text_).substr(used_, size);
+    std::ranges::copy(taken, bytes);
+    used_ += taken.size();
+    return static_cast<ssize_t>(taken.size());
   }
 
-  /// The library reads lines, those of chunks' sizes, byte by byte and however long they are.
-  bool in_short_line(std::string_view read, std::size_t asked) {
-    constexpr std::size_t longest = most_head_bytes;
-    line_ = asked == 1 && read != "\n" ? line_ + 1 : 0;
-    failed_ = failed_ || line_ > longest;
-    return !failed_;
+  /// Puts the next piece of a chunked body into text_. False: there is no more. Throws Problem.
+  bool next_chunk() {
+    while (!chunks_.done()) {
+      const ChunkDecoder::Step step = chunks_.step(connection_.input());
+      used_ = 0;
+      text_ = chunks_.done() ? "0\r\n\r\n" : chunk_of(step.data);
+      connection_.consume(step.used);
+      if (!text_.empty()) return true;
+      if (step.used == 0) await_more_input();
+    }
+    return false;
+  }
+
+  static std::string chunk_of(std::string_view data) {
+    if (data.empty()) return "";
+    std::array<char, 16> digits{};
+    char* const end =
+        std::to_chars(digits.data(), digits.data() + digits.size(), data.size(), 16).ptr;
+    return std::string(digits.data(), end) + "\r\n" + std::string(data) + "\r\n";
+  }
+
+  void await_input() {
+    if (connection_.input().empty()) await_more_input();
+  }
+
+  /// Throws Problem when none comes.
+  void await_more_input() {
+    constexpr std::size_t most = std::size_t{1} << 16;
+    if (std::exchange(tells_to_go_on_, false)) connection_.put(go_on);
+    const bool sent = !connection_.has_output() || connection_.await_flush(to_send_);
+    if (sent && connection_.await_input(most, due_) == Connection::Moved::some) return;
+    throw due_.over() ? Problem(408, "the body comes too slowly")
+                      : Problem(400, "the body has ended early");
   }
 
   Connection& connection_;
   Pace due_ = usual_pace();
   Pace to_send_ = usual_pace();
   std::shared_ptr<const FileBody> file_;
-  std::size_t line_ = 0;
+  std::string text_;      ///< to be read next: the head, then a chunk
+  std::size_t used_ = 0;  ///< of text_
+  const bool chunked_;
+  ChunkDecoder chunks_;
+  bool tells_to_go_on_ = false;
   bool at_once_ = false;
-  bool failed_ = false;
+  std::optional<Problem> problem_;  ///< with which reading has failed
+  bool write_failed_ = false;
 };
 
-/// Bytes of a refused body that are read all the same: an answer that comes before the end of what
-/// is sent is lost to most clients.
-constexpr std::size_t most_discarded = std::size_t{16} << 20;
-
-/// Runs `work`; what it throws is kept, and what comes after that is discarded.
-class Relay {
- public:
-  template <typename Work>
-  bool run(std::size_t bytes, const Work& work) {
-    try {
-      if (!thrown_) work();
-    } catch (...) {
-      thrown_ = std::current_exception();
-    }
-    discarded_ += thrown_ ? bytes : 0;
-    return discarded_ <= most_discarded;
-  }
-  void rethrow() const {
-    if (thrown_) std::rethrow_exception(thrown_);
-  }
-
- private:
-  std::exception_ptr thrown_;
-  std::size_t discarded_ = 0;
-};
-
-/// `whole` is set if nothing of the body is left to read.
+/// Gives a body to the sink. `whole` is set if nothing of the body is left to read. Throws what the
+/// sink throws, at once: the doorman reads the rest.
 void read_body(const httplib::ContentReader& reader, BodySink& sink, bool form, bool& whole) {
-  Relay relay;
+  std::exception_ptr thrown;
+  const auto guarded = [&](const auto& work) {
+    try {
+      work();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    return !thrown;
+  };
   const auto take = [&](const char* data, std::size_t size) {
-    return relay.run(size, [&] { sink.take({data, size}); });
+    return guarded([&] { sink.take({data, size}); });
   };
   const auto begin = [&](const httplib::MultipartFormData& part) {
-    return relay.run(0, [&] { sink.begin_part(part.name, part.filename); });
+    return guarded([&] { sink.begin_part(part.name, part.filename); });
   };
   whole = form ? reader(begin, take) : reader(take);
-  relay.rethrow();
-  if (!whole) throw Problem(400, "the body is damaged or has ended early");
+  if (thrown) std::rethrow_exception(thrown);
 }
 
-bool has_body(const httplib::Request& request) {
-  const std::string length = request.get_header_value("Content-Length");
-  return request.has_header("Transfer-Encoding") || (!length.empty() && length != "0");
-}
-
-/// `whole`: nothing of the body is left to read.
-Request request_of(const httplib::Request& from, const httplib::ContentReader* reader,
-                   bool& whole) {
-  Request request;
-  request.method = from.method;
-  request.path = from.path;
-  for (const auto& [name, value] : from.params) request.query.emplace(name, value);
-  request.remote = from.remote_addr;
-  request.field = [&from](const char* name) { return from.get_header_value(name); };
-  request.read_body = [&from, &whole, reader](BodySink& sink, bool form) {
-    // Without a length the library would read until the connection ends.
-    if (reader == nullptr || !has_body(from)) return;
-    if (form && !from.is_multipart_form_data()) throw Problem(400, "the form has no boundary");
-    parray::http::read_body(*reader, sink, form, whole);
-  };
-  return request;
-}
-
-/// Reads and drops a body that no handler used. The next request begins behind it. Returns false if
-/// the body is too long for that.
-bool discard_body(const httplib::Request& request, const httplib::ContentReader* reader) {
-  if (reader == nullptr) return false;
-  std::size_t discarded = 0;
-  const auto discard = [&](const char* /*data*/, std::size_t size) {
-    discarded += size;
-    return discarded <= most_discarded;
-  };
+/// Reads and drops a body that no handler used.
+bool discard_body(const httplib::Request& request, const httplib::ContentReader& reader) {
+  const auto discard = [](const char* /*data*/, std::size_t /*size*/) { return true; };
   // The library knows how to read a form only as one.
   return request.is_multipart_form_data()
-             ? (*reader)([](const httplib::MultipartFormData& /*part*/) { return true; }, discard)
-             : (*reader)(discard);
+             ? reader([](const httplib::MultipartFormData& /*part*/) { return true; }, discard)
+             : reader(discard);
 }
 
 /// Sends the body and fails then: only so does the library close a connection.
@@ -208,11 +213,14 @@ class Engine final : public httplib::Server {
     configure();
   }
 
-  bool converse(LimitedStream& stream) {
+  /// `whole`: the body has come with the head.
+  bool converse(LimitedStream& stream, const RequestHead& head, bool whole) {
     stream_ = &stream;
+    head_ = &head;
+    is_whole_ = whole;
     bool closed = false;
-    const bool whole = process_request(stream, false, closed, nullptr);
-    return whole && !closed && !stream.failed();
+    const bool answered = process_request(stream, false, closed, nullptr);
+    return answered && !closed && !stream.failed();
   }
 
  private:
@@ -252,7 +260,7 @@ class Engine final : public httplib::Server {
     // Parts of pictures are of no use to anybody, and the library's arithmetic for them is not
     // ours.
     const_cast<httplib::Request&>(from).ranges.clear();
-    const bool had_body = has_body(from);
+    const bool had_body = head_->has_body();
     bool whole = !had_body;
     if (had_body && (from.method == "GET" || from.method == "HEAD")) {
       const_cast<httplib::Request&>(from).method = "GET";  // the library closes by a body alone
@@ -270,7 +278,7 @@ class Engine final : public httplib::Server {
       read(sink, form);
     };
     const Reply reply = answer_(request);
-    if (had_body && !asked) whole = discard_body(from, reader);
+    if (!whole && !asked && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
     send_reply(response, reply);
     if (whole) return;
     if (response.body.empty()) {
@@ -280,18 +288,41 @@ class Engine final : public httplib::Server {
     send_and_close(response);
   }
 
+  /// `whole`: nothing of the body is left to read.
+  Request request_of(const httplib::Request& from, const httplib::ContentReader* reader,
+                     bool& whole) {
+    Request request;
+    request.method = from.method;
+    request.path = from.path;
+    for (const auto& [name, value] : from.params) request.query.emplace(name, value);
+    request.remote = from.remote_addr;
+    request.is_whole = is_whole_;
+    request.field = [&from](const char* name) { return from.get_header_value(name); };
+    request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
+      // Without a length the library would read until the connection ends.
+      if (reader == nullptr || !head_->has_body()) return;
+      if (form && !from.is_multipart_form_data()) throw Problem(400, "the form has no boundary");
+      sink.expect(head_->length.value_or(0));
+      read_body(*reader, sink, form, whole);
+      if (!whole) throw stream_->problem();
+    };
+    return request;
+  }
+
   void send_events(httplib::Response& response, const std::shared_ptr<EventStream>& events) {
     stream_->send_at_once();
     response.set_header("X-Accel-Buffering", "no");
-    response.set_chunked_content_provider(
-        "text/event-stream", [events](std::size_t /*offset*/, httplib::DataSink& sink) {
-          const std::optional<std::string> text = events->next();
-          if (!text) {
-            sink.done();
-            return true;
-          }
-          return sink.write(text->data(), text->size());
-        });
+    const auto provide = [events](std::size_t /*offset*/, httplib::DataSink& sink) {
+      const std::optional<std::string> text = events->next();
+      if (text) return sink.write(text->data(), text->size());
+      sink.done();
+      return true;
+    };
+    if (head_->old) {  // HTTP/1.0 knows no chunks: the end of the connection ends the stream
+      response.set_content_provider("text/event-stream", provide);
+    } else {
+      response.set_chunked_content_provider("text/event-stream", provide);
+    }
   }
 
   void send_file(httplib::Response& response, const std::shared_ptr<const FileBody>& file,
@@ -317,7 +348,10 @@ class Engine final : public httplib::Server {
   }
 
   const std::function<Reply(const Request&)>& answer_;
-  LimitedStream* stream_ = nullptr;  ///< of the request that is being answered
+  // Of the request that is being answered.
+  LimitedStream* stream_ = nullptr;
+  const RequestHead* head_ = nullptr;
+  bool is_whole_ = false;
 };
 
 }  // namespace
@@ -334,8 +368,10 @@ class Conversation::Impl {
       : answer_(std::move(answer)), engine_(answer_) {}
 
   bool answer(Connection& connection) {
-    LimitedStream stream(connection);
-    return engine_.converse(stream);
+    const std::string_view input = connection.input();
+    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
+    LimitedStream stream(connection, head);
+    return engine_.converse(stream, head, connection.is_whole());
   }
 
  private:

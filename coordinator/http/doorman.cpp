@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <exception>
@@ -21,12 +22,13 @@ constexpr ConnectionId wake_id = 1;
 constexpr ConnectionId first_id = 2;
 
 constexpr std::size_t most_at_once = std::size_t{1} << 14;       // bytes read of one connection
-constexpr std::size_t early_body = std::size_t{1} << 14;         // read here, not by a handler
 constexpr std::size_t most_input_bytes = std::size_t{1} << 25;   // of all connections
 constexpr std::size_t most_output_bytes = std::size_t{1} << 26;  // likewise
-// A connection that is closed while bytes come in takes its last answer with it.
-constexpr Time drain_time = seconds(1);
-constexpr std::size_t most_drained = std::size_t{1} << 20;
+// A connection that is closed while bytes come in takes its last answer with it. So what comes
+// after the answer is read and dropped, until it stops for drain_pause.
+constexpr Time drain_pause = seconds(1);
+constexpr Time drain_time = seconds(10);
+constexpr std::size_t most_drained = std::size_t{1} << 24;
 
 std::string head_text(const Reply& reply, bool keep) {
   std::string text = "HTTP/1.1 " + std::to_string(reply.status) + " " +
@@ -74,11 +76,6 @@ void Doorman::give_back(Guest guest, bool keep) {
     returned_.push_back({std::move(guest), keep});
   }
   eventfd_write(wake_, 1);
-}
-
-bool Doorman::reads_body(const RequestHead& head) {
-  const bool asks = !head.field("expect").empty();  // it wants an answer first
-  return head.has_body() && !head.chunked && *head.length <= early_body && !asks;
 }
 
 void Doorman::run() {
@@ -153,6 +150,7 @@ void Doorman::welcome(Time now, int socket, std::string address) {
   Entry& entry = entries_.emplace(id, Entry{guest, usual_pace()}).first->second;
   entry.reserve = admission.reserve;
   watch(id, entry, EPOLLIN);
+  if (receive(now, id, entry)) proceed(now, id);  // what it asks for often comes with it
 }
 
 void Doorman::take_back(Time now) {
@@ -183,6 +181,7 @@ bool Doorman::receive(Time now, ConnectionId id, Entry& entry) {
   if (moved == Connection::Moved::none) return false;
   if (entry.phase == Phase::draining) {
     entry.drained += entry.guest->input().size();
+    entry.drains_until = std::min(now + drain_pause, entry.drain_end);
     entry.guest->consume(entry.guest->input().size());
     if (moved == Connection::Moved::ended || entry.drained > most_drained) remove(id);
     return false;
@@ -215,36 +214,66 @@ void Doorman::proceed(Time now, ConnectionId id) {
 
 /// True: there is something to send.
 bool Doorman::next_request(Time now, ConnectionId id, Entry& entry) {
-  Connection& guest = *entry.guest;
-  // An empty line before a request is to be overlooked (RFC 9112, section 2.2).
-  if (!entry.head && entry.searched == 0 && guest.input().starts_with("\r\n")) guest.consume(2);
-  if (!entry.head) {
-    const std::string_view input = guest.input();
-    const auto end = end_of_head(input, std::exchange(entry.searched, input.size()));
-    if (end.value_or(input.size()) > most_head_bytes) {
-      refuse(entry, Problem(431, "the head of the request is longer than 65536 bytes"));
-    } else if (end) {
-      try {
-        entry.head = parse_head(input.substr(0, *end));
-      } catch (const Problem& problem) {
-        refuse(entry, problem);
-      }
-    } else {
-      watch(id, entry, EPOLLIN);
-      return false;
-    }
-  }
-  if (entry.head) {
-    const std::size_t whole = entry.head->bytes + entry.head->length.value_or(0);
-    if (reads_body(*entry.head) && guest.input().size() < whole && !entry.ended) {
+  try {
+    if ((!entry.head && !read_head(entry)) || awaits_body(entry)) {
       watch(id, entry, EPOLLIN);
       return false;
     }
     seats_.has_asked(id);
+    entry.guest->set_whole(has_come(entry));
     dispatch(id, entry);
+  } catch (const Problem& problem) {
+    refuse(entry, problem);
   }
   if (entry.phase != Phase::writing) return false;
   entry.waits_since = now;
+  return true;
+}
+
+/// False: more of it has to come.
+bool Doorman::read_head(Entry& entry) {
+  Connection& guest = *entry.guest;
+  // An empty line before a request is to be overlooked (RFC 9112, section 2.2).
+  if (entry.searched == 0 && guest.input().starts_with("\r\n")) guest.consume(2);
+  const std::string_view input = guest.input();
+  const auto end = end_of_head(input, std::exchange(entry.searched, input.size()));
+  if (end.value_or(input.size()) > most_head_bytes) {
+    throw Problem(431, "the head of the request is longer than 65536 bytes");
+  }
+  if (!end) return false;
+  entry.head = parse_head(input.substr(0, *end));
+  entry.chunks = {};
+  entry.decoded = *end;
+  entry.told_to_go_on = false;
+  return true;
+}
+
+/// Whether all of the request is in the input. Throws Problem 400.
+bool Doorman::has_come(Entry& entry) {
+  const std::string_view input = entry.guest->input();
+  if (!entry.head->chunked) {
+    return input.size() - entry.head->bytes >= entry.head->length.value_or(0);
+  }
+  std::size_t used = 1;
+  while (used > 0 && !entry.chunks.done()) {
+    used = entry.chunks.step(input.substr(entry.decoded)).used;
+    entry.decoded += used;
+  }
+  return entry.chunks.done();
+}
+
+/// Whether to wait for the body, which is small as far as is known.
+bool Doorman::awaits_body(Entry& entry) {
+  const RequestHead& head = *entry.head;
+  const std::size_t there = entry.guest->input().size() - head.bytes;
+  if (entry.ended || has_come(entry) || std::max(there, head.length.value_or(0)) > small_body) {
+    return false;
+  }
+  if (head.expects && there == 0 && !std::exchange(entry.told_to_go_on, true)) {
+    entry.guest->put(go_on);
+    std::size_t ignored = 0;
+    entry.guest->flush(ignored);  // what does not go now goes with the answer
+  }
   return true;
 }
 
@@ -307,7 +336,9 @@ bool Doorman::write(Time now, ConnectionId id, Entry& entry) {
   }
   entry.guest->end_output();
   entry.phase = Phase::draining;
-  entry.drains_until = now + drain_time;
+  entry.drains_until = now + drain_pause;
+  entry.drain_end = now + drain_time;
+  seats_.has_ended(now, id);
   return false;
 }
 

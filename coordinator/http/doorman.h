@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/connection.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/request_head.h"
@@ -30,7 +31,8 @@ class Doorman {
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         at_door;
-    /// Takes over a connection with a request until give_back(). Must not wait either.
+    /// Takes over a connection with a request until give_back(). Must not wait either. The request
+    /// is whole unless its body is large.
     std::function<void(Guest, const RequestHead&)> hand_over;
     /// Tells a person: that connections are refused, or end.
     std::function<void(const std::string&)> warn;
@@ -49,9 +51,6 @@ class Doorman {
   /// again: nothing.
   void stop();
 
-  /// Whether a request with that head is handed over with all of its body, which is small.
-  static bool reads_body(const RequestHead& head);
-
   /// A request has been answered: the rest of its output is to be sent, and then the next request
   /// heard (`keep`) or the connection closed. Any thread.
   void give_back(Guest guest, bool keep);
@@ -66,12 +65,16 @@ class Doorman {
     std::uint32_t watched = 0;          ///< events that epoll reports
     std::size_t searched = 0;           ///< of the input, for the end of a head
     std::optional<RequestHead> head{};  ///< read, while its body is coming
+    ChunkDecoder chunks{};              ///< of that body
+    std::size_t decoded = 0;            ///< bytes of the input, head and chunks
+    bool told_to_go_on = false;         ///< that its body may come
     bool ended = false;                 ///< no more input will come
     bool keep = true;                   ///< another request may follow
     std::size_t output = 0;             ///< of output_bytes_
     std::size_t counted = 0;            ///< of input_bytes_
     Time waits_since{};                 ///< writing: since it was written last
     Time drains_until{};
+    Time drain_end{};
     std::size_t drained = 0;
   };
   struct Returned {
@@ -87,6 +90,9 @@ class Doorman {
   void proceed(Time now, ConnectionId id);
   bool receive(Time now, ConnectionId id, Entry& entry);
   bool next_request(Time now, ConnectionId id, Entry& entry);
+  static bool read_head(Entry& entry);
+  static bool has_come(Entry& entry);
+  static bool awaits_body(Entry& entry);
   void dispatch(ConnectionId id, Entry& entry);
   void refuse(Entry& entry, const Problem& problem);
   bool write(Time now, ConnectionId id, Entry& entry);

@@ -13,12 +13,14 @@ class TextSink final : public BodySink {
  public:
   explicit TextSink(std::size_t most) : most_(most) {}
 
+  void expect(std::uint64_t bytes) override {
+    if (bytes <= most_) return;
+    throw Problem(413, "the body is larger than the " + std::to_string(most_) +
+                           " bytes that this request may have");
+  }
   void begin_part(const std::string& /*name*/, const std::string& /*file_name*/) override {}
   void take(std::string_view bytes) override {
-    if (text.size() + bytes.size() > most_) {
-      throw Problem(413, "the body is larger than the " + std::to_string(most_) +
-                             " bytes that this request may have");
-    }
+    expect(text.size() + bytes.size());
     text += bytes;
   }
 

@@ -41,10 +41,17 @@ class Problem : public std::runtime_error {
   Fields headers_;
 };
 
+/// Bytes of a body that no handler waits for: it has come before the request is handed over. Every
+/// handler that reads a body takes as many.
+inline constexpr std::size_t small_body = 4096;
+
 /// Takes a body as it comes. What its members throw ends the reading.
 class BodySink {
  public:
   virtual ~BodySink() = default;
+  /// Called with the Content-Length of a body, framing of parts included, before anything is read.
+  /// Throws Problem 413 if that is too long.
+  virtual void expect(std::uint64_t bytes) = 0;
   /// Of a form: what follows belongs to the part `name`.
   virtual void begin_part(const std::string& name, const std::string& file_name) = 0;
   virtual void take(std::string_view bytes) = 0;
@@ -57,6 +64,7 @@ struct Request {
   std::string remote;  ///< address of the other side
   /// Value of a field of the head, "" where there is none.
   std::function<std::string(const char*)> field;
+  bool is_whole = true;  ///< all of its body is in memory
   /// Reads the body; at most once. Throws Problem. `form`: as multipart/form-data.
   std::function<void(BodySink&, bool form)> read_body;
   Sender sender{};  ///< once the guard has let it in

@@ -28,6 +28,18 @@ bool changes_something(const Request& request) {
   return request.method != "GET" && request.method != "HEAD" && request.method != "OPTIONS";
 }
 
+/// "x" of "Bearer x"; "" where the field has another form. The scheme is case-insensitive (RFC
+/// 9110, section 11.1).
+std::string bearer_token(const std::string& field) {
+  constexpr std::string_view scheme = "bearer ";
+  const bool bearer = field.size() > scheme.size() &&
+                      std::equal(scheme.begin(), scheme.end(), field.begin(), [](char a, char b) {
+                        return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b);
+                      });
+  if (!bearer) return "";
+  return field.substr(std::min(field.find_first_not_of(' ', scheme.size()), field.size()));
+}
+
 }  // namespace
 
 Guard::Guard(const std::filesystem::path& keys, std::vector<std::string> hosts)
@@ -62,9 +74,8 @@ void Guard::check_origin(const Request& request) const {
 
 Sender Guard::admit(const Request& request) {
   if (!wants_tokens()) return {};
-  constexpr std::string_view scheme = "Bearer ";
-  const std::string given = request.field("authorization");
-  if (!given.starts_with(scheme)) {
+  const std::string token = bearer_token(request.field("authorization"));
+  if (token.empty()) {
     throw Problem(401,
                   "a token is needed: Authorization: Bearer TOKEN, made by parray keygen DIR "
                   "--token NAME",
@@ -72,7 +83,7 @@ Sender Guard::admit(const Request& request) {
   }
   const SteadyClock clock;
   const std::scoped_lock lock(mutex_);
-  const auto sender = tokens_->find(clock.now(), given.substr(scheme.size()));
+  const auto sender = tokens_->find(clock.now(), token);
   if (!sender) {
     throw Problem(401, "this token is not known, or no longer", 0,
                   {{"WWW-Authenticate", "Bearer realm=\"parray\", error=\"invalid_token\""}});

@@ -111,6 +111,10 @@ class Parts final : public BodySink {
   Parts(fs::path directory, const IntakeLimits& limits)
       : directory_(std::move(directory)), limits_(limits) {}
 
+  void expect(std::uint64_t bytes) override {
+    constexpr std::uint64_t head_of_part = 1000;
+    if (bytes > limits_.body_bytes + head_of_part * (limits_.parts + 1)) refuse_length();
+  }
   void begin_part(const std::string& name, const std::string& file_name) override {
     if (++parts_ > limits_.parts) {
       throw Problem(413, "more than " + std::to_string(limits_.parts) +
@@ -128,10 +132,7 @@ class Parts final : public BodySink {
   void take(std::string_view bytes) override {
     bytes_ += bytes.size();
     add_to_digest(bytes);
-    if (bytes_ > limits_.body_bytes) {
-      throw Problem(413, "the body is larger than " + std::to_string(limits_.body_bytes) +
-                             " bytes: the server takes no more (--http-body)");
-    }
+    if (bytes_ > limits_.body_bytes) refuse_length();
     if (to_options_) {
       options_ += bytes;
       if (options_.size() > most_option_bytes) throw Problem(413, "the options are too long");
@@ -156,6 +157,10 @@ class Parts final : public BodySink {
   std::string digest() { return digest_.hex(); }
 
  private:
+  [[noreturn]] void refuse_length() const {
+    throw Problem(413, "the body is larger than " + std::to_string(limits_.body_bytes) +
+                           " bytes: the server takes no more (--http-body)");
+  }
   void add_to_digest(std::string_view bytes) { digest_.add(std::as_bytes(std::span(bytes))); }
 
   void open(const std::string& file_name, const std::string& part) {
@@ -229,12 +234,15 @@ Taken Intake::take(const Request& request) {
     throw Problem(
         415, "'" + printable(type) + "' is no scene: send application/json or multipart/form-data");
   }
-  const Places::Entry entry(places_, owner_of(request));
+  std::optional<Places::Entry> upload;
+  if (!request.is_whole) upload.emplace(uploads_, owner_of(request));
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "parts";
   fs::create_directory(files);
   Parts parts(files, limits_);
   request.read_body(parts, form);
+  upload.reset();
+  const Places::Entry entry(places_, owner_of(request));
   const std::string scene = parts.scene();
   const Places::Place place(entry);
   Taken taken = read(files, scene, parts.options());

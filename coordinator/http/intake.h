@@ -15,6 +15,9 @@
 
 namespace parray::http {
 
+/// Bodies that are read at once while their bytes are coming.
+inline constexpr std::size_t most_uploads = 24;
+
 struct IntakeLimits {
   std::uint64_t body_bytes = std::uint64_t{256} << 20;
   std::size_t parts = 100;
@@ -60,6 +63,7 @@ class Intake {
   [[noreturn]] void fail(const ChildEnd& end) const;
 
   const ChildRunner& runner_;
+  Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};
   Places& places_;
   Budget& memory_;
   const std::filesystem::path directory_;

@@ -19,17 +19,6 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// RFC 9110, section 5.6.2.
-bool is_token(std::string_view text) {
-  constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
-  return !text.empty() && std::ranges::all_of(text, [&](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           marks.find(c) != std::string_view::npos;
-  });
-}
-
-bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'; }
-
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view blanks = " \t";
   const std::size_t begin = text.find_first_not_of(blanks);
@@ -52,7 +41,8 @@ void parse_request_line(std::string_view line, RequestHead& head) {
     throw Problem(505,
                   "this server speaks HTTP/1.1, not '" + printable(version.substr(0, 20)) + "'");
   }
-  head.closes = version == "HTTP/1.0";
+  head.old = version == "HTTP/1.0";
+  head.closes = head.old;
   head.method = line.substr(0, first);
   head.target = line.substr(first + 1, last - first - 1);
 }
@@ -89,10 +79,58 @@ void find_body(RequestHead& head) {
       head.chunked = true;
     }
   }
+  if (head.chunked && head.old) refuse("HTTP/1.0 has no Transfer-Encoding: send a Content-Length");
   if (head.chunked && head.length) refuse("Content-Length and Transfer-Encoding: send one of them");
 }
 
+/// The authority of a target in absolute form (RFC 9112, section 3.2.2), which is cut off; "": the
+/// target has another form.
+std::string take_authority(std::string& target) {
+  const std::string scheme = lower_case(std::string_view(target).substr(0, target.find("://")));
+  if (scheme != "http" && scheme != "https") return "";
+  const std::size_t begin = scheme.size() + std::string_view("://").size();
+  const std::size_t end = std::min(target.find_first_of("/?", begin), target.size());
+  const std::string authority = target.substr(begin, end - begin);
+  if (authority.empty() || authority.find('@') != std::string::npos) {
+    refuse("'" + printable(target, 200) + "' names no host: http://HOST/PATH");
+  }
+  target.erase(0, end);
+  if (!target.starts_with('/')) target.insert(0, "/");
+  return authority;
+}
+
+/// One host at most, that of the target first (RFC 9112, section 3.2).
+void find_host(RequestHead& head) {
+  constexpr auto is_host = [](const auto& field) { return field.first == "host"; };
+  if (std::ranges::count_if(head.fields, is_host) > 1) refuse("Host is there twice");
+  const std::string authority = take_authority(head.target);
+  if (authority.empty()) return;
+  std::erase_if(head.fields, is_host);
+  head.fields.emplace_back("host", authority);
+}
+
 }  // namespace
+
+bool is_token(std::string_view text) {
+  constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
+  return !text.empty() && std::ranges::all_of(text, [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           marks.find(c) != std::string_view::npos;
+  });
+}
+
+bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'; }
+
+std::string text_of(const RequestHead& head) {
+  std::string text = head.method + " " + head.target + (head.old ? " HTTP/1.0" : " HTTP/1.1");
+  text += line_end;
+  if (head.closes) text += "connection: close\r\n";
+  for (const auto& [name, value] : head.fields) {
+    const bool replaced = name == "expect" || (name == "connection" && head.closes);
+    if (!replaced) text += name + ": " + value + "\r\n";
+  }
+  return text += line_end;
+}
 
 std::string RequestHead::field(std::string_view name) const {
   const auto found = std::ranges::find(
@@ -127,7 +165,9 @@ RequestHead parse_head(std::string_view bytes) {
     }
     begin = end + line_end.size();
   }
+  find_host(head);
   find_body(head);
+  head.expects = !head.old && lower_case(head.field("expect")) == "100-continue";
   head.closes = head.closes || lower_case(head.field("connection")) == "close";
   return head;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace parray::http {
 
@@ -12,11 +13,11 @@ Seats::Admission Seats::enter(Time now, ConnectionId id, const std::string& addr
   const bool crowded = of_address != of_address_.end() && of_address->second >= limits_.of_address;
   Admission admission;
   if (crowded || ordinary_ >= limits_.connections) {
-    admission.displaced = longest_silent(false, crowded ? &address : nullptr);
+    admission.displaced = first_to_go(false, crowded ? &address : nullptr);
     admission.reserve = !admission.displaced;
   }
   if (admission.reserve && seats_.size() - ordinary_ >= limits_.reserve) {
-    admission.displaced = longest_silent(true, nullptr);
+    admission.displaced = first_to_go(true, nullptr);
     if (!admission.displaced) {
       admission.displaced = id;
       return admission;
@@ -57,6 +58,12 @@ void Seats::awaits_head(Time now, ConnectionId id) {
   seat.since = now;
 }
 
+void Seats::has_ended(Time now, ConnectionId id) {
+  Seat& seat = seats_.at(id);
+  seat.phase = Phase::ended;
+  seat.since = now;
+}
+
 std::vector<ConnectionId> Seats::late(Time now) const {
   std::vector<ConnectionId> found;
   for (const auto& [id, seat] : seats_) {
@@ -65,23 +72,25 @@ std::vector<ConnectionId> Seats::late(Time now) const {
   return found;
 }
 
-/// Of those that have not asked yet, of one address or of all.
-std::optional<ConnectionId> Seats::longest_silent(bool reserve, const std::string* address) const {
+/// Of those that have got their last answer, else of those that have not asked yet, the one that
+/// has been so for longest. `address`: null for all.
+std::optional<ConnectionId> Seats::first_to_go(bool reserve, const std::string* address) const {
   std::optional<ConnectionId> found;
-  Time since = never;
+  std::pair first(true, never);
   for (const auto& [id, seat] : seats_) {
     const bool eligible = seat.phase != Phase::asked && seat.reserve == reserve &&
                           (address == nullptr || seat.address == *address);
-    if (eligible && seat.since < since) {
+    const std::pair rank(seat.phase != Phase::ended, seat.since);
+    if (eligible && rank < first) {
       found = id;
-      since = seat.since;
+      first = rank;
     }
   }
   return found;
 }
 
 Time Seats::deadline(const Seat& seat) const {
-  if (seat.phase == Phase::asked) return never;
+  if (seat.phase == Phase::asked || seat.phase == Phase::ended) return never;
   if (seat.reserve) return seat.since + limits_.reserve_time;
   return seat.since + (seat.phase == Phase::head ? limits_.head_time : limits_.idle_time);
 }

@@ -43,20 +43,22 @@ class Seats {
   void has_asked(ConnectionId id);
   /// It has been answered; its next request is waited for.
   void awaits_head(Time now, ConnectionId id);
+  /// Its last answer has been sent: it makes room before anybody else.
+  void has_ended(Time now, ConnectionId id);
 
   /// Those that have taken too long; they are there until leave().
   [[nodiscard]] std::vector<ConnectionId> late(Time now) const;
 
  private:
-  enum class Phase : std::uint8_t { idle, head, asked };
+  enum class Phase : std::uint8_t { idle, head, asked, ended };
   struct Seat {
     std::string address;
     bool reserve = false;
     Phase phase = Phase::idle;
     Time since{};
   };
-  [[nodiscard]] std::optional<ConnectionId> longest_silent(bool reserve,
-                                                           const std::string* address) const;
+  [[nodiscard]] std::optional<ConnectionId> first_to_go(bool reserve,
+                                                        const std::string* address) const;
   [[nodiscard]] Time deadline(const Seat& seat) const;
 
   const SeatLimits limits_;

@@ -47,7 +47,8 @@ class Server::Impl {
         doorman_(listener_.socket, limits.seats,
                  {std::move(callbacks.at_door),
                   [this](Doorman::Guest guest, const RequestHead& head) {
-                    pool_for(head).give(std::move(guest));
+                    HandlerPool& pool = pool_for(*guest, head);
+                    pool.give(std::move(guest));
                   },
                   std::move(callbacks.warn)}),
         requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
@@ -63,9 +64,8 @@ class Server::Impl {
   [[nodiscard]] const std::string& address() const { return address_; }
 
  private:
-  HandlerPool& pool_for(const RequestHead& head) {
-    if (Doorman::reads_body(head)) return requests_;
-    if (head.has_body()) return bodies_;
+  HandlerPool& pool_for(const Connection& guest, const RequestHead& head) {
+    if (!guest.is_whole()) return bodies_;
     return head.path() == "/readyz" ? readiness_ : requests_;
   }
 

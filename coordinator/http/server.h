@@ -14,7 +14,7 @@ namespace parray::http {
 
 struct ServerLimits {
   std::size_t threads = 80;  ///< requests that are answered at once
-  std::size_t bodies = 16;   ///< of these, with a body that does not come at once
+  std::size_t bodies = 40;   ///< with a body that does not come at once; more than `most_uploads`
   SeatLimits seats{};
 };
 

@@ -73,6 +73,18 @@ class SlowConnections:
             connection.close()
 
 
+def make_keys(directory):
+    """The directory of a farm's keys, and what ann and bob send to be known."""
+    keys = pathlib.Path(directory) / "keys"
+    made = [run("keygen", keys)]
+    heads = []
+    for name in ("ann", "bob"):
+        made.append(run("keygen", keys, "--name", name))
+        heads.append({"Authorization": "Bearer " + run("keygen", keys, "--token", name).stdout.strip()})
+    assert all(result.returncode == 0 for result in made), made
+    return keys, *heads
+
+
 class Connections(unittest.TestCase):
     def test_200_slow_connections_keep_nobody_from_an_answer_and_are_ended(self):
         with Web() as farm:
@@ -116,6 +128,56 @@ class Connections(unittest.TestCase):
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
             for stream in streams:
                 stream.close()
+
+    def test_health_is_answered_while_all_seats_are_taken_and_80_connections_a_second_come(self):
+        with Web("--http-connections-per-address", "20") as farm:
+            streams = [connect(farm) for _ in range(20)]
+            for stream in streams:
+                stream.sendall(b"GET /api/v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                self.assertIn(b"200 OK", stream.recv(100))
+            for request in b"", b"GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\n":
+                crowd = []  # nobody in it closes a connection
+                for _ in range(160):
+                    crowd.append(connect(farm))
+                    crowd[-1].sendall(request)
+                    if len(crowd) % 8 == 0:
+                        self.assertEqual(farm.ask("GET", "/healthz", timeout=5).status, 200, request)
+                    time.sleep(1 / 80)
+                for connection in crowd:
+                    connection.close()
+            for stream in streams:
+                stream.close()
+
+    def slow_bodies(self, farm, token=b""):
+        """200 bodies that come slowly, of each kind."""
+        put = b"PUT /api/v1/jobs/1/priority HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" + token
+        post = b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" + token
+        chunked = b"Transfer-Encoding: chunked\r\n\r\n"
+        kinds = (post + b"Content-Length: 100000\r\n\r\n", post + chunked + b"9000\r\n" + b" " * 20000,
+                 post + b"Expect: 100-continue\r\nContent-Length: 2000\r\n\r\n", put + chunked + b"9000\r\n",
+                 put + b"Expect: 100-continue\r\n" + chunked)
+        return [SlowConnections(farm, 40, kind) for kind in kinds]
+
+    def test_200_slow_bodies_delay_no_scene_of_others(self):
+        large = json.dumps(SCENE) + " " * 100_000
+        with tempfile.TemporaryDirectory() as directory:
+            keys, ann, bob = make_keys(directory)
+            with Web("--keys", keys) as farm:
+                bodies = self.slow_bodies(farm, f"Authorization: {ann['Authorization']}\r\n".encode())
+                for body in json.dumps(SCENE), large, iter([large.encode()]):
+                    answer = farm.ask("POST", "/api/v1/jobs", body,
+                                      {"Content-Type": "application/json", **bob}, timeout=5)
+                    self.assertEqual(answer.status, 201, answer.body)
+                for slow in bodies:
+                    slow.close()
+
+    def test_200_slow_bodies_delay_no_small_scene_of_the_same_address(self):
+        with Web() as farm:
+            bodies = self.slow_bodies(farm)
+            self.assertEqual(farm.ask("POST", "/api/v1/jobs", json.dumps(SCENE), {"Content-Type": "application/json"},
+                                      timeout=5).status, 201)
+            for slow in bodies:
+                slow.close()
 
 
 class Heads(unittest.TestCase):
@@ -205,22 +267,11 @@ class Repeats(unittest.TestCase):
 
 @unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "reading takes minutes")
 class Turns(unittest.TestCase):
-    def keys_of(self, directory):
-        """The directory of a farm's keys, and what ann and bob send to be known."""
-        keys = pathlib.Path(directory) / "keys"
-        self.assertEqual(run("keygen", keys).returncode, 0)
-        heads = []
-        for name in ("ann", "bob"):
-            self.assertEqual(run("keygen", keys, "--name", name).returncode, 0)
-            token = run("keygen", keys, "--token", name).stdout.strip()
-            heads.append({"Authorization": f"Bearer {token}"})
-        return keys, *heads
-
     def test_pictures_do_not_wait_for_scenes_nor_small_scenes_for_large_ones_of_others(self):
         block = "".join(f"H {i} {i % 1000} {i % 77}\n" for i in range(10_000)).encode()
         large = gzip.compress(b"9000000\nmany\n" + 900 * block, 1)  # takes all the time that there is
         with tempfile.TemporaryDirectory() as directory:
-            keys, ann, bob = self.keys_of(directory)
+            keys, ann, bob = make_keys(directory)
             with Web("--keys", keys, "--http-scene-seconds", "3") as farm:
                 farm._start("parray-worker", "--connect", farm.address, "--threads", 1, "--keys", keys / "worker.key")
                 job = farm.submitted(farm.post_scene(**bob))

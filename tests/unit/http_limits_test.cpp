@@ -1,11 +1,13 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "common/base/error.h"
 #include "coordinator/http/budget.h"
+#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/pace.h"
 #include "coordinator/http/places.h"
@@ -60,7 +62,8 @@ TEST_CASE("a head that two programs could read in two ways is refused") {
         "Content-Length: 1, 1", "Content-Length:", "Content-Length: 99999999999999999999",
         "Content-Length: 0x1", "Content-Length : 1", " Content-Length: 1", "no colon", ": a",
         "a: b\nc: d", "a: b\rc: d", "Content-Length: 1\r\nTransfer-Encoding: chunked",
-        "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked"}) {
+        "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked", "Host: a\r\nHost: a",
+        "Host: a\r\nHost: b"}) {
     CHECK_MESSAGE(status_of_head(post + field + "\r\n\r\n") == 400, field);
   }
   CHECK(status_of_head(post + "Transfer-Encoding: gzip\r\n\r\n") == 501);
@@ -70,6 +73,92 @@ TEST_CASE("a head that two programs could read in two ways is refused") {
   }
   CHECK(status_of_head(std::string("GET /\0 HTTP/1.1\r\n\r\n", 19)) == 400);
   CHECK(status_of_head("GET / HTTP/2.0\r\n\r\n") == 505);
+}
+
+TEST_CASE("a target in absolute form becomes its path, and its host counts") {
+  const auto read = [](const std::string& target) {
+    return parse_head("GET " + target + " HTTP/1.1\r\nHost: field\r\n\r\n");
+  };
+  CHECK(read("http://a:1/b?c=http://d").target == "/b?c=http://d");
+  CHECK(read("http://a:1/b").field("host") == "a:1");
+  CHECK(read("HTTPS://a?b").target == "/?b");
+  CHECK(read("http://a").target == "/");
+  CHECK(read("/b").field("host") == "field");
+  CHECK(read("ftp://a/b").target == "ftp://a/b");
+  CHECK(status_of_head("GET http:///b HTTP/1.1\r\n\r\n") == 400);
+  CHECK(status_of_head("GET http://user@a/b HTTP/1.1\r\n\r\n") == 400);
+}
+
+TEST_CASE("a head as text is the same head, without what this program answers by itself") {
+  const std::string text = "PUT /a HTTP/1.1\r\nhost: b\r\ncontent-length: 3\r\n";
+  const RequestHead head = parse_head(text + "Expect: 100-Continue\r\n\r\n");
+  CHECK(head.expects);
+  CHECK(text_of(head) == text + "\r\n");
+  const RequestHead old = parse_head("GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");
+  CHECK(old.old);
+  CHECK(text_of(old) == "GET / HTTP/1.0\r\nconnection: close\r\n\r\n");
+  CHECK(status_of_head("PUT / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n") == 400);
+  CHECK_FALSE(parse_head("PUT / HTTP/1.0\r\nExpect: 100-continue\r\n\r\n").expects);
+}
+
+struct Decoded {
+  std::string data;
+  std::size_t used = 0;
+  bool done = false;
+  int status = 200;
+};
+
+/// `piece`: bytes that come at once.
+Decoded decode_chunks(const std::string& text, std::size_t piece) {
+  Decoded decoded;
+  ChunkDecoder decoder;
+  try {
+    for (std::size_t there = 0; there < text.size() && !decoder.done();) {
+      there = std::min(there + piece, text.size());
+      const std::string_view input = std::string_view(text).substr(0, there);
+      for (std::size_t used = 1; used > 0;) {
+        const ChunkDecoder::Step step = decoder.step(input.substr(decoded.used));
+        used = step.used;
+        decoded.used += used;
+        decoded.data += step.data;
+      }
+    }
+  } catch (const Problem& problem) {
+    decoded.status = problem.status();
+  }
+  decoded.done = decoder.done();
+  return decoded;
+}
+
+TEST_CASE("a chunked body is decoded up to its end, however its bytes come") {
+  const std::string body =
+      "5\r\nhello\r\n00A;x=\"y\"\r\n, 0\r\nworld\r\n000\r\nX: 1\r\nHost: a\r\n\r\n";
+  for (std::size_t piece = 1; piece <= body.size() + 9; ++piece) {
+    const Decoded decoded = decode_chunks(body + "GET / HTT", piece);
+    CHECK(decoded.data == "hello, 0\r\nworld");
+    CHECK(decoded.done);
+    CHECK(decoded.used == body.size());
+  }
+  const Decoded unfinished = decode_chunks(body.substr(0, body.size() - 1), 100);
+  CHECK(unfinished.status == 200);
+  CHECK_FALSE(unfinished.done);
+  CHECK(decode_chunks("ffffffffffffffff\r\nabc", 100).data == "abc");
+}
+
+TEST_CASE("a chunked body of wrong framing is refused") {
+  const std::string end = "\r\n0\r\n\r\n";
+  for (const char* size : {"+1", "-1", " 1", "1 ", "\t1", "0x1", "1 ;a", "", ";a", "g", "1g",
+                           "00000000000000001", "10000000000000000", "1\n", "1;\x01", "1\r"}) {
+    CHECK_MESSAGE(decode_chunks(size + ("\r\na" + end), 1).status == 400, size);
+  }
+  CHECK(decode_chunks("1\r\nab" + end, 1).status == 400);
+  CHECK(decode_chunks("2\r\na\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("0\r\nno field\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("0\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("1;" + std::string(2000, 'a'), 100).status == 400);
+  std::string trailer = "0\r\n";
+  for (int i = 0; i < 1000; ++i) trailer += "field: x\r\n";
+  CHECK(decode_chunks(trailer, 100).status == 400);
 }
 
 TEST_CASE("who is slower than the rate is given up however evenly the bytes come") {
@@ -147,6 +236,26 @@ TEST_CASE("where all have asked the next ones sit in the reserve, for a short ti
   CHECK(seats.enter(seconds(3), 8, "a").displaced == 8);  // there is no room at all
   seats.leave(1);
   CHECK_FALSE(seats.enter(seconds(4), 9, "a").reserve);
+}
+
+TEST_CASE("who has got the last answer makes room before those who are silent") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    seats.enter(seconds(0), id, "a");
+    seats.has_asked(id);
+  }
+  for (ConnectionId id = 4; id <= 5; ++id) {
+    CHECK(seats.enter(seconds(1), id, "a").reserve);
+    seats.has_asked(id);
+    seats.has_ended(seconds(2), id);
+  }
+  CHECK(seats.late(seconds(100)).empty());
+  CHECK(seats.enter(seconds(3), 6, "a").displaced == 4);
+  CHECK(seats.enter(seconds(4), 7, "a").displaced == 5);  // not 6, which has not asked yet
+  seats.has_ended(seconds(5), 2);
+  const auto next = seats.enter(seconds(6), 8, "a");
+  CHECK(next.displaced == 2);
+  CHECK_FALSE(next.reserve);
 }
 
 TEST_CASE("an address of IPv6 counts as its network") {

@@ -187,7 +187,10 @@ TEST_CASE("with keys whoever has no token is told so, and the origin does not ma
   CHECK(status_of([&] { admit({{"authorization", token}}); }) == 401);
   CHECK(status_of([&] { admit({{"authorization", "Basic " + token}}); }) == 401);
   CHECK(status_of([&] { admit({{"authorization", "Bearer "}}); }) == 401);
-  CHECK(admit({{"authorization", "Bearer " + token}}).role == Role::admin);
+  for (const char* scheme : {"Bearer ", "bearer ", "BEARER  "}) {
+    CHECK(admit({{"authorization", scheme + token}}).role == Role::admin);
+  }
+  CHECK(status_of([&] { admit({{"authorization", "bearer" + token}}); }) == 401);
   CHECK(status_of([&] {
           guard.check_origin(request("POST", "/", {{"host", "x"}, {"origin", "http://y"}}));
         }) == 200);

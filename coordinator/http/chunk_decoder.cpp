@@ -1,0 +1,73 @@
+#include "coordinator/http/chunk_decoder.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "common/base/printable.h"
+#include "coordinator/http/exchange.h"
+#include "coordinator/http/request_head.h"
+
+namespace parray::http {
+namespace {
+
+constexpr std::string_view line_end = "\r\n";
+constexpr std::size_t longest_line = 1024;
+constexpr std::size_t most_trailer_bytes = 8192;
+
+[[noreturn]] void refuse(const std::string& detail) {
+  throw Problem(400, "the chunked body is damaged: " + detail);
+}
+
+}  // namespace
+
+ChunkDecoder::Step ChunkDecoder::step(std::string_view input) {
+  if (phase_ == Phase::done) return {};
+  if (phase_ == Phase::data) return take_data(input);
+  const std::size_t end = input.substr(0, longest_line + line_end.size()).find(line_end);
+  if (end == std::string_view::npos) {
+    if (input.size() > longest_line) refuse("a line has more than 1024 bytes");
+    return {};
+  }
+  take_line(input.substr(0, end));
+  return {end + line_end.size(), {}};
+}
+
+ChunkDecoder::Step ChunkDecoder::take_data(std::string_view input) {
+  const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(left_, input.size()));
+  left_ -= size;
+  if (left_ == 0) phase_ = Phase::data_end;
+  return {size, input.substr(0, size)};
+}
+
+void ChunkDecoder::take_line(std::string_view line) {
+  if (std::ranges::any_of(line, is_control)) refuse("a line has control characters");
+  if (phase_ == Phase::size) {
+    take_size(line);
+  } else if (phase_ == Phase::data_end) {
+    if (!line.empty()) refuse("a chunk is longer than its size");
+    phase_ = Phase::size;
+  } else if (line.empty()) {
+    phase_ = Phase::done;
+  } else {
+    trailer_bytes_ += line.size() + line_end.size();
+    if (trailer_bytes_ > most_trailer_bytes) refuse("the trailer has more than 8192 bytes");
+    if (!is_token(line.substr(0, line.find(':'))) || line.find(':') == std::string_view::npos) {
+      refuse("'" + printable(line.substr(0, 100)) + "' is no trailer field");
+    }
+  }
+}
+
+void ChunkDecoder::take_size(std::string_view line) {
+  constexpr std::size_t most_digits = 16;
+  const std::string_view digits = line.substr(0, line.find(';'));
+  const auto [stop, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), left_, 16);
+  if (digits.size() > most_digits || error != std::errc() ||
+      stop != digits.data() + digits.size()) {
+    refuse("'" + printable(digits.substr(0, 100)) +
+           "' is no size of a chunk: send 1 to 16 hexadecimal digits");
+  }
+  phase_ = left_ == 0 ? Phase::trailer : Phase::data;
+}
+
+}  // namespace parray::http
