@@ -100,7 +100,8 @@ class Copier {
     return missing;
   }
 
-  /// False: the source cannot be read. Throws RunError when the target cannot be written.
+  /// False: the source cannot be read. Throws RunError when the target cannot be written,
+  /// StorageFull when it is full.
   static bool copy_file(const fs::path& from, const fs::path& onto) {
     std::error_code error;
     if (!fs::is_regular_file(from, error)) {
@@ -113,10 +114,20 @@ class Copier {
     if (error == std::errc::no_such_file_or_directory) {
       return false;
     }
+    if (error && lacks_room(onto.parent_path(), from)) {
+      throw StorageFull("copying " + from.string() + " to " + onto.string() + ": the disk is full");
+    }
     if (error) {
       throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message());
     }
     return true;
+  }
+
+  /// After a failed copy: the C++ library does not say why it failed.
+  static bool lacks_room(const fs::path& directory, const fs::path& file) {
+    std::error_code unknown;
+    const std::uintmax_t room = fs::space(directory, unknown).available;
+    return !unknown && room < fs::file_size(file, unknown) && !unknown;
   }
 
   void copy_notes() {

@@ -165,7 +165,7 @@ std::vector<std::string> back_up_state(const fs::path& directory, const fs::path
     throw;
   } catch (const StorageFull&) {
     throw InputError(target.string() +
-                     ": the copy was not finished: the disk is full, or cannot be written: " +
+                     ": the copy was not finished, because the disk is full or read-only: " +
                      remove_copy(target, existed));
   } catch (const RunError& failure) {
     throw InputError(target.string() + ": the copy was not finished (" + failure.what() +

@@ -15,6 +15,17 @@ from farm_test import SCENE
 SMALL = ("--width", "32", "--height", "24", "--spp", "4")
 
 
+ALONE = "unshare", "--user", "--map-root-user", "--mount", "sh", "-c"
+
+
+def may_mount():
+    """Whether a process may have a file system that no other process sees."""
+    try:
+        return subprocess.run([*ALONE, "mount -t tmpfs tmpfs /mnt"], capture_output=True).returncode == 0
+    except OSError:
+        return False
+
+
 def coordinator(*arguments):
     return subprocess.run([BIN / "parray-coordinator", *map(str, arguments)], capture_output=True, text=True,
                           timeout=60)
@@ -169,6 +180,21 @@ class Damage(unittest.TestCase):
         self.assertEqual(coordinator("--backup", self.state, target).returncode, 0)
         self.state = target
         self.serve_again(expected)
+
+    @unittest.skipUnless(may_mount(), "needs a file system of its own")
+    def test_a_backup_onto_a_full_file_system_names_the_reason(self):
+        with Farm("--state", self.state) as farm:
+            farm.start_worker("w")
+            farm.finish(farm.submit(SCENE, "--width", "320", "--height", "240", "--spp", "4"))
+        target = self.state.parent / "mounted"
+        target.mkdir()
+        for room in "8k", "64k", "600k":
+            mount = f"mount -t tmpfs -o size={room} tmpfs {target}"
+            backup = f"{BIN}/parray-coordinator --backup {self.state} {target}/copy"
+            failed = subprocess.run([*ALONE, f"{mount} && {backup}; echo $?; ls {target}"], capture_output=True,
+                                    text=True, timeout=60)
+            self.assertEqual(failed.stdout, "2\n", failed.stderr)
+            self.assertIn(f"{target}/copy: the copy was not finished, because the disk is full", failed.stderr)
 
 
 if __name__ == "__main__":
