@@ -1,29 +1,48 @@
 #include "coordinator/bulk_ledger.h"
 
-#include <algorithm>
 #include <string_view>
 #include <utility>
 
 namespace parray {
 
-BulkLedger::Ticket BulkLedger::admit(const PeerId& peer, std::uint64_t bytes) {
-  std::erase_if(entries_, [](const Entry& entry) { return entry.ticket.expired(); });
-  const auto of_peer = static_cast<std::size_t>(
-      std::ranges::count_if(entries_, [&](const Entry& entry) { return entry.peer == peer; }));
-  if (of_peer >= most_of_peer_ || (!entries_.empty() && this->bytes() + bytes > most_)) {
-    return nullptr;
+/// An answer, until its last holder lets go of it.
+struct BulkLedger::Entry {
+  std::shared_ptr<UnderWay> under_way;
+  PeerId peer;
+  std::uint64_t bytes = 0;
+
+  Entry(std::shared_ptr<UnderWay> all, PeerId of, std::uint64_t size)
+      : under_way(std::move(all)), peer(std::move(of)), bytes(size) {}
+  ~Entry() {
+    const std::scoped_lock lock(under_way->mutex);
+    under_way->bytes -= bytes;
+    const auto answers = under_way->answers.find(peer);
+    if (--answers->second == 0) {
+      under_way->answers.erase(answers);
+    }
   }
-  const Ticket ticket = std::make_shared<char>();
-  entries_.push_back({peer, ticket, bytes});
-  return ticket;
+  Entry(const Entry&) = delete;
+  Entry& operator=(const Entry&) = delete;
+};
+
+BulkLedger::Ticket BulkLedger::admit(const PeerId& peer, std::uint64_t bytes) {
+  {
+    const std::scoped_lock lock(under_way_->mutex);
+    auto& answers = under_way_->answers;
+    const auto of_peer = answers.find(peer);
+    if ((of_peer != answers.end() && of_peer->second >= most_of_peer_) ||
+        (!answers.empty() && under_way_->bytes + bytes > most_)) {
+      return nullptr;
+    }
+    ++answers[peer];
+    under_way_->bytes += bytes;
+  }
+  return std::make_shared<const Entry>(under_way_, peer, bytes);
 }
 
 std::uint64_t BulkLedger::bytes() const {
-  std::uint64_t sum = 0;
-  for (const Entry& entry : entries_) {
-    sum += entry.ticket.expired() ? 0 : entry.bytes;
-  }
-  return sum;
+  const std::scoped_lock lock(under_way_->mutex);
+  return under_way_->bytes;
 }
 
 Frame with_ticket(Frame bytes, BulkLedger::Ticket ticket) {

@@ -2,8 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <list>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "proto/frame.h"
@@ -24,21 +25,23 @@ class BulkLedger {
   /// Stands for an answer as long as it lives.
   using Ticket = std::shared_ptr<const void>;
   /// Null: there is no room now. A client that waits for nothing else gets one answer, however
-  /// large, while nobody waits for any. Takes linear time in the answers under way.
+  /// large, while nobody waits for any. Takes logarithmic time in the clients.
   Ticket admit(const PeerId& peer, std::uint64_t bytes);
   /// Of all answers under way.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  struct Entry {
-    PeerId peer;
-    std::weak_ptr<const void> ticket;
+  /// What is under way. Tickets outlive the ledger.
+  struct UnderWay {
+    std::mutex mutex;  // guards the two below
+    std::map<PeerId, std::size_t> answers;
     std::uint64_t bytes = 0;
   };
+  struct Entry;
 
   std::uint64_t most_;
   std::size_t most_of_peer_;
-  std::list<Entry> entries_;
+  std::shared_ptr<UnderWay> under_way_ = std::make_shared<UnderWay>();
 };
 
 /// The same bytes; they keep the ticket as long as anybody has them.

@@ -16,10 +16,11 @@ static constexpr Time longest_silence = seconds(600);
 /// Pictures and journals that one client may have under way.
 static constexpr std::size_t most_bulk_of_peer = 4;
 
-/// No worker can foresee it.
-static double evenly_random() {
-  std::random_device device;
-  return static_cast<double>(device()) * 0x1p-32;
+/// Numbers that no worker can foresee. Opening the device takes far longer than a number.
+static std::function<double()> unforeseeable() {
+  return [device = std::make_shared<std::random_device>()] {
+    return static_cast<double>((*device)()) * 0x1p-32;
+  };
 }
 
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
@@ -29,7 +30,7 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
       log_(log),
       warnings_(log),
       arrivals_(std::move(log), 100),
-      checks_(options_.checks, options_.random ? options_.random : evenly_random),
+      checks_(options_.checks, options_.random ? options_.random : unforeseeable()),
       desk_(options_.referee, options_.refereeing),
       requests_(options_.limits.requests),
       bulk_(options_.memory / 4, most_bulk_of_peer),

@@ -39,33 +39,38 @@ void Coordinator::list_open_jobs() {
 /// By what is left of them, which changes. A series is one among the others: its frames stand where
 /// it was begun, and what is left of it is what is left of all of them.
 void Coordinator::queue_open_jobs() {
-  struct Whole {
-    bool fresh = true;
-    double work_left = 0;
-  };
-  std::map<JobId, Whole> wholes;
-  std::vector<const Job*> open;
+  std::vector<Job*> open;
+  open.reserve(index_.open().size());
   for (const JobId id : index_.open()) {
     Job& job = jobs_.at(id);
     if (now_ > Time(0) && (job.served == never || job.record.state == JobState::paused)) {
       job.served = job.granted = now_;  // its waiting begins
     }
-    const double price = job.work && job.work->price > 0 ? job.work->price : price_;
-    Whole& whole = wholes[job.record.listed_as()];
-    whole.fresh = whole.fresh && (!job.work || job.work->started == never) &&
-                  job.record.state != JobState::paused;
-    whole.work_left += job.samples_left(now_) * price;
     open.push_back(&job);
   }
   std::ranges::sort(open, {}, [](const Job* job) {
     return std::tuple(job->record.listed_as(), job->record.frame, job->record.id);
   });
   std::vector<FairQueue::Entry> entries;
-  for (const Job* job : open) {
-    const Whole& whole = wholes.at(job->record.listed_as());
-    entries.push_back({job->record.id, job->record.user, job->record.share, job->record.priority,
-                       whole.fresh, whole.work_left, now_ - job->served >= starving_after,
-                       to_seconds(now_ - job->granted)});
+  entries.reserve(open.size());
+  for (auto first = open.begin(); first != open.end();) {
+    const JobId listed = (*first)->record.listed_as();
+    const auto end = std::find_if(
+        first, open.end(), [&](const Job* job) { return job->record.listed_as() != listed; });
+    bool fresh = true;
+    double work_left = 0;
+    for (auto job = first; job != end; ++job) {
+      const auto& work = (*job)->work;
+      fresh =
+          fresh && (!work || work->started == never) && (*job)->record.state != JobState::paused;
+      work_left += (*job)->samples_left(now_) * (work && work->price > 0 ? work->price : price_);
+    }
+    for (; first != end; ++first) {
+      const Job& job = **first;
+      entries.push_back({job.record.id, job.record.user, job.record.share, job.record.priority,
+                         fresh, work_left, now_ - job.served >= starving_after,
+                         to_seconds(now_ - job.granted)});
+    }
   }
   queue_.assign(entries);
   queue_again_at_ = now_ + milliseconds(100);

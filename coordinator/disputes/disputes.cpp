@@ -185,14 +185,13 @@ struct Coordinator::Judged {
 };
 
 void Coordinator::judge(RefereeDesk::Traced traced) {
-  const auto found = std::ranges::find_if(jobs_, [&](const auto& job) {
-    return job.second.work && job.second.work->generation == traced.generation;
-  });
-  if (found == jobs_.end()) {
+  const auto found = std::ranges::find_if(
+      at_work_, [&](JobId id) { return job_at_work(id, traced.generation) != nullptr; });
+  if (found == at_work_.end()) {
     desk_.close(traced.number);
     return;
   }
-  Job& job = found->second;
+  Job& job = jobs_.at(*found);
   ++job.work->errands;
   const auto judged = std::make_shared<Judged>();
   judged->number = traced.number;

@@ -31,8 +31,9 @@ struct Arguments {
   int workers = 4;
   double speed = 19200;
   double seconds = 600;
-  std::string keys;       ///< of a farm, directory; empty: none
-  bool machines = false;  ///< each worker has a key of its own
+  std::string keys;        ///< of a farm, directory; empty: none
+  bool unwatched = false;  ///< nobody asks for the list of jobs
+  bool machines = false;   ///< each worker has a key of its own
 };
 
 /// Results that tracing could have given: samples of random radiance, as noisy as a picture's.
@@ -167,7 +168,10 @@ class Client {
 /// The workers, all in one thread.
 class Flood {
  public:
-  explicit Flood(const Arguments& a) : arguments_(a), client_(a) {
+  explicit Flood(const Arguments& a) : arguments_(a) {
+    if (!a.unwatched) {
+      client_.emplace(a);
+    }
     // As if on other machines: they take no processor from the coordinator, nor from its client.
     setpriority(PRIO_PROCESS, 0, 19);
     context_.set(zmq::ctxopt::max_sockets, a.workers + 16);
@@ -189,17 +193,19 @@ class Flood {
   nlohmann::json run() {
     const Time end = clock_.now() + std::chrono::duration_cast<Time>(
                                         std::chrono::duration<double>(arguments_.seconds));
-    while (clock_.now() < end && !client_.done()) {
+    while (clock_.now() < end && !done()) {
       serve();
       beat();
     }
-    return {{"done", client_.done()},
+    return {{"done", done()},
             {"workers", workers_.size()},
             {"leases", accepted_},
-            {"answer_ms", client_.times()}};
+            {"answer_ms", client_ ? client_->times() : nlohmann::json()}};
   }
 
  private:
+  [[nodiscard]] bool done() const { return client_ && client_->done(); }
+
   void serve() {
     std::vector<zmq::pollitem_t> items;
     items.reserve(workers_.size());
@@ -238,7 +244,11 @@ class Flood {
       FloodWorker& worker = workers_[index];
       beats_.emplace(due + worker.heartbeat, index);
       msg::Heartbeat heartbeat;
-      heartbeat.epochs.assign(worker.held.begin(), worker.held.end());
+      // The oldest wait for nothing but the commit of their results.
+      constexpr std::size_t most = 64;
+      const std::size_t told = std::min(most, worker.held.size());
+      heartbeat.epochs.assign(std::prev(worker.held.end(), static_cast<std::ptrdiff_t>(told)),
+                              worker.held.end());
       worker.peer.send(heartbeat);
     }
   }
@@ -246,7 +256,7 @@ class Flood {
   const Arguments& arguments_;
   const SteadyClock clock_;
   zmq::context_t context_;
-  Client client_;
+  std::optional<Client> client_;
   std::vector<FloodWorker> workers_;
   Forger forger_;
   std::uint64_t accepted_ = 0;
@@ -267,6 +277,8 @@ int main(int argc, char** argv) {
                 "Samples a second that each says it traces: leases last half a second at most")
         .show_default();
     line.option("--keys", arguments.keys, "Directory of the farm's keys");
+    line.flag("--unwatched", arguments.unwatched,
+              "Do not ask for the list of jobs; go on for --seconds");
     line.flag("--machines", arguments.machines,
               "Each worker is a machine of its own, by the key flood-0, flood-1, ...");
     line.number("--seconds", arguments.seconds, 0, 1e6, "The longest it goes on").show_default();

@@ -45,4 +45,27 @@ TEST_CASE("an answer that is larger than the bound is let through alone") {
   CHECK(ledger.admit("bob", 1));
 }
 
+TEST_CASE("a ledger of very many answers admits one more without a look at each") {
+  constexpr std::size_t many = 200'000;  // in quadratic time: minutes
+  BulkLedger ledger(many, many);
+  std::vector<BulkLedger::Ticket> tickets;
+  for (std::size_t i = 0; i < many; ++i) {
+    tickets.push_back(ledger.admit(i % 2 == 0 ? "ann" : "client " + std::to_string(i), 1));
+    REQUIRE(tickets.back());
+  }
+  CHECK(ledger.bytes() == many);
+  CHECK_FALSE(ledger.admit("bob", 1));
+  tickets.clear();
+  CHECK(ledger.bytes() == 0);
+}
+
+TEST_CASE("a ticket may outlive its ledger") {
+  BulkLedger::Ticket ticket;
+  {
+    BulkLedger ledger(1000, 2);
+    ticket = ledger.admit("ann", 1);
+  }
+  ticket.reset();
+}
+
 }  // namespace parray
