@@ -48,9 +48,19 @@ def expected_facts(kind):
         return picture_facts(json.loads(pathlib.Path(directory, "a.json").read_text()))
 
 
-def may_mount():
-    """Whether a small disk can be had: in a mount namespace of our own only."""
+# A second machine's. All addresses that begin with 127 are one machine's.
+LIARS_ADDRESS = "10.77.0.2"
+
+
+def own_namespaces():
+    """Whether the history has mounts, processes and addresses to itself."""
     return os.environ.get("PARRAY_OWN_NAMESPACES") == "1"
+
+
+def add_address():
+    if own_namespaces():
+        for command in (["link", "set", "lo", "up"], ["address", "add", LIARS_ADDRESS + "/32", "dev", "lo"]):
+            subprocess.run(["ip", *command], check=True, capture_output=True)
 
 
 @functools.cache
@@ -69,7 +79,7 @@ class ChaosFarm(Farm):
         self.state = state
         self.stack = contextlib.ExitStack()
         self.stack.callback(self._remove_state)
-        self.small_disk = plan.small_disk and may_mount()
+        self.small_disk = plan.small_disk and own_namespaces()
         if self.small_disk:
             subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "tmpfs", state], check=True)
             self.stack.callback(subprocess.run, ["umount", state], check=True)
@@ -90,9 +100,9 @@ class ChaosFarm(Farm):
         super().close()
         self.stack.close()
 
-    def start_impostor(self, rewrite):
-        """One whose messages are rewritten, by a proxy of its own."""
-        proxy = self.stack.enter_context(Proxy(self.proxy.target, self.seed, rewrite))
+    def start_impostor(self, rewrite, source=None):
+        """One whose messages are rewritten, by a proxy of its own. The coordinator sees it at the address `source`."""
+        proxy = self.stack.enter_context(Proxy(self.proxy.target, self.seed, rewrite, source))
         return self._start("parray-worker", "--connect", proxy.address, "--threads", 1, "--name", "impostor")
 
     def add_worker(self):
@@ -116,6 +126,15 @@ class ChaosFarm(Farm):
 
     def coordinator_logs(self):
         return "".join(log.read_text() for log in sorted(self.directory.glob("*-parray-coordinator.log")))
+
+
+def processes_left():
+    """Of the own process namespace. A killed coordinator leaves its helper programs to this process, which is the
+    namespace's first: it takes their exit statuses here."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    return [pid for pid in os.listdir("/proc") if pid.isdigit() and int(pid) != os.getpid()]
 
 
 class History:
@@ -155,9 +174,10 @@ class History:
 
     def start_impostor(self):
         self.liar = impostors.Liar(self.plan.seed, LIES)
-        if self.plan.impostor:
-            liar = self.plan.impostor == "liar"
-            self.impostor = self.farm.start_impostor(self.liar if liar else impostors.of_another_release)
+        if self.plan.impostor == "another release":
+            self.impostor = self.farm.start_impostor(impostors.of_another_release)
+        elif self.plan.impostor == "liar" and own_namespaces():
+            self.impostor = self.farm.start_impostor(self.liar, LIARS_ADDRESS)
 
     # What happens
 
@@ -400,7 +420,7 @@ class History:
     def check_logs(self):
         expected = ["jobs wait: "] if self.farm.small_disk else []
         if self.liar.lies:
-            expected += ["worker 'impostor' returns wrong bits", "returned different bits for the same samples"]
+            expected += [f"worker 'impostor' (address {LIARS_ADDRESS}) returns wrong bits", "returned different bits for the same samples"]
         for line in self.farm.coordinator_logs().splitlines():
             if ("[error]" in line or "[critical]" in line) and not any(text in line for text in expected):
                 raise Wrong("the coordinator's log: " + line)
@@ -415,13 +435,14 @@ class History:
         for process in self.farm.processes:
             if process.poll() is None and not process.args[0].name == "parray":
                 self.end_process(process)
-        if may_mount():  # then the process namespace is ours, too
+        if own_namespaces():
             for process in self.farm.processes:
                 process.wait(timeout=30)
-            left = [pid for pid in os.listdir("/proc") if pid.isdigit() and int(pid) != os.getpid()]
-            if left:
+            try:
+                wait_for(lambda: not processes_left(), "all processes to end", 10)
+            except AssertionError:
                 raise Wrong("processes are left: " + " ".join(
-                    pathlib.Path("/proc", pid, "cmdline").read_text() for pid in left))
+                    pathlib.Path("/proc", pid, "cmdline").read_text() for pid in processes_left())) from None
 
     def keep_logs(self):
         self.logs = pathlib.Path(tempfile.mkdtemp(prefix=f"parray-chaos-failed-{self.plan.seed}-"))
