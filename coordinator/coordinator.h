@@ -44,7 +44,8 @@ struct CoordinatorOptions {
   /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
   /// millisecond-sized piece of work takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
-  /// A worker holds two: whoever is next in turn waits for no more than these.
+  /// A worker holds two: whoever is next in turn waits for no more than these. A lease that takes
+  /// twice the longest comes back in part.
   LeaseLength lease_length{0.02, 0.5};
   /// Workers are told to look elsewhere when nothing can be committed for this long.
   Time release_after = never;
@@ -188,6 +189,7 @@ class Coordinator final : public Actor {
   void take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
                    const LeaseTable::Arrived& arrived);
   void note_merged(Job& job, const Merged& merged);
+  void revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders);
   void note_accepted(Job& job, const Merged& merged);
   void note_failure(Time now, Job& job, Failure failure);
   void note_success(Job& job, WorkerId worker);

@@ -110,4 +110,12 @@ void FairQueue::charge(double thread_seconds) {
   std::rotate(begin, begin + 1, end);
 }
 
+void FairQueue::correct(const std::string& user, double thread_seconds) {
+  const auto found = std::ranges::find(users_, user, &User::name);
+  if (found != users_.end()) {
+    found->had = std::max(0.0, found->had + thread_seconds / found->share);
+    std::ranges::stable_sort(users_, {}, &User::had);
+  }
+}
+
 }  // namespace parray

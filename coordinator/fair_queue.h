@@ -54,6 +54,8 @@ class FairQueue {
 
   /// What visit() has granted takes so many thread-seconds.
   void charge(double thread_seconds);
+  /// What was charged to a user turned out to take so many thread-seconds more, or fewer.
+  void correct(const std::string& user, double thread_seconds);
 
  private:
   struct User {

@@ -105,13 +105,14 @@ bool Coordinator::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy
   }
   ++tally_.granted;
   ++worker.held;
-  worker.note_grant(job.record.id, lease->epoch, now);
   const double samples = job.work->plan->cell_samples() * static_cast<double>(lease->range.count());
+  const double expected = samples * (job.work->price > 0 ? job.work->price : price_);
+  worker.note_grant({job.record.id, lease->epoch, now, expected});
   job.granted = now;
   if (queue_.granted_by_turn()) {
     job.served = now;
   }
-  queue_.charge(samples * (job.work->price > 0 ? job.work->price : price_));
+  queue_.charge(expected);
   send_grant(now, worker, job, *lease);
   return true;
 }
@@ -120,9 +121,11 @@ void Coordinator::send_grant(Time /*now*/, WorkerRecord& worker, Job& job, const
   log_->debug("job {} lease {} to worker {} '{}': pass {} cells [{}, {})", job.record.id,
               lease_number(lease.epoch), worker.id, worker.hello.name, job.work->pass,
               lease.range.begin, lease.range.end);
+  // Its cells may cost far more than those by which its length was chosen.
+  const double longest = lease.divisible ? 2 * options_.lease_length.longest : 0;
   send(worker.peer,
        msg::Grant{job.record.id, job.work->pass, lease.epoch, job.work->plan->batch(lease.range),
-                  job.record.scene, job.record.settings});
+                  job.record.scene, job.record.settings, longest});
 }
 
 std::uint64_t Coordinator::memory_of(const Job& job) const {

@@ -55,7 +55,7 @@ void LeaseTable::hold(Leases::iterator lease, WorkerId worker, Time deadline) {
 Lease LeaseTable::lease_out(const CellRange& range, WorkerId worker, Time deadline) {
   const Epoch epoch = next_epoch_++;
   hold(leased_.emplace(epoch, Leased{range, {}}).first, worker, deadline);
-  return {epoch, range};
+  return {epoch, range, true};
 }
 
 std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const LeaseRequest& request,
@@ -64,7 +64,8 @@ std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const Lea
   if (check != checks_.end()) {
     Check wanted = std::move(*check);
     checks_.erase(check);
-    const Lease lease = lease_out(wanted.range, worker, deadline);
+    Lease lease = lease_out(wanted.range, worker, deadline);
+    lease.divisible = false;
     leased_.at(lease.epoch).check = std::move(wanted);
     return lease;
   }
@@ -146,7 +147,24 @@ void LeaseTable::retire_if_free(Leases::iterator lease) {
   leased_.erase(lease);
 }
 
-LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch) {
+static bool is_part(const CellRange& range, std::uint64_t cells) {
+  return cells > 0 && cells < range.count();
+}
+
+/// Returns who held a copy.
+std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t cells) {
+  CellRange& range = lease->second.range;
+  const std::uint64_t end = std::exchange(range.end, range.begin + cells);
+  add_pending({range.end, end});
+  std::vector<WorkerId> others;
+  for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
+    others.push_back(holder.worker);
+    let_go(lease, holder.worker);
+  }
+  return others;
+}
+
+LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64_t cells) {
   if (const auto late = late_.find(epoch); late != late_.end()) {
     if (late->second.second.erase(worker) == 0) {
       return {};
@@ -155,16 +173,22 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch) {
     if (late->second.second.empty()) {
       late_.erase(late);
     }
-    return {Arrival::again, range};
+    return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
   const auto lease = leased_.find(epoch);
   if (lease == leased_.end() || !let_go(lease, worker)) {
     return {};
   }
+  const CellRange& range = lease->second.range;
   if (std::exchange(lease->second.arrived, true)) {
-    return {Arrival::again, lease->second.range};
+    return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
-  return {lease->second.check ? Arrival::check : Arrival::first, lease->second.range};
+  if (lease->second.check) {
+    return {Arrival::check, range};
+  }
+  std::vector<WorkerId> dropped =
+      is_part(range, cells) ? shorten(lease, cells) : std::vector<WorkerId>();
+  return {Arrival::first, range, std::move(dropped)};
 }
 
 std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {

@@ -21,6 +21,7 @@ using MachineKey = std::uint64_t;  ///< machine_key()
 struct Lease {
   Epoch epoch = 0;
   CellRange range;
+  bool divisible = false;  ///< its holder may return a part: see LeaseTable::arrive()
 };
 
 /// Who holds which cells of a pass: the state of PROTOCOL.md's picture "A lease".
@@ -61,12 +62,15 @@ class LeaseTable {
     again,  ///< of cells that another holder's result is being merged of, or has been
     check,  ///< of cells that are done; then finish() or give_back()
   };
-  /// A result has come from `worker`.
   struct Arrived {
     Arrival kind = Arrival::stale;
-    CellRange range;
+    CellRange range;                     ///< of the result
+    std::vector<WorkerId> dropped = {};  ///< held copies of a lease that has come back in part
   };
-  Arrived arrive(WorkerId worker, Epoch epoch);
+  /// A result has come from `worker`, of the lease's first `cells` cells; 0: of all. Of a part that
+  /// is `first` the other cells are pending again, and nobody holds a copy any more. A part of
+  /// cells that another result is of is stale.
+  Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
   /// A result that arrived as `first` or `check` is in. Returns who still holds a copy.
   std::vector<WorkerId> finish(Epoch epoch);
   /// A result, or a holder, was no good: the worker holds the lease no more. True if it did.
@@ -120,6 +124,7 @@ class LeaseTable {
   void hold(Leases::iterator lease, WorkerId worker, Time deadline);
   bool let_go(Leases::iterator lease, WorkerId worker);
   void retire_if_free(Leases::iterator lease);
+  std::vector<WorkerId> shorten(Leases::iterator lease, std::uint64_t cells);
 
   ChunkSizer sizer_;
   std::uint64_t most_cells_;

@@ -18,8 +18,9 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
   LeaseTable::Arrived arrived;
   if (job != nullptr && job->work && job->work->leases && worker->quarantined.empty()) {
     const std::size_t held = job->work->leases->held_by(worker->id);
-    arrived = job->work->leases->arrive(worker->id, m.epoch);
+    arrived = job->work->leases->arrive(worker->id, m.epoch, m.count);
     worker->held -= held - job->work->leases->held_by(worker->id);
+    revoke_copies(*job, m.epoch, arrived.dropped);
   }
   if (arrived.kind == LeaseTable::Arrival::stale) {
     ++tally_.stale;
@@ -41,7 +42,9 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
   merged->name = worker.hello.name;
   merged->epoch = result.epoch;
   merged->threads = worker.hello.threads;
-  merged->granted_at = since_1970(worker.granted(job.record.id, result.epoch, now));
+  const WorkerRecord::Granted granted = worker.granted(job.record.id, result.epoch, now);
+  merged->granted_at = since_1970(granted.at);
+  merged->charged = granted.charged;
   merged->arrived_at = since_1970(now);
   merged->arrived = arrived;
   merged->seconds = result.seconds;
@@ -145,12 +148,7 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
       break;
   }
   if (!again) {
-    for (const WorkerId other : leases.finish(merged.epoch)) {
-      if (WorkerRecord* worker = workers_.by_id(other)) {
-        --worker->held;
-        send(worker->peer, msg::Revoke{job.record.id, merged.epoch});
-      }
-    }
+    revoke_copies(job, merged.epoch, leases.finish(merged.epoch));
   }
   if (merged.arrived.kind == LeaseTable::Arrival::first) {
     note_accepted(job, merged);
@@ -159,6 +157,16 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
   }
   if (job.work) {
     end_pass_if_done(job);
+  }
+}
+
+/// Tells workers that hold them no more.
+void Coordinator::revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders) {
+  for (const WorkerId holder : holders) {
+    if (WorkerRecord* worker = workers_.by_id(holder)) {
+      --worker->held;
+      send(worker->peer, msg::Revoke{job.record.id, epoch});
+    }
   }
 }
 
@@ -178,6 +186,8 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   work.facts.isa = merged.isa;
   draw_check(job, merged);
   WorkerRecord* worker = workers_.by_id(merged.worker);
+  const double cost = merged.seconds * merged.threads;
+  queue_.correct(job.record.user, cost - merged.charged);
   if (worker == nullptr) {
     return;
   }
@@ -186,8 +196,7 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   if (merged.samples > 0) {
     constexpr double least = 1e-10;
     constexpr double most = 1e3;
-    const double price = std::clamp(
-        merged.seconds * worker->hello.threads / static_cast<double>(merged.samples), least, most);
+    const double price = std::clamp(cost / static_cast<double>(merged.samples), least, most);
     work.price = work.price > 0 ? (work.price + price) / 2 : price;
     price_ = work.price;
   }

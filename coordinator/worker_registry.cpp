@@ -38,19 +38,19 @@ json worker_summary(const WorkerRecord& worker, Time now) {
           {"seconds_silent", to_seconds(now - worker.last_heard)}};
 }
 
-void WorkerRecord::note_grant(std::uint64_t job, Epoch epoch, Time now) {
+void WorkerRecord::note_grant(const Granted& grant) {
   constexpr std::size_t most = 32;  // twice what it may hold
   if (grants.size() == most) {
     grants.pop_front();
   }
-  grants.push_back({job, epoch, now});
+  grants.push_back(grant);
 }
 
-Time WorkerRecord::granted(std::uint64_t job, Epoch epoch, Time otherwise) const {
+WorkerRecord::Granted WorkerRecord::granted(std::uint64_t job, Epoch epoch, Time otherwise) const {
   const auto found = std::find_if(grants.begin(), grants.end(), [&](const Granted& grant) {
     return grant.job == job && grant.epoch == epoch;
   });
-  return found == grants.end() ? otherwise : found->at;
+  return found == grants.end() ? Granted{job, epoch, otherwise} : *found;
 }
 
 WorkerRecord* WorkerRegistry::at(const PeerId& peer) {

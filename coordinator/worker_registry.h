@@ -49,6 +49,7 @@ struct WorkerRecord {
     std::uint64_t job = 0;
     Epoch epoch = 0;
     Time at{};
+    double charged = 0;  ///< thread-seconds that it was expected to take
   };
   std::deque<Granted> grants;
   std::string quarantined;     ///< why it gets no more leases; empty: it does
@@ -59,9 +60,9 @@ struct WorkerRecord {
   std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
                                           ///< none of their leases
 
-  void note_grant(std::uint64_t job, Epoch epoch, Time now);
-  /// When it got that lease; `otherwise` if that is long ago.
-  [[nodiscard]] Time granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
+  void note_grant(const Granted& grant);
+  /// How it got that lease; at `otherwise`, for nothing, if that is long ago.
+  [[nodiscard]] Granted granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
 
   /// "ready", "backoff", "draining", "drained" or "quarantined".
   [[nodiscard]] std::string_view state() const;

@@ -56,6 +56,7 @@ void fields(F& f, msg::Grant& m) {
   f.batch("cells", m.cells);
   f.digest("scene", m.scene);
   f.settings("settings", m.settings);
+  f.duration("longest", m.longest);
 }
 template <typename F>
 void fields(F& f, msg::NeedScene& m) {
@@ -98,6 +99,7 @@ void fields(F& f, msg::Result& m) {
   f.duration("build_seconds", m.build_seconds);
   f.number("accelerator_bytes", m.accelerator_bytes);
   f.text("isa", m.isa, max_name);
+  f.number("count", m.count);
 }
 template <typename F>
 void fields(F& f, msg::Failed& m) {

@@ -19,7 +19,7 @@
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray {
 
-inline constexpr std::uint32_t protocol_version = 5;
+inline constexpr std::uint32_t protocol_version = 6;
 
 /// Raised with every change to the bits of a sample.
 inline constexpr std::uint32_t trace_version = 4;
@@ -59,6 +59,8 @@ struct Grant {
   CellBatch cells;
   std::string scene;
   RenderSettings settings;
+  /// Seconds after which the worker is to hand in what it has traced of the lease; 0: all of it.
+  double longest = 0;
 };
 /// `failed` of a worker that wants nobody but the coordinator as its source.
 inline constexpr std::uint32_t every_source = 1000;
@@ -99,6 +101,8 @@ struct Result {
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
   CellsParcel cells;
+  /// How many cells, from the lease's first on; 0: all.
+  std::uint64_t count = 0;
   /// Of the batch: what `cells` are packed by. Does not travel.
   std::shared_ptr<const CellGrid> grid{};
 };

@@ -46,7 +46,9 @@ class CellTracer {
     if (counts.nonfinite > 0) {
       const auto found = locate_nonfinite(tracer_, run, ranges);
       const std::scoped_lock lock(mutex_);
-      result_.excluded.insert(result_.excluded.end(), found.begin(), found.end());
+      for (const ExcludedSamples& some : found) {
+        excluded_.emplace_back(index, some);
+      }
     }
     const Time now = clock_.now();
     const CellHeader header{counts.rays, counts.nonfinite, counts.lost,
@@ -60,50 +62,79 @@ class CellTracer {
 
   [[nodiscard]] Time now() const { return clock_.now(); }
 
-  TracedCells take(std::uint64_t samples, Time began) {
+  /// The cells before `end`. `samples`: of all that were traced.
+  TracedCells take(std::uint64_t end, std::uint64_t samples, Time began) {
+    result_.samples = samples;
+    if (end < batch_.range.end) {
+      cut(end);
+    }
+    for (const auto& [index, some] : excluded_) {
+      if (index < end) {
+        result_.excluded.push_back(some);
+      }
+    }
     // Threads find them in any order; equal leases have equal bytes.
     std::sort(result_.excluded.begin(), result_.excluded.end());
-    result_.samples = samples;
     result_.seconds = to_seconds(clock_.now() - began);
     return std::move(result_);
   }
 
  private:
+  void cut(std::uint64_t end) {
+    CellBatch traced{batch_.grid, {batch_.range.begin, end}, batch_.samples};
+    if (!traced.samples.empty()) {
+      traced.samples.resize(traced.range.count() * batch_.grid->shape().cell_pixels);
+    }
+    result_.range = traced.range;
+    result_.records.resize(traced.range.count() * record_bytes_);
+    result_.samples = traced.sample_count();
+  }
+
   const PathTracer& tracer_;
   const CellBatch& batch_;
   const std::size_t record_bytes_;
   const SteadyClock clock_;
-  std::mutex mutex_;  // guards result_.excluded; each record is one thread's alone
+  std::mutex mutex_;  // guards excluded_; each record is one thread's alone
+  std::vector<std::pair<std::uint64_t, ExcludedSamples>> excluded_;  // with the cells' indices
   TracedCells result_;
 };
 
 }  // namespace
 
 TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int threads,
-                        std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop) {
+                        std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
+                        double longest) {
   CellTracer cells(tracer, batch);
   const Time began = cells.now();
-  // NOLINTNEXTLINE(clang-analyzer-deadcode.DeadStores): the loop's schedule reads it
-  const auto piece = static_cast<int>(batch.grid->shape().piece_cells);
+  const std::uint64_t piece = batch.grid->shape().piece_cells;
+  const std::uint64_t pieces = (batch.range.count() + piece - 1) / piece;
+  std::uint64_t end = batch.range.end;
+  std::uint64_t samples = 0;
   std::atomic<bool> failed = false;
   std::exception_ptr failure;
-  std::uint64_t samples = 0;
-#pragma omp parallel num_threads(threads) reduction(+ : samples)
+#pragma omp parallel num_threads(threads) reduction(min : end) reduction(+ : samples)
   {
     const FloatMode ieee;
     Time since = cells.now();
-#pragma omp for schedule(dynamic, piece) nowait
-    for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
-      if (stop.load(std::memory_order_relaxed) || failed.load(std::memory_order_relaxed)) {
-        continue;
+#pragma omp for schedule(monotonic : dynamic) nowait
+    for (std::uint64_t number = 0; number < pieces; ++number) {
+      const std::uint64_t first = batch.range.begin + number * piece;
+      if (longest > 0 && number > 0 && to_seconds(since - began) >= longest) {
+        end = std::min(end, first);  // each piece before it is traced, or lowers it
       }
-      try {
-        const std::uint64_t count = cells.trace(index, since);
-        samples += count;
-        traced.fetch_add(count, std::memory_order_relaxed);
-      } catch (...) {  // none may leave a team of threads
-        if (!failed.exchange(true)) {
-          failure = std::current_exception();
+      const std::uint64_t last = std::min({first + piece, batch.range.end, end});
+      for (std::uint64_t index = first; index < last; ++index) {
+        if (stop.load(std::memory_order_relaxed) || failed.load(std::memory_order_relaxed)) {
+          break;
+        }
+        try {
+          const std::uint64_t count = cells.trace(index, since);
+          samples += count;
+          traced.fetch_add(count, std::memory_order_relaxed);
+        } catch (...) {  // none may leave a team of threads
+          if (!failed.exchange(true)) {
+            failure = std::current_exception();
+          }
         }
       }
     }
@@ -111,7 +142,7 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
   if (failure) {
     std::rethrow_exception(failure);
   }
-  return cells.take(samples, began);
+  return cells.take(end, samples, began);
 }
 
 }  // namespace parray

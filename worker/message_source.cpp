@@ -40,7 +40,7 @@ LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second
   tracing_ = key_of(grant);
   return {Answer::lease,
           {grant.job, grant.pass, grant.epoch, std::move(grant.cells), grant.settings,
-           std::move(grant.scene), scenes_.back().scene}};
+           std::move(grant.scene), scenes_.back().scene, grant.longest}};
 }
 
 void MessageSource::complete(Time now, Finished finished) {
@@ -56,7 +56,8 @@ void MessageSource::complete(Time now, Finished finished) {
                           finished.build_seconds,
                           finished.accelerator_bytes,
                           std::move(finished.isa),
-                          CellsParcel(std::move(finished.cells)),
+                          CellsParcel(finished.cells),
+                          finished.cells->range.count(),
                           std::move(finished.grid)};
   }
   keep_until_heard(now, lease, std::move(message));

@@ -74,7 +74,7 @@ Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>
   try {
     prepare(assignment);
     finished.cells = std::make_shared<const TracedCells>(
-        trace_cells(*tracer_, assignment.cells, threads_, traced_, stop));
+        trace_cells(*tracer_, assignment.cells, threads_, traced_, stop, assignment.longest));
     finished.build_seconds = build_seconds_;
     finished.accelerator_bytes = tracer_->accelerator()->bytes();
     finished.isa = tracer_->isa();

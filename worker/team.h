@@ -31,6 +31,8 @@ struct Assignment {
   std::string scene_id;     ///< equal ids are equal scenes
   /// Null only where the team's latest result was of the same scene and settings.
   std::shared_ptr<const Scene> scene;
+  /// Seconds of tracing after which the team hands in what it has; 0: it traces all cells.
+  double longest = 0;
 
   [[nodiscard]] LeaseKey key() const { return {job, epoch}; }
 };

@@ -33,6 +33,7 @@ struct Coordinator::Merged {
   bool whole = false;
   std::uint64_t samples = 0;
   std::uint32_t threads = 0;
+  double charged = 0;     ///< thread-seconds that its user paid for the lease
   double granted_at = 0;  ///< seconds since 1970
   double arrived_at = 0;
   double seconds = 0;

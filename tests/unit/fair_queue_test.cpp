@@ -113,6 +113,26 @@ TEST_CASE(
   CHECK(asked == std::vector<JobId>{3, 1});
 }
 
+TEST_CASE("users share by what their leases took, where that is not what was expected") {
+  FairQueue queue;
+  queue.assign({entry(1, "ann"), entry(2, "bob")});
+  double of_ann = 0;
+  double of_bob = 0;
+  for (int i = 0; i < 4000; ++i) {
+    JobId granted = 0;
+    queue.visit([&](JobId job) {
+      granted = job;
+      return FairQueue::Answer::granted;
+    });
+    queue.charge(1);
+    const double cost = granted == 1 ? 40 : 0.5;
+    queue.correct(granted == 1 ? "ann" : "bob", cost - 1);
+    (granted == 1 ? of_ann : of_bob) += cost;
+  }
+  CHECK(of_ann / of_bob == doctest::Approx(1).epsilon(0.05));
+  queue.correct("a user who has left", 1);
+}
+
 TEST_CASE("a job that starves gets a twentieth of its user's turns, whatever its priority") {
   FairQueue queue;
   auto low = entry(2, "ann", 0);

@@ -24,6 +24,8 @@ struct Tally {
   int checks = 0;
   int refusals = 0;
   std::map<Arrival, int> arrivals;
+  int parts = 0;
+  int late_parts = 0;
   int no_good = 0;
   int expired = 0;
   int dropped = 0;
@@ -184,22 +186,45 @@ class History {
       }
     }
     const auto found = records_.find(epoch);
+    const std::uint64_t cells = dice_.one_in(2) ? 0 : dice_.below(4);
     Arrival expected = Arrival::stale;
+    std::set<WorkerId> dropped;
     if (found != records_.end()) {
       Record& r = found->second;
-      if (r.late.erase(worker) > 0) {
-        expected = Arrival::again;
-      } else if (!r.over && r.holders.erase(worker) > 0) {
-        expected = r.arrived != 0 ? Arrival::again : r.check ? Arrival::check : Arrival::first;
-        r.arrived = r.arrived == 0 ? worker : r.arrived;
+      const bool part = cells > 0 && cells < r.range.count();
+      const bool late = r.late.erase(worker) > 0;
+      if (late || (!r.over && r.holders.erase(worker) > 0)) {
+        if (late || r.arrived != 0) {
+          expected = part ? Arrival::stale : Arrival::again;
+          tally_.late_parts += part ? 1 : 0;
+        } else {
+          expected = r.check ? Arrival::check : Arrival::first;
+          r.arrived = worker;
+          dropped = part && !r.check ? shorten(r, cells) : dropped;
+        }
       }
     }
-    const auto arrived = table_.arrive(worker, epoch);
+    const auto arrived = table_.arrive(worker, epoch, cells);
     ++tally_.arrivals[arrived.kind];
     REQUIRE(arrived.kind == expected);
+    REQUIRE(std::set<WorkerId>(arrived.dropped.begin(), arrived.dropped.end()) == dropped);
     if (expected != Arrival::stale) {
       REQUIRE(arrived.range == found->second.range);
     }
+  }
+
+  /// Returns who held a copy.
+  std::set<WorkerId> shorten(Record& r, std::uint64_t cells) {
+    ++tally_.parts;
+    const CellRange rest{r.range.begin + cells, r.range.end};
+    r.range.end = rest.begin;
+    REQUIRE(move(rest, State::leased, State::pending));
+    std::set<WorkerId> others;
+    for (const auto& [holder, deadline] : r.holders) {
+      others.insert(holder);
+    }
+    r.holders.clear();
+    return others;
   }
 
   /// What has arrived is in, or no good.
@@ -437,6 +462,8 @@ TEST_CASE("in 5000 random histories every cell is in one place at any moment, an
   CHECK(tally.extended > 1000);
   CHECK(tally.put_back > 500);
   CHECK(tally.orphans > 500);
+  CHECK(tally.parts > 500);
+  CHECK(tally.late_parts > 50);
 }
 
 }  // namespace parray

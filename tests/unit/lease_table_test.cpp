@@ -94,6 +94,49 @@ TEST_CASE("a lease ends with its holder's result") {
   CHECK(f.table.arrive(ann, f.epoch).kind == stale);  // again
 }
 
+TEST_CASE("a result of a lease's first cells gives the others back at once, and copies end") {
+  OneLease f;
+  REQUIRE(f.table.grant_copy(seconds(10), bob));
+  const auto arrived = f.table.arrive(ann, f.epoch, 1);
+  CHECK(arrived.kind == first);
+  CHECK(arrived.range == CellRange{0, 1});
+  CHECK(arrived.dropped == Workers{bob});
+  CHECK(f.table.held_by(bob) == 0);
+  CHECK(f.table.pending_cells() == 1);
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
+  CHECK(grant(f.table, cid)->range == CellRange{1, 2});
+  SUBCASE("whose result is in") {
+    CHECK(f.table.finish(f.epoch).empty());
+    CHECK_FALSE(f.table.has_pending());
+  }
+  SUBCASE("whose result is no good") {
+    CHECK(f.table.give_back(ann, f.epoch));
+    CHECK(grant(f.table, ann)->range == CellRange{0, 1});
+  }
+}
+
+TEST_CASE("a part of cells that another result is of is stale, and is compared with nothing") {
+  OneLease f;
+  REQUIRE(f.table.grant_copy(seconds(10), bob));
+  f.table.arrive(bob, f.epoch);
+  SUBCASE("while that is merged") {}
+  SUBCASE("after that was merged") { f.table.finish(f.epoch); }
+  CHECK(f.table.arrive(ann, f.epoch, 1).kind == stale);
+  CHECK(f.table.held_by(ann) == 0);
+}
+
+TEST_CASE("the first holder alone may return a part: not who holds a copy, or makes a check") {
+  OneLease f;
+  LeaseTable table = table_of({{0, 2}});
+  const auto lease = grant(table, ann);
+  CHECK(lease->divisible);
+  CHECK_FALSE(table.grant_copy(seconds(10), bob)->divisible);
+  table.arrive(ann, lease->epoch);
+  table.finish(lease->epoch);
+  table.want_check({lease->range, bob, {ann}});
+  CHECK_FALSE(grant(table, bob)->divisible);
+}
+
 TEST_CASE("a result of somebody who does not hold the lease is stale, and changes nothing") {
   OneLease f;
   CHECK(f.table.arrive(bob, f.epoch).kind == stale);

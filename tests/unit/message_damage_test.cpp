@@ -236,7 +236,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
   // As a value of an otherwise good message: the deepest that is allowed, and one more.
   for (const int depth : {7, 8}) {
     std::string bytes =
-        "\x83\xa1v\x05\xa4type\xa5pulse\xa4"
+        "\x83\xa1v\x06\xa4type\xa5pulse\xa4"
         "deep";
     bytes += std::string(static_cast<std::size_t>(depth), '\x91') + '\xc0';
     CHECK(refused({bytes}) == (depth > 7));

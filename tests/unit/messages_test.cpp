@@ -213,7 +213,7 @@ TEST_CASE("a real number must be finite; a whole one is one too") {
 
 TEST_CASE("times lie between 0 and ten years, so that no speed is below 0 or infinite") {
   for (const auto& place : {std::pair("result", "seconds"), std::pair("result", "build_seconds"),
-                            std::pair("submit", "load_seconds")}) {
+                            std::pair("submit", "load_seconds"), std::pair("grant", "longest")}) {
     const char* const type = place.first;
     const char* const key = place.second;
     CAPTURE(key);

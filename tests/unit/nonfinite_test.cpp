@@ -102,6 +102,17 @@ TEST_CASE("every sample that is not finite is found, with its pixel and its numb
   CHECK(locate_nonfinite(HoleyTracer(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp})).empty());
 }
 
+TEST_CASE("a lease that comes back in part names the excluded samples of that part alone") {
+  const auto plan = test::whole_plan(settings_of(RowOrder::sequential));
+  const CellBatch batch = plan->batch({0, plan->cells()});
+  std::atomic<std::uint64_t> count = 0;
+  const TracedCells part = trace_cells(HoleyTracer(), batch, 3, count, false, 1e-12);
+  const CellBatch first = plan->batch(part.range);
+  REQUIRE(part.range.count() < batch.range.count());
+  CHECK(fault_of(part, first, settings_of(RowOrder::sequential).max_depth).empty());
+  CHECK(part.excluded == traced(first, 1).excluded);
+}
+
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
   for (const RowOrder order : {RowOrder::sequential, RowOrder::interleaved}) {
     for (const bool progressive : {false, true}) {

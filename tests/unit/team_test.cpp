@@ -223,6 +223,33 @@ TEST_CASE("the floating-point mode of the calling thread does not reach a sample
   }
 }
 
+TEST_CASE("a lease that takes long comes back in part: its first cells, with the same bits") {
+  const RenderSettings settings = sized(64, 64, 1024);
+  const auto tracer = make_path_tracer(*shared_scene(), settings);
+  const CellBatch batch = whole(settings);
+  for (const int threads : {1, 2, 3}) {
+    std::atomic<std::uint64_t> count = 0;
+    const TracedCells part = trace_cells(*tracer, batch, threads, count, false, 1e-3);
+    REQUIRE(part.range.begin == batch.range.begin);
+    REQUIRE(part.range.count() > 0);
+    REQUIRE(part.range.end < batch.range.end);
+    const CellBatch first{batch.grid, part.range, {}};
+    CHECK(part.samples == first.sample_count());
+    CHECK(part.samples <= count);
+    CHECK(without_times(part) == without_times(traced(*tracer, first, threads)));
+    CHECK(fault_of(part, first, settings.max_depth).empty());
+  }
+}
+
+TEST_CASE("of a lease that may take no time at all one piece is traced") {
+  const RenderSettings settings = sized(64, 64, 4);
+  const auto tracer = make_path_tracer(*shared_scene(), settings);
+  const CellBatch batch = whole(settings);
+  std::atomic<std::uint64_t> count = 0;
+  const TracedCells part = trace_cells(*tracer, batch, 1, count, false, 1e-12);
+  CHECK(part.range.count() == batch.grid->shape().piece_cells);
+}
+
 TEST_CASE("tracing that is told to stop ends early") {
   const auto tracer = make_path_tracer(*shared_scene(), endless());
   const auto plan = test::whole_plan(endless());
