@@ -22,7 +22,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
     worker->held -= held - job->work->leases->held_by(worker->id);
     revoke_copies(*job, m.epoch, arrived.dropped);
   }
-  if (arrived.kind == LeaseTable::Arrival::stale) {
+  if (job == nullptr || arrived.kind == LeaseTable::Arrival::stale) {
     ++tally_.stale;
     send(peer, msg::ResultVerdict{m.job, m.epoch, msg::Verdict::stale});
     return;
