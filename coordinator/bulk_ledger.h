@@ -25,7 +25,8 @@ class BulkLedger {
   /// Stands for an answer as long as it lives.
   using Ticket = std::shared_ptr<const void>;
   /// Null: there is no room now. A client that waits for nothing else gets one answer, however
-  /// large, while nobody waits for any. Takes logarithmic time in the clients.
+  /// large, while nobody waits for any. Takes time that grows with the logarithm of the number of
+  /// clients.
   Ticket admit(const PeerId& peer, std::uint64_t bytes);
   /// Of all answers under way.
   [[nodiscard]] std::uint64_t bytes() const;

@@ -44,8 +44,8 @@ struct CoordinatorOptions {
   /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
   /// millisecond-sized piece of work takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
-  /// A worker holds two: whoever is next in turn waits for no more than these. A lease that takes
-  /// twice the longest comes back in part.
+  /// A worker holds two leases, and the next user in turn waits for these. A worker returns a part
+  /// of a lease that takes twice the longest.
   LeaseLength lease_length{0.02, 0.5};
   /// Workers are told to look elsewhere when nothing can be committed for this long.
   Time release_after = never;

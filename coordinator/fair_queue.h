@@ -54,7 +54,8 @@ class FairQueue {
 
   /// What visit() has granted takes so many thread-seconds.
   void charge(double thread_seconds);
-  /// What was charged to a user turned out to take so many thread-seconds more, or fewer.
+  /// Adds thread-seconds to what a user has had; subtracts where negative. Call it when the real
+  /// cost of a charged lease is known. Does nothing for users outside the queue.
   void correct(const std::string& user, double thread_seconds);
 
  private:

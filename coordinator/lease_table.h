@@ -67,9 +67,9 @@ class LeaseTable {
     CellRange range;                     ///< of the result
     std::vector<WorkerId> dropped = {};  ///< held copies of a lease that has come back in part
   };
-  /// A result has come from `worker`, of the lease's first `cells` cells; 0: of all. Of a part that
-  /// is `first` the other cells are pending again, and nobody holds a copy any more. A part of
-  /// cells that another result is of is stale.
+  /// `worker` has returned the lease's first `cells` cells; 0: all of them. When the first result
+  /// of a lease is a part, the other cells become pending again and the copies end. A part that
+  /// comes after another result of the lease is stale.
   Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
   /// A result that arrived as `first` or `check` is in. Returns who still holds a copy.
   std::vector<WorkerId> finish(Epoch epoch);

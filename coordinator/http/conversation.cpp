@@ -19,7 +19,7 @@
 namespace parray::http {
 namespace {
 
-/// What the library reads and writes: one request and its answer, within limits of time. The
+/// The library reads one request from this stream and writes its answer, within limits of time. The
 /// library gets the head as this program has understood it, and chunks in the plainest form. What
 /// it writes is kept until it is asked for more or has ended, unless it is to go at once.
 class LimitedStream final : public httplib::Stream {
@@ -348,7 +348,7 @@ class Engine final : public httplib::Server {
   }
 
   const std::function<Reply(const Request&)>& answer_;
-  // Of the request that is being answered.
+  // The facts of the request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
   bool is_whole_ = false;

@@ -46,7 +46,7 @@ RequestHead parse_head(std::string_view bytes);
 /// close where `closes` is set.
 std::string text_of(const RequestHead& head);
 
-/// Whether `text` is a token of RFC 9110, section 5.6.2.
+/// Whether `text` may be the name of a header field: a token of RFC 9110, section 5.6.2.
 bool is_token(std::string_view text);
 /// Whether `c` may stand nowhere in a line: a control character other than a tab.
 bool is_control(char c);

@@ -322,7 +322,7 @@ void append(std::vector<double>& to, const std::vector<double>& from) {
 json measure(const Arguments& a) {
   const SteadyClock clock;
   Readers readers(a);
-  // From here on: as if on other machines, whose load takes nothing from the readers.
+  // The load that follows has the lowest priority, so that it takes no time from the readers.
   setpriority(PRIO_PROCESS, 0, 19);
   std::this_thread::sleep_for(seconds(1));
   if (a.submits == 0 && a.handshakes == 0) {

@@ -32,7 +32,7 @@ struct Arguments {
   double speed = 19200;
   double seconds = 600;
   std::string keys;        ///< of a farm, directory; empty: none
-  bool unwatched = false;  ///< nobody asks for the list of jobs
+  bool unwatched = false;  ///< no client asks for the list of jobs
   bool machines = false;   ///< each worker has a key of its own
 };
 

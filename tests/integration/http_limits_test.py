@@ -136,7 +136,7 @@ class Connections(unittest.TestCase):
                 stream.sendall(b"GET /api/v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertIn(b"200 OK", stream.recv(100))
             for request in b"", b"GET /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n\r\n":
-                crowd = []  # nobody in it closes a connection
+                crowd = []  # of clients that never close their connections
                 for _ in range(160):
                     crowd.append(connect(farm))
                     crowd[-1].sendall(request)

@@ -14,15 +14,21 @@ FairQueue::Entry entry(JobId id, const std::string& user, std::uint32_t priority
   return {id, user, 1, priority, fresh, work_left};
 }
 
+/// Returns the job whose turn it is. The caller charges for it.
+JobId grant_next(FairQueue& queue) {
+  JobId granted = 0;
+  queue.visit([&](JobId job) {
+    granted = job;
+    return FairQueue::Answer::granted;
+  });
+  return granted;
+}
+
 /// Grants so many leases of a length; what each job has had of them.
 std::map<JobId, double> grant(FairQueue& queue, int leases, double seconds = 1) {
   std::map<JobId, double> had;
   for (int i = 0; i < leases; ++i) {
-    JobId granted = 0;
-    queue.visit([&](JobId job) {
-      granted = job;
-      return FairQueue::Answer::granted;
-    });
+    const JobId granted = grant_next(queue);
     queue.charge(seconds);
     had[granted] += seconds;
   }
@@ -46,11 +52,7 @@ TEST_CASE("users share by their shares, and by what leases cost, not by their nu
   double of_ann = 0;
   double of_bob = 0;
   for (int i = 0; i < 4000; ++i) {
-    JobId granted = 0;
-    queue.visit([&](JobId job) {
-      granted = job;
-      return FairQueue::Answer::granted;
-    });
+    const JobId granted = grant_next(queue);
     const double cost = granted == 1 ? 0.1 : 1.7;
     queue.charge(cost);
     (granted == 1 ? of_ann : of_bob) += cost;
@@ -119,11 +121,7 @@ TEST_CASE("users share by what their leases took, where that is not what was exp
   double of_ann = 0;
   double of_bob = 0;
   for (int i = 0; i < 4000; ++i) {
-    JobId granted = 0;
-    queue.visit([&](JobId job) {
-      granted = job;
-      return FairQueue::Answer::granted;
-    });
+    const JobId granted = grant_next(queue);
     queue.charge(1);
     const double cost = granted == 1 ? 40 : 0.5;
     queue.correct(granted == 1 ? "ann" : "bob", cost - 1);
