@@ -1,5 +1,8 @@
 #include "common/process/run_main.h"
 
+#include <malloc.h>
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <exception>
 #include <iostream>
@@ -13,6 +16,19 @@
 #include "common/process/stop_signal.h"
 
 namespace parray {
+
+namespace {
+
+/// glibc reserves 64 to 128 MiB of addresses for each thread's heap. Under `ulimit -v` they would
+/// be missing where the stack grows, which ends a process by SIGSEGV: threads share one heap then.
+void use_one_heap_under_a_limit() {
+  rlimit addresses{};
+  if (getrlimit(RLIMIT_AS, &addresses) == 0 && addresses.rlim_cur != RLIM_INFINITY) {
+    mallopt(M_ARENA_MAX, 1);  // NOLINT(concurrency-mt-unsafe): no other thread runs yet
+  }
+}
+
+}  // namespace
 
 int fail(const char* program, int status, std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
@@ -42,6 +58,7 @@ int run_action(const char* program, const Action& action) {
 
 int run_main(const Program& program, int argc, const char* const* argv,
              const std::function<Action(CommandLine&)>& declare) {
+  use_one_heap_under_a_limit();
   try {
     const auto declare_all = [&](CommandLine& line) {
       line.launcher(program.launcher);

@@ -130,26 +130,28 @@ class MpiRun:
 
 def kept_bytes(state):
     """How much of finished rows a state has on the disk, of whichever job."""
-    return sum(size for size, _ in rows_files(state))
-
-
-def has_committed(state):
-    """Whether its database knows of the rows that there are: it is written after them."""
-    log = state / "parray.sqlite-wal"
-    return log.exists() and all(written <= log.stat().st_mtime_ns for _, written in rows_files(state))
+    return sum(rows_files(state))
 
 
 def committed_bytes(state):
-    """The same, of what is kept for good; nobody may be using it."""
-    with contextlib.closing(sqlite3.connect(state / "parray.sqlite")) as store:
-        return store.execute("SELECT total(bytes) FROM logs").fetchone()[0]
+    """How many bytes of finished rows the last commit counts, even while a coordinator runs."""
+    with tempfile.TemporaryDirectory() as copy:  # a coordinator locks its database
+        for name in ("parray.sqlite", "parray.sqlite-wal"):
+            with contextlib.suppress(FileNotFoundError):
+                shutil.copy(state / name, copy)
+        try:
+            with contextlib.closing(sqlite3.connect(f"file:{copy}/parray.sqlite?mode=rw", uri=True)) as store:
+                return store.execute("SELECT total(bytes) FROM logs").fetchone()[0]
+        except sqlite3.Error:  # copied while it was made or written
+            return 0
 
 
 def rows_files(state):
+    """The size of each file of rows."""
     for path in state.glob("jobs/*/rows*"):
         with contextlib.suppress(FileNotFoundError):
             found = path.stat()
-            yield found.st_size, found.st_mtime_ns
+            yield found.st_size
 
 
 def kept_passes(state):

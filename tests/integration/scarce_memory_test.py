@@ -3,7 +3,9 @@
 
 import json
 import os
+import pathlib
 import random
+import re
 import resource
 import subprocess
 import unittest
@@ -11,7 +13,7 @@ import unittest
 from farm import BIN, Farm, run, wait_for
 
 PICTURE = ["--width", "60", "--height", "40", "--spp", "4"]
-SCARCE = 110_000 * 1024  # bytes: the scene below does not fit
+SCARCE = 75_000 * 1024  # bytes: the scene below does not fit
 
 
 def write_atoms(path, count):
@@ -45,6 +47,14 @@ class ScarceMemory(unittest.TestCase):
             run("render", atoms, *PICTURE, "-o", farm.directory / "rendered.png", "--report", rendered)
             self.assertEqual(report["image_sha256"], json.loads(rendered.read_text())["image_sha256"])
             self.assertEqual([worker.poll() for worker in poor], [None] * 3)  # alive: they say that they cannot
+
+    def test_the_threads_of_a_limited_worker_reserve_no_heaps_of_their_own(self):
+        with Farm() as farm:
+            worker = start_limited(farm, "poor")
+            wait_for(lambda: len(farm.workers()) == 1, "a worker")
+            status = pathlib.Path(f"/proc/{worker.pid}/status").read_text()
+            peak = int(re.search(r"VmPeak:\s+(\d+) kB", status)[1])
+            self.assertLess(peak, 64 * 1024, "one more heap would take 64 MiB")
 
     def test_a_job_that_fits_nowhere_fails_with_the_reason(self):
         with Farm() as farm:
