@@ -139,7 +139,7 @@ Time Coordinator::tick(Time now, bool drained) {
     expire_leases(now);
   }
   if (grant_again_at_ <= now) {
-    grant_again_at_ = never;
+    grant_again_at_ = workers_.end_denials(now);
     grants_due_ = true;
     hold_back(now);
   }

@@ -171,6 +171,17 @@ void WorkerRegistry::hold_back(WorkerRecord& worker, bool held_back, Time until)
   }
 }
 
+Time WorkerRegistry::end_denials(Time now) {
+  Time next = never;
+  for (auto& [peer, worker] : workers_) {
+    std::erase_if(worker.shunned, [now](const auto& denial) { return denial.second <= now; });
+    for (const auto& [job, until] : worker.shunned) {
+      next = std::min(next, until);
+    }
+  }
+  return next;
+}
+
 void WorkerRegistry::bar(WorkerRecord& worker, const std::string& why, bool drained) {
   const bool before = worker.may_trace();
   worker.quarantined = why;

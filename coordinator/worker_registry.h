@@ -100,6 +100,9 @@ class WorkerRegistry {
   void bar(WorkerRecord& worker, const std::string& why, bool drained);
   /// No leases for it until then; or, if not `held_back`, leases again.
   void hold_back(WorkerRecord& worker, bool held_back, Time until);
+  /// Forgets which jobs were denied to workers until `now` or earlier. Returns when the next such
+  /// denial ends; `never` if there is none.
+  Time end_denials(Time now);
   [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
 
   /// Those that have said nothing for their silence. Looked for at most ten times a second.

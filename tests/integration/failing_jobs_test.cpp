@@ -196,6 +196,36 @@ TEST_CASE("who has failed at a job works on another meanwhile, and is not asked 
   CHECK(ann.held.begin()->first.first == bad);
 }
 
+TEST_CASE("two workers that fail shortly after each other are both asked again, each in its time") {
+  Service service;
+  Hand ann(service, "ann");
+  RenderSettings one_lease = many_leases();
+  one_lease.height = 1;
+  service.submit(small_scene(), one_lease);
+  service.turn();
+  ann.listen();
+  REQUIRE(ann.held.size() == 1);
+  ann.send_failure(ann.put_down());
+  service.turn(milliseconds(500));
+  Hand bob(service, "bob");
+  service.turn();
+  bob.listen();
+  REQUIRE(bob.held.size() == 1);
+  bob.send_failure(bob.put_down());
+  for (int i = 0; i < 6 && ann.held.empty(); ++i) {
+    service.turn(milliseconds(100));
+    ann.listen();
+  }
+  REQUIRE(ann.held.size() == 1);
+  ann.say(msg::Bye{"ann leaves before it is bob's time"});
+  for (int i = 0; i < 20 && bob.held.empty(); ++i) {
+    service.turn(milliseconds(100));
+    bob.listen();
+    bob.beat();
+  }
+  CHECK(bob.held.size() == 1);
+}
+
 TEST_CASE(
     "a scene that kills whoever traces it fails, although its workers start again each time") {
   Service service;
