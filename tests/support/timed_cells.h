@@ -1,0 +1,43 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+
+#include "common/schedule/cell_grid.h"
+
+namespace parray::test {
+
+/// Seconds that one cell of a batch takes in virtual time.
+using CellCost = std::function<double(const CellBatch& batch, std::uint64_t cell)>;
+
+/// The batch's first `cells` cells.
+inline CellBatch first_cells(const CellBatch& batch, std::uint64_t cells) {
+  CellBatch part{batch.grid, {batch.range.begin, batch.range.begin + cells}, batch.samples};
+  if (!part.samples.empty()) {
+    part.samples.resize(cells * batch.grid->shape().cell_pixels);
+  }
+  return part;
+}
+
+/// What a worker returns of a lease, and the seconds that it took.
+struct TimedCells {
+  CellBatch cells;
+  double seconds = 0;
+};
+
+/// The cells that trace_cells() of one thread would return after `longest` seconds; 0: all.
+inline TimedCells cells_within(const CellBatch& batch, double longest, const CellCost& cost) {
+  const std::uint64_t piece = batch.grid->shape().piece_cells;
+  double seconds = 0;
+  std::uint64_t cells = 0;
+  while (cells < batch.range.count() && (longest <= 0 || cells == 0 || seconds < longest)) {
+    const std::uint64_t end = std::min(cells + piece, batch.range.count());
+    for (; cells < end; ++cells) {
+      seconds += cost(batch, batch.range.begin + cells);
+    }
+  }
+  return {first_cells(batch, cells), seconds};
+}
+
+}  // namespace parray::test
