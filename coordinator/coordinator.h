@@ -146,7 +146,7 @@ class Coordinator final : public Actor {
   void judge_losses(Time now, const WorkerRecord& worker);
   void expire_leases(Time now);
   bool grant_leases(Time now);
-  bool grant_one(Time now, WorkerRecord& worker);
+  bool grant_one(Time now, WorkerRecord& worker, bool& room);
   bool grant_from(Time now, WorkerRecord& worker, Job& job, bool copy);
   [[nodiscard]] static bool may_trace(Time now, const WorkerRecord& worker, const Job& job);
   void send_grant(Time now, WorkerRecord& worker, Job& job, const Lease& lease);

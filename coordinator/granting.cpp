@@ -29,6 +29,7 @@ bool Coordinator::grant_leases(Time now) {
     queue_open_jobs();
   }
   int granted = 0;
+  bool room = true;
   auto next = workers_.after(granted_last_);
   for (std::size_t in_vain = 0; in_vain < workers_.size() && !index_.open().empty();) {
     if (granted == most_granted_at_once) {
@@ -36,7 +37,7 @@ bool Coordinator::grant_leases(Time now) {
     }
     next = next == workers_.end() ? workers_.begin() : next;
     WorkerRecord& worker = (next++)->second;
-    const bool got = worker.has_room() && grant_one(now, worker);
+    const bool got = worker.has_room() && grant_one(now, worker, room);
     if (got) {
       granted_last_ = worker.peer;
       ++granted;
@@ -48,11 +49,14 @@ bool Coordinator::grant_leases(Time now) {
 }
 
 /// Pending work first, of whose turn it is; a job that holds no memory yet gets it when its turn
-/// comes. A copy of somebody else's lease only for a worker with nothing else to do.
-bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
+/// comes and there is `room`. A copy of somebody else's lease only for a worker with nothing else
+/// to do. Thousands of jobs may wait for memory: they cost no look at the job.
+bool Coordinator::grant_one(Time now, WorkerRecord& worker, bool& room) {
   using Answer = FairQueue::Answer;
-  bool room = true;
   const auto offer_work = [&](JobId id) {
+    if (!room && !at_work_.contains(id)) {
+      return Answer::nothing;
+    }
     Job& job = jobs_.at(id);
     if (room && job.phase == JobPhase::waiting && job.record.state != JobState::paused) {
       room = make_room(memory_of(job));
@@ -66,6 +70,9 @@ bool Coordinator::grant_one(Time now, WorkerRecord& worker) {
     return job.phase == JobPhase::preparing ? Answer::wait : Answer::nothing;
   };
   const auto offer_copy = [&](JobId id) {
+    if (!at_work_.contains(id)) {
+      return Answer::nothing;
+    }
     Job& job = jobs_.at(id);
     const bool granted = may_trace(now, worker, job) && grant_from(now, worker, job, true);
     return granted ? Answer::granted : Answer::nothing;

@@ -83,13 +83,11 @@ void Coordinator::make_room_for_job() {
   if (all <= options_.limits.jobs) {
     return;
   }
-  const auto oldest = std::find_if(listed.begin(), listed.end(),
-                                   [](const auto& l) { return has_ended(series_of(l.second)); });
-  if (oldest == listed.end()) {
+  if (index_.ended().empty()) {
     throw NoRoom("this coordinator has its " + std::to_string(options_.limits.jobs) +
                  " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
-  forget_all(series_of(oldest->second), "to make room");
+  forget_all(series_of(listed.at(*index_.ended().begin())), "to make room");
 }
 
 /// Every now and then: what is too old goes, and what is too much.

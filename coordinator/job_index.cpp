@@ -16,6 +16,8 @@ void JobIndex::add(Job& job) {
   listed_[record.listed_as()][{record.frame, record.id}] = &job;
   if (!job.ended()) {
     note_open(job);
+  } else if (open_pixels(record.user, record.listed_as()) == 0) {
+    ended_.insert(record.listed_as());
   }
 }
 
@@ -26,6 +28,7 @@ void JobIndex::remove(const Job& job) {
   const auto found = listed_.find(record.listed_as());
   found->second.erase({record.frame, record.id});
   if (found->second.empty()) {
+    ended_.erase(record.listed_as());
     listed_.erase(found);
   }
 }
@@ -34,6 +37,7 @@ void JobIndex::note_open(const Job& job) {
   if (!open_.insert(job.record.id).second) {
     return;
   }
+  ended_.erase(job.record.listed_as());
   OfUser& user = users_[job.record.user];
   OpenJob& open = user.open[job.record.listed_as()];
   ++open.frames;
@@ -51,6 +55,7 @@ void JobIndex::note_ended(const Job& job) {
   if (--open->second.frames == 0) {
     user->second.pixels -= open->second.pixels;
     user->second.open.erase(open);
+    ended_.insert(job.record.listed_as());
   }
   if (user->second.open.empty()) {
     users_.erase(user);

@@ -37,6 +37,9 @@ class JobIndex {
   /// Of jobs that have not ended, oldest first.
   [[nodiscard]] const std::set<JobId>& open() const { return open_; }
 
+  /// The numbers under which no job is unfinished.
+  [[nodiscard]] const std::set<JobId>& ended() const { return ended_; }
+
   /// What a user has in unfinished jobs, without those listed under `but`. A series counts as one
   /// job, with the pixels of its largest frame.
   struct Open {
@@ -60,6 +63,7 @@ class JobIndex {
   std::map<std::pair<std::string, std::string>, JobId> tokens_;
   std::map<JobId, Frames> listed_;
   std::set<JobId> open_;
+  std::set<JobId> ended_;
   std::map<std::string, OfUser> users_;
 };
 

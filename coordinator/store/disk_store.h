@@ -113,6 +113,7 @@ class DiskStore final : public Store {
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
   void keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void write_copies(const std::set<JobId>& held_back);
+  void rewrite_scenes();
   void write_copy(JobId job, const Change& change);
   std::string record_of(JobId job, const Change& change);
   void record(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
@@ -133,10 +134,11 @@ class DiskStore final : public Store {
 
   // What of it the database does not know yet.
   std::map<JobId, Change> changes_;
-  std::set<std::string> new_scenes_;
+  std::map<std::string, std::string> new_scenes_;  ///< bytes that the next commit syncs, or none
   std::map<std::string, std::string> new_notes_;
   std::optional<std::string> new_mark_;
   std::optional<std::string> new_reached_mark_;
+  bool sync_failed_ = false;     ///< what was written before it may be lost
   bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
 
   std::uint64_t batch_ = 0;       ///< commits so far

@@ -24,33 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view temporary_suffix = ".partial";
 
-/// An open file or directory, closed with its scope; -1: it could not be opened, and errno says
-/// why. Never waits: a pipe or a device in the place of a file is an error (EINVAL).
-class OpenFile {
- public:
-  OpenFile(const fs::path& path, int flags)
-      : fd_(open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0666)) {
-    struct stat status {};
-    const bool sound = fd_ >= 0 && fstat(fd_, &status) == 0 &&
-                       (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode));
-    if (fd_ >= 0 && !sound) {
-      close(std::exchange(fd_, -1));
-      errno = EINVAL;
-    }
-  }
-  ~OpenFile() {
-    if (fd_ >= 0) {
-      close(fd_);
-    }
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
 bool is_digest(std::string_view name) {
   return name.size() == 64 && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
@@ -230,17 +203,9 @@ void StateFiles::write_all(int file, std::span<const std::string_view> pieces, s
 WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_view> pieces) {
   make_directory(file.parent_path());
   const fs::path temporary = StateFiles::temporary(file);
-  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash(XXH3_createState(),
-                                                                      &XXH3_freeState);
-  XXH3_64bits_reset(hash.get());
-  WholeFile made;
-  for (const std::string_view piece : pieces) {
-    made.bytes += piece.size();
-    XXH3_64bits_update(hash.get(), piece.data(), piece.size());
-  }
-  made.checksum = XXH3_64bits_digest(hash.get());
+  const WholeFile made = whole_file_of(pieces);
   try {
-    const OpenFile out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    const OpenPath out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
     if (out.get() < 0) {
       fail(temporary, errno);
     }
@@ -262,7 +227,7 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
     make_directory(file.parent_path());
     unsynced_.insert(file.parent_path());
   }
-  const OpenFile out(file, O_WRONLY | O_CREAT);
+  const OpenPath out(file, O_WRONLY | O_CREAT);
   if (out.get() < 0) {
     fail(file, errno);
   }
@@ -279,7 +244,7 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
 void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
   make_directory(file.parent_path());
   unsynced_.insert(file.parent_path());
-  const OpenFile out(file, O_WRONLY | O_CREAT | O_TRUNC);
+  const OpenPath out(file, O_WRONLY | O_CREAT | O_TRUNC);
   if (out.get() < 0) {
     fail(file, errno);
   }
@@ -288,7 +253,7 @@ void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
 }
 
 void StateFiles::overwrite_later(const fs::path& file, std::string_view bytes) {
-  const OpenFile out(file, O_WRONLY);
+  const OpenPath out(file, O_WRONLY);
   if (out.get() >= 0 && disk_.write(out.get(), bytes, 0) < 0) {
     return;  // what it held stays
   }
@@ -316,7 +281,7 @@ void StateFiles::sync() {
   }
   while (!unsynced_.empty()) {
     const fs::path& directory = *unsynced_.begin();
-    const OpenFile open_directory(directory, O_RDONLY | O_DIRECTORY);
+    const OpenPath open_directory(directory, O_RDONLY | O_DIRECTORY);
     // EINVAL: a file system that cannot do it, and needs it no more than we can help it.
     if (open_directory.get() < 0 ||
         (disk_.sync_directory(open_directory.get()) != 0 && errno != EINVAL)) {
@@ -328,7 +293,7 @@ void StateFiles::sync() {
 
 /// A file that was removed meanwhile, after a commit that failed, needs nothing.
 void StateFiles::sync_written(const fs::path& file) {
-  const OpenFile written(file, O_RDONLY);
+  const OpenPath written(file, O_RDONLY);
   const bool removed = written.get() < 0 && errno == ENOENT;
   if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) {
     fail(file, errno);
@@ -359,7 +324,7 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
   const auto damaged = [&](const std::string& why) {
     return DamagedFile(file.string() + " is damaged: " + why);
   };
-  const OpenFile in(file, O_RDONLY);
+  const OpenPath in(file, O_RDONLY);
   if (in.get() < 0 && errno == ENOENT) {
     throw damaged("it is gone");
   }
@@ -458,29 +423,8 @@ void StateFiles::remove_lost(double uptime) const {
   }
 }
 
-std::optional<WholeFile> measure(const fs::path& file) {
-  const OpenFile in(file, O_RDONLY);
-  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> hash(XXH3_createState(),
-                                                                      &XXH3_freeState);
-  XXH3_64bits_reset(hash.get());
-  WholeFile found;
-  std::string block(std::size_t{1} << 20, '\0');
-  for (;;) {
-    const ssize_t got = in.get() < 0 ? -1 : ::read(in.get(), block.data(), block.size());
-    if (got < 0) {
-      return std::nullopt;
-    }
-    if (got == 0) {
-      found.checksum = XXH3_64bits_digest(hash.get());
-      return found;
-    }
-    XXH3_64bits_update(hash.get(), block.data(), static_cast<std::size_t>(got));
-    found.bytes += static_cast<std::uint64_t>(got);
-  }
-}
-
 std::optional<std::string> text_of_file(const fs::path& file) {
-  const OpenFile in(file, O_RDONLY);
+  const OpenPath in(file, O_RDONLY);
   std::error_code error;
   const std::uint64_t size = fs::file_size(file, error);
   if (in.get() < 0 || error) {

@@ -12,15 +12,9 @@
 
 #include "coordinator/store/disk.h"
 #include "coordinator/store/job_record.h"
+#include "coordinator/store/whole_file.h"
 
 namespace parray {
-
-/// Size and XXH3-64 of a file that is written once and never changed.
-struct WholeFile {
-  std::uint64_t bytes = 0;
-  std::uint64_t checksum = 0;
-  friend bool operator==(const WholeFile&, const WholeFile&) = default;
-};
 
 /// The plain files below a state directory:
 ///
@@ -148,9 +142,6 @@ class StateFiles {
   std::set<std::filesystem::path> written_;   ///< files that overwrite() has written
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names in them
 };
-
-/// Size and checksum of a file as it is; nothing: it cannot be read.
-std::optional<WholeFile> measure(const std::filesystem::path& file);
 
 /// The whole file; nothing: it cannot be read. For small files.
 std::optional<std::string> text_of_file(const std::filesystem::path& file);

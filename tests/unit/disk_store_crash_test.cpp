@@ -312,23 +312,31 @@ TEST_CASE("a commit of many jobs syncs once; what a failed sync has lost is writ
     put_first(store);
     const auto put_jobs = [&](JobState state) {
       for (JobId id = 3; id < 3 + jobs; ++id) {
-        store.put_job(stored_job(id, state));
+        const char scene = static_cast<char>('0' + id % 10);
+        store.put_scene(digest(scene), std::string("scene ") + scene);
+        store.put_job(stored_job(id, state, scene));
       }
     };
-    put_jobs(JobState::queued);
     disk.file_syncs = 0;
+    put_jobs(JobState::queued);
+    disk.failing_syncs = 1;
+    CHECK_THROWS_AS(store.commit(), StorageFull);
     store.commit();
-    CHECK(disk.file_syncs + disk.file_system_syncs == 1);
+    CHECK(disk.file_syncs == 0);
+    CHECK(disk.file_system_syncs == 2);
     put_jobs(JobState::running);
     disk.failing_syncs = 1;
     CHECK_THROWS_AS(store.commit(), StorageFull);
     store.commit();
-    CHECK(disk.file_system_syncs == 3);
+    CHECK(disk.file_system_syncs == 4);
   }
   CHECK(find_damage(directory.path()) == Strings{});
   DiskStore store(directory.path());
   REQUIRE(store.jobs().size() == jobs + 2);
   CHECK(store.jobs().back().state == JobState::running);
+  for (char scene = '0'; scene <= '9'; ++scene) {
+    CHECK(store.scene(digest(scene)) == std::string("scene ") + scene);
+  }
 }
 
 TEST_CASE("a process killed while many jobs are committed leaves all of them or none") {

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -122,10 +124,13 @@ TEST_CASE("the index agrees with a search through all jobs, whatever happens to 
       default:
         const std::string user = dice.below(2) == 0 ? "ann" : "bob";
         const JobId series = dice.below(3) == 0 ? 1'000'000 + (user == "ann" ? 1 : 2) : 0;
-        index.add(jobs.emplace(step, make_job(step, user, series)).first->second);
+        Job& job = jobs.emplace(step, make_job(step, user, series)).first->second;
+        job.phase = dice.below(4) == 0 ? JobPhase::ended : JobPhase::waiting;
+        index.add(job);
     }
     std::set<JobId> open;
     std::set<JobId> listed;
+    std::set<JobId> unfinished;  // of those
     std::map<std::string, std::set<JobId>> of_user;
     for (const auto& [id, job] : jobs) {
       listed.insert(job.record.listed_as());
@@ -133,8 +138,12 @@ TEST_CASE("the index agrees with a search through all jobs, whatever happens to 
       if (!job.ended()) {
         open.insert(id);
         of_user[job.record.user].insert(job.record.listed_as());
+        unfinished.insert(job.record.listed_as());
       }
     }
+    std::set<JobId> ended;
+    std::ranges::set_difference(listed, unfinished, std::inserter(ended, ended.begin()));
+    REQUIRE(index.ended() == ended);
     REQUIRE(index.open() == open);
     REQUIRE(index.listed().size() == listed.size());
     for (const std::string user : {"ann", "bob"}) {
