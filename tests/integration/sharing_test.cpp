@@ -99,6 +99,77 @@ TEST_CASE("a job's priority can be changed while it is rendered") {
   CHECK(watch(service, hand, 20).contains(first));
 }
 
+namespace {
+
+/// Lets so many seconds pass, in which the worker traces leases of a second each, but those of
+/// `dear` take 20 seconds. Returns how many seconds each job had.
+std::map<JobId, int> pass_time(Service& service, Hand& hand, int duration, JobId dear = 0) {
+  std::map<JobId, int> had;
+  for (int passed = 0; passed < duration;) {
+    hand.listen();
+    hand.beat();
+    REQUIRE_FALSE(hand.held.empty());
+    const msg::Grant grant = hand.put_down();
+    msg::Result result = Hand::result(grant, Hand::trace(small_scene(), grant));
+    const int took = grant.job == dear ? 20 : 1;
+    result.seconds = took;
+    passed += took;
+    had[grant.job] += took;
+    hand.say(result);
+    service.turn(seconds(took));
+  }
+  return had;
+}
+
+}  // namespace
+
+TEST_CASE("a job without a turn for 10 minutes gets 5 % of its user's turns, and no more") {
+  RenderSettings endless = long_job();
+  endless.samples_per_pixel = 1;
+  endless.height = 12000;
+  CoordinatorOptions options = short_leases();
+  options.silence = seconds(60);
+  options.lease_timeout = seconds(60);
+  Service service(options);
+  Hand hand(service, "w");
+  const JobId first = service.submit(small_scene(), endless, 100, "ann");
+  service.turn();
+  pass_time(service, hand, 20);
+  const JobId last = service.submit(small_scene(), endless, 0, "ann");
+  CHECK_FALSE(pass_time(service, hand, 590).contains(last));
+  pass_time(service, hand, 30);
+  SUBCASE("alone with the first") {
+    auto had = pass_time(service, hand, 1000);
+    CHECK(had[last] == doctest::Approx(50).epsilon(0.1));
+    CHECK(had[first] + had[last] == 1000);
+  }
+  SUBCASE("whose leases take 20 times as long") {
+    pass_time(service, hand, 1000, last);
+    CHECK(pass_time(service, hand, 2000, last)[last] == doctest::Approx(100).epsilon(0.25));
+  }
+  SUBCASE("beside another user, who does not pay for it") {
+    const JobId of_bob = service.submit(small_scene(), endless, 50, "bob");
+    pass_time(service, hand, 10);
+    auto had = pass_time(service, hand, 1000);
+    CHECK(had[of_bob] == doctest::Approx(500).epsilon(0.05));
+    CHECK(had[last] == doctest::Approx(25).epsilon(0.1));
+  }
+  SUBCASE("together with another job that starves") {
+    const JobId other = service.submit(small_scene(), endless, 50, "ann");
+    pass_time(service, hand, 650);
+    auto had = pass_time(service, hand, 1000);
+    CHECK(had[last] == doctest::Approx(25).epsilon(0.1));
+    CHECK(had[other] == doctest::Approx(25).epsilon(0.1));
+  }
+  SUBCASE("until its turn comes by right") {
+    service.steer(last, msg::JobAction::prioritise, 100);
+    service.steer(first, msg::JobAction::prioritise, 0);
+    pass_time(service, hand, 30);
+    CHECK_FALSE(pass_time(service, hand, 500).contains(first));
+    CHECK(pass_time(service, hand, 1000)[first] == doctest::Approx(45).epsilon(0.15));
+  }
+}
+
 TEST_CASE("a cancelled job is queued again and goes on from its rows, in another life too") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
