@@ -14,6 +14,7 @@ constexpr Time patience = std::chrono::hours(2);
 struct Weather {
   SimNetwork::Tally network;
   Coordinator::Tally verdicts;
+  std::size_t parts = 0;  ///< leases that came back in part
 
   void add(const SimFarm& farm) {
     const auto& n = farm.network.tally();
@@ -26,6 +27,7 @@ struct Weather {
     verdicts.stale += v.stale;
     verdicts.mismatch += v.mismatch;
     verdicts.malformed += v.malformed;
+    parts += farm.parts();
   }
 };
 
@@ -100,6 +102,7 @@ TEST_CASE("200 lossy networks: one hash, every sample merged once") {
   // Only what comes from a holder is compared; what is repeated later is stale.
   CHECK(weather.verdicts.duplicate > 10);
   CHECK(weather.verdicts.mismatch == 0);
+  CHECK(weather.parts > 100);
 }
 
 TEST_CASE("workers that die, stall and join at random moments do not change the picture") {
@@ -125,6 +128,7 @@ TEST_CASE("workers that die, stall and join at random moments do not change the 
     check_picture(farm, scene, settings);
     weather.add(farm);
   }
+  CHECK(weather.parts > 50);
   CHECK(weather.verdicts.stale > 5);  // stopped workers came back too late
 }
 
@@ -196,6 +200,7 @@ TEST_CASE(
   }
   CHECK(crashes > 100);
   CHECK(weather.verdicts.mismatch == 0);
+  CHECK(weather.parts > 50);
 }
 
 TEST_CASE("a worker stopped beyond its deadline has its late result refused") {

@@ -36,10 +36,17 @@ void SimFarm::note(const Message& message) {
     granted_[{grant->job, grant->epoch}] = {grant->pass, grant->cells.range.begin,
                                             grant->cells.range.end};
   }
+  if (const auto* result = std::get_if<msg::Result>(&message)) {
+    const std::pair lease(result->job, result->epoch);
+    Cells cells = granted_.at(lease);
+    if (result->count > 0) {
+      std::get<2>(cells) = std::get<1>(cells) + result->count;
+    }
+    returned_[lease].insert(cells);
+  }
   const auto* verdict = std::get_if<msg::ResultVerdict>(&message);
   if (verdict != nullptr && verdict->verdict == msg::Verdict::accepted) {
-    const std::pair lease(verdict->job, verdict->epoch);
-    acknowledged_[lease] = granted_.at(lease);
+    acknowledged_.emplace(verdict->job, verdict->epoch);
   }
 }
 
@@ -59,9 +66,9 @@ void SimFarm::crash_coordinator() {
 
 std::size_t SimFarm::acknowledged_but_lost() const {
   std::map<JobId, std::set<Cells>> kept;
-  for (const auto& [lease, cells] : acknowledged_) {
-    if (!kept.contains(lease.first)) {
-      for (const std::string& entry : store_.committed_rows(lease.first)) {
+  for (const auto& [job, epoch] : acknowledged_) {
+    if (!kept.contains(job)) {
+      for (const std::string& entry : store_.committed_rows(job)) {
         ByteReader in(entry);
         if (in.get<std::uint32_t>() != 1) {
           continue;  // not of cells
@@ -69,15 +76,24 @@ std::size_t SimFarm::acknowledged_but_lost() const {
         const auto pass = in.get<std::uint32_t>();
         in.get<TracerKey>();
         const auto begin = in.get<std::uint64_t>();
-        kept[lease.first].emplace(pass, begin, in.get<std::uint64_t>());
+        kept[job].emplace(pass, begin, in.get<std::uint64_t>());
       }
     }
   }
   return static_cast<std::size_t>(
       std::count_if(acknowledged_.begin(), acknowledged_.end(), [&](const auto& lease) {
-        return !store_.has_picture(lease.first.first) &&
-               !kept[lease.first.first].contains(lease.second);
+        return !store_.has_picture(lease.first) &&
+               std::ranges::none_of(returned_.at(lease), [&](const Cells& cells) {
+                 return kept[lease.first].contains(cells);
+               });
       }));
+}
+
+std::size_t SimFarm::parts() const {
+  return static_cast<std::size_t>(std::ranges::count_if(returned_, [&](const auto& returned) {
+    return std::ranges::any_of(
+        returned.second, [&](const Cells& cells) { return cells != granted_.at(returned.first); });
+  }));
 }
 
 Audit SimFarm::audit() {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -48,6 +49,8 @@ class SimFarm {
   /// at any moment.
   [[nodiscard]] std::size_t acknowledged_but_lost() const;
   [[nodiscard]] std::size_t acknowledged() const { return acknowledged_.size(); }
+  /// Leases that came back in part.
+  [[nodiscard]] std::size_t parts() const;
   CrashStore& store() { return store_; }
 
   void submit(const Scene& scene, const RenderSettings& settings);
@@ -111,7 +114,9 @@ class SimFarm {
   /// Pass and cells, as an entry of the log begins.
   using Cells = std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>;
   std::map<std::pair<JobId, Epoch>, Cells> granted_;
-  std::map<std::pair<JobId, Epoch>, Cells> acknowledged_;
+  /// What workers have returned of each lease. The holder of a copy may return more.
+  std::map<std::pair<JobId, Epoch>, std::set<Cells>> returned_;
+  std::set<std::pair<JobId, Epoch>> acknowledged_;
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<Link> coordinator_link_;
   std::vector<std::unique_ptr<SimWorker>> workers_;

@@ -4,13 +4,15 @@
 
 #include "common/trace/tracer.h"
 #include "tests/support/sim_network.h"
+#include "tests/support/timed_cells.h"
 #include "worker/cell_tracer.h"
 #include "worker/team.h"
 
 namespace parray::test {
 
 /// A team whose work takes virtual time: the samples are really traced, at once, and handed out
-/// when a machine of `samples_per_second` would have them.
+/// when a machine of `samples_per_second` would have them. Leases that take too long come back in
+/// part.
 class SimTeam final : public Team {
  public:
   SimTeam(const SimNetwork& network, double samples_per_second)
@@ -24,8 +26,12 @@ class SimTeam final : public Team {
     finished.job = assignment.job;
     finished.pass = assignment.pass;
     finished.epoch = assignment.epoch;
-    TracedCells cells = trace_cells(*tracer, assignment.cells, 1, traced, stop);
-    cells.seconds = static_cast<double>(cells.samples) / speed_;
+    const CellCost cost = [this](const CellBatch& batch, std::uint64_t cell) {
+      return static_cast<double>(samples_of(batch, cell)) / speed_;
+    };
+    const TimedCells part = cells_within(assignment.cells, assignment.longest, cost);
+    TracedCells cells = trace_cells(*tracer, part.cells, 1, traced, stop);
+    cells.seconds = part.seconds;
     begun_ = network_.now();
     due_ = begun_ + std::chrono::duration_cast<Time>(std::chrono::duration<double>(cells.seconds));
     finished.cells = std::make_shared<const TracedCells>(std::move(cells));

@@ -11,6 +11,15 @@ namespace parray::test {
 /// Seconds that one cell of a batch takes in virtual time.
 using CellCost = std::function<double(const CellBatch& batch, std::uint64_t cell)>;
 
+/// Samples of one cell of the batch.
+inline std::uint64_t samples_of(const CellBatch& batch, std::uint64_t cell) {
+  std::uint64_t samples = 0;
+  for (const SampleRange& range : batch.ranges_of(cell)) {
+    samples += range.count();
+  }
+  return samples;
+}
+
 /// The batch's first `cells` cells.
 inline CellBatch first_cells(const CellBatch& batch, std::uint64_t cells) {
   CellBatch part{batch.grid, {batch.range.begin, batch.range.begin + cells}, batch.samples};
