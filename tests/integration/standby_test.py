@@ -143,6 +143,21 @@ class BetweenHosts(unittest.TestCase):
             farm.start_coordinator()
             self.assertEqual([farm.fetch(job)["image_sha256"] for job in jobs], expected)
 
+    def test_a_damaged_picture_comes_back_from_the_standby_when_it_is_asked_for(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *LONG)
+            farm.finish(job)
+            picture, = (farm.directory / "first" / "jobs" / str(job)).glob("picture*")
+            whole = picture.read_bytes()
+            picture.write_bytes(whole[:100] + bytes([whole[100] ^ 1]) + whole[101:])
+            self.assertEqual(farm.fetch(job)["image_sha256"], self.expected)
+            self.assertIn("restored from the standby", farm.job(job)["flag"])
+            files = wait_for(lambda: (found := list(picture.parent.glob("picture*"))) and len(found) == 1 and found,
+                             "the damaged file to go")
+            self.assertEqual(files[0].read_bytes(), whole)
+
     def test_a_primary_that_stands_still_is_fenced_when_it_goes_on(self):
         with Twins() as farm:
             farm.wait_until_in_step()
