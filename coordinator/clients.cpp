@@ -59,6 +59,7 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
   record.user = user;
   record.share = sender_.share;
   record.max_failures = m.max_failures;
+  record.convictions = convictions_.latest();
   record.name = m.name;
   record.priority = m.priority;
   record.settings = m.settings;

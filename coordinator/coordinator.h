@@ -14,6 +14,7 @@
 #include "coordinator/backroom.h"
 #include "coordinator/bulk_ledger.h"
 #include "coordinator/disputes/check_policy.h"
+#include "coordinator/disputes/convictions.h"
 #include "coordinator/disputes/machines.h"
 #include "coordinator/disputes/quarantine.h"
 #include "coordinator/disputes/referee_desk.h"
@@ -211,7 +212,8 @@ class Coordinator final : public Actor {
   void note_judged(Job& job, const Judged& judged);
   void hold_disputed_jobs(Time now);
   void quarantine(TracerKey machine, const std::string& reason);
-  void retract(Job& job, TracerKey machine, const std::string& name);
+  void retract(Job& job, const Conviction& conviction);
+  void retract_later_convicted(Job& job);
   struct Retracted;
   void note_retracted(Job& job, const Retracted& retracted);
   void end_quarantines();
@@ -285,6 +287,7 @@ class Coordinator final : public Actor {
   double price_ = 1e-7;      ///< thread-seconds a sample, of the latest results
   Machines machines_;
   QuarantineLedger quarantines_;
+  Convictions convictions_;
   CheckPolicy checks_;
   RefereeDesk desk_;
   bool any_held_ = false;                           ///< a job is, for a dispute

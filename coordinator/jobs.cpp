@@ -243,9 +243,12 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, length),
                       prepared.missing, job.next_epoch, most_cells);
   grants_due_ = true;
+  retract_later_convicted(job);
   if (prepared.complete) {
     work.started = work.started == never ? now_ : work.started;
-    finish_job(job);
+    if (work.errands == 0) {  // else note_retracted() looks at it again
+      finish_job(job);
+    }
   }
 }
 

@@ -245,7 +245,9 @@ void Coordinator::keep_worker_notes() {
   for (const auto& [host, name] : drained_) {
     drained.push_back({host, name});
   }
-  const json notes = {{"drained", std::move(drained)}, {"quarantines", quarantines_.to_json()}};
+  const json notes = {{"drained", std::move(drained)},
+                      {"quarantines", quarantines_.to_json()},
+                      {"convictions", convictions_.to_json()}};
   for_log("keeping the note of workers")
       .give([store = store_, text = notes.dump(-1, ' ', false, json::error_handler_t::replace)]()
                 -> Backroom::Outcome {
@@ -266,6 +268,12 @@ void Coordinator::restore_worker_notes() {
     }
     // Earlier versions put processes into quarantine, which say nothing about machines.
     quarantines_ = QuarantineLedger::from_json(notes.value("quarantines", json::array()));
+    convictions_ = Convictions::from_json(notes.value("convictions", json::array()));
+    if (!notes.contains("convictions")) {  // of an earlier version
+      for (const auto& [machine, quarantine] : quarantines_.all()) {
+        convictions_.add(machine, quarantine.worker);
+      }
+    }
   } catch (const json::exception& error) {
     throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/base/bytes.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/disputes/merged.h"
 
@@ -288,8 +289,9 @@ void Coordinator::quarantine(TracerKey machine, const std::string& reason) {
         "worker '{}' ({}) returns wrong bits: {}. Its machine gets no more leases, and what it "
         "traced is traced again. Test that machine, then: parray workers readmit",
         name, known.name, reason);
-    keep_worker_notes();
   }
+  const Conviction conviction = convictions_.add(machine, name);
+  keep_worker_notes();
   desk_.drop_claims(machine);
   const std::vector<WorkerRecord*> workers = workers_.of_machine(machine);
   for (WorkerRecord* worker : workers) {
@@ -311,9 +313,16 @@ void Coordinator::quarantine(TracerKey machine, const std::string& reason) {
     for (const WorkerRecord* worker : workers) {
       job.work->leases->drop_worker(worker->id);
     }
-    retract(job, machine, name);
+    retract(job, conviction);
   }
   grants_due_ = true;
+}
+
+/// A job that was not at work at the time of a conviction may have kept rows of that machine.
+void Coordinator::retract_later_convicted(Job& job) {
+  for (const Conviction& conviction : convictions_.after(job.record.convictions)) {
+    retract(job, conviction);
+  }
 }
 
 /// What a job says of a machine that returned wrong bits.
@@ -334,18 +343,22 @@ struct Coordinator::Retracted {
   TracerKey machine = 0;
   bool relied = false;
   std::string flag;
+  std::uint64_t conviction = 0;  ///< its number
   std::shared_ptr<const WorkPlan> plan;
   std::uint64_t samples = 0;
   std::uint64_t cells = 0;
 };
 
-void Coordinator::retract(Job& job, TracerKey machine, const std::string& name) {
+void Coordinator::retract(Job& job, const Conviction& conviction) {
+  const TracerKey machine = conviction.machine;
   const auto retracted = std::make_shared<Retracted>();
   retracted->machine = machine;
+  retracted->conviction = conviction.number;
   ++job.work->errands;
   const auto errands = for_job(job, "setting back wrong results");
-  errands.give([this, retracted, machine, name, at = since_1970(now_), store = store_,
-                id = job.record.id, record = job.record, picture = job.work->picture,
+  errands.give([this, retracted, machine, name = conviction.worker, at = since_1970(now_),
+                store = store_, id = job.record.id, record = job.record,
+                picture = job.work->picture,
                 generation = job.work->generation]() mutable -> Backroom::Outcome {
     retracted->relied = picture->relies_on(machine);
     if (retracted->relied) {
@@ -362,10 +375,11 @@ void Coordinator::retract(Job& job, TracerKey machine, const std::string& name) 
                        ? begun_entries(*picture, at)
                        : std::vector<JournalEntry>{JournalRetraction{picture->passes().pass(), at,
                                                                      retracted->retraction.cells}});
-      if (store != nullptr) {
-        record.flag = retracted->flag;
-        store->put_job(record);
-      }
+      record.flag = retracted->flag;
+    }
+    record.convictions = retracted->conviction;
+    if (store != nullptr) {
+      store->put_job(record);
     }
     retracted->plan = picture->plan();
     retracted->samples = picture->framebuffer().counts().samples;
@@ -382,6 +396,7 @@ void Coordinator::retract(Job& job, TracerKey machine, const std::string& name) 
 void Coordinator::note_retracted(Job& job, const Retracted& retracted) {
   JobWork& work = *job.work;
   --work.errands;
+  job.record.convictions = std::max(job.record.convictions, retracted.conviction);
   if (retracted.relied) {
     job.record.flag = retracted.flag;
     note(job, retracted.flag);

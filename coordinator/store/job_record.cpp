@@ -58,6 +58,7 @@ std::string record_to_json(const JobRecord& job) {
                     {"report", job.report},
                     {"scene_bytes", job.scene_bytes},
                     {"flag", job.flag},
+                    {"convictions", job.convictions},
                     {"share", job.share},
                     {"max_failures", job.max_failures},
                     {"series", job.series},
@@ -125,6 +126,7 @@ JobRecord record_from_json(JobId id, std::string_view text) {
     job.report = map.at("report");
     job.scene_bytes = later_number(map, "scene_bytes");
     job.flag = map.value("flag", std::string());
+    job.convictions = later_number(map, "convictions");
     job.share = share_from(map);
     job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
     job.series = map.value("series", std::string());

@@ -336,6 +336,48 @@ Manner lying_rarely(std::uint64_t one_in, std::uint64_t seed) {
 
 }  // namespace
 
+TEST_CASE("a liar is undone in a job that was not at work when the lie was found") {
+  enum class Case { waits, cancelled, readmitted };
+  for (const bool passes : {false, true}) {
+    const RenderSettings settings = passes ? in_passes() : many_leases();
+    for (const Case which : {Case::waits, Case::cancelled, Case::readmitted}) {
+      CAPTURE(passes);
+      CAPTURE(static_cast<int>(which));
+      CoordinatorOptions options = with_checks(0.5);
+      const auto drawn = std::make_shared<double>(0.9);  // no checks
+      options.random = [drawn] { return *drawn; };
+      CrashStore store(0, 1);
+      Service service(options, &store);
+      Hand liar(service, "liar");
+      const JobId job = service.submit(small_scene(), settings, 10);
+      work(service, {{&liar, lying_loudly}}, job, 3);
+      const bool waits = which == Case::waits;
+      service.steer(job, waits ? msg::JobAction::pause : msg::JobAction::cancel);
+      service.restart();
+
+      *drawn = 0.2;  // all checks, none by the referee
+      const JobId other = service.submit(small_scene(), many_leases(), 90);
+      liar.join();
+      Hand ann(service, "ann");
+      Hand bob(service, "bob");
+      work(service, {{&liar, lying_loudly}, {&ann, honest}, {&bob, honest}}, other);
+      check_mended(service, other, many_leases());
+      if (which == Case::readmitted) {
+        service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "liar"});
+      }
+      service.restart();
+      service.steer(job, waits ? msg::JobAction::resume : msg::JobAction::requeue);
+      ann.join();
+      bob.join();
+      work(service, {{&ann, honest}, {&bob, honest}}, job);
+      REQUIRE(service.state(job) == "done");
+      CHECK(service.sha256(job) == (passes ? reference_passes_sha256(small_scene(), settings)
+                                           : reference_sha256(small_scene(), settings)));
+      CHECK(contains(service.job(job).at("flag"), "'liar' returned wrong bits"));
+    }
+  }
+}
+
 TEST_CASE("two machines that tell the same lie do not outvote three honest ones") {
   Service service(with_checks(1));
   std::vector<std::unique_ptr<Hand>> machines;

@@ -224,6 +224,12 @@ class Hand {
     tell_a_lie(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
     say(result(grant, std::move(cells)));
   }
+  /// Possible samples, but of another picture: a lie that shows.
+  void send_other_picture(const msg::Grant& grant) {
+    msg::Grant other = grant;
+    ++other.settings.seed;
+    say(result(grant, trace(small_scene(), other)));
+  }
   void send_failure(const msg::Grant& grant) {
     say(msg::Failed{grant.job, grant.epoch, "not enough memory"});
   }
@@ -256,6 +262,7 @@ using Manner = std::function<void(Hand& hand, const msg::Grant& grant)>;
 using Hands = std::vector<std::pair<Hand*, Manner>>;
 inline void honest(Hand& hand, const msg::Grant& grant) { hand.send_honest(grant); }
 inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_lie(grant); }
+inline void lying_loudly(Hand& hand, const msg::Grant& grant) { hand.send_other_picture(grant); }
 inline void failing(Hand& hand, const msg::Grant& grant) { hand.send_failure(grant); }
 inline void idle(Hand& /*hand*/, const msg::Grant& /*grant*/) {}
 

@@ -297,8 +297,8 @@ TEST_CASE("a state that no job can be in is a damaged record") {
 
 TEST_CASE("a number that is none of its kind is a damaged record, not another number") {
   const JobRecord job = stored_job(1, JobState::running);
-  for (const char* key :
-       {"priority", "tile", "duplicates_removed", "scene_bytes", "max_failures", "state"}) {
+  for (const char* key : {"priority", "tile", "duplicates_removed", "scene_bytes", "max_failures",
+                          "convictions", "state"}) {
     for (const char* value : {"-1", "1.5", "1e300", "\"1\"", "[1]"}) {
       auto map = nlohmann::json::parse(record_to_json(job));
       map[key] = nlohmann::json::parse(value);

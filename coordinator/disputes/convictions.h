@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace parray {
+
+/// The finding that a machine returned wrong bits.
+struct Conviction {
+  std::uint64_t number = 0;   ///< grows from one conviction to the next, in all lives
+  std::uint64_t machine = 0;  ///< machine_key()
+  std::string worker;         ///< name of its worker at that time, for people
+};
+
+/// The latest conviction of each machine. A quarantine may end before a job that relies on the
+/// machine goes on; a conviction stays. Plain state; one thread.
+class Convictions {
+ public:
+  /// Adds one; it replaces an earlier one of the machine. The oldest goes where there are too many.
+  Conviction add(std::uint64_t machine, std::string worker);
+  /// Those with higher numbers, in their order.
+  [[nodiscard]] std::vector<Conviction> after(std::uint64_t number) const;
+  /// The number of the latest; 0: there is none.
+  [[nodiscard]] std::uint64_t latest() const { return list_.empty() ? 0 : list_.back().number; }
+
+  [[nodiscard]] nlohmann::json to_json() const;
+  /// Inverse. Throws nlohmann::json::exception.
+  static Convictions from_json(const nlohmann::json& list);
+
+  static constexpr std::size_t most = 4096;
+
+ private:
+  std::vector<Conviction> list_;  ///< by number
+};
+
+}  // namespace parray
