@@ -9,14 +9,6 @@
 #include "tests/support/service.h"
 
 namespace parray::test {
-namespace {
-
-Audit audit(Service& service, JobId job) {
-  const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
-  return audit_journal(read_journal(data.journal.data.view()));
-}
-
-}  // namespace
 
 TEST_CASE("a job's journal is complete when it is done, with a store and without") {
   CrashStore store(0, 1);
@@ -28,13 +20,13 @@ TEST_CASE("a job's journal is complete when it is done, with a store and without
     for (int i = 0; i < 3; ++i) {
       work(service, {{&ann, honest}, {&bob, honest}}, job, 1);
     }
-    const Audit early = audit(service, job);
+    const Audit early = audit_of(service, job);
     CHECK(early.problems.empty());
     CHECK(early.merged > 0);
     CHECK_FALSE(early.complete());
     work(service, {{&ann, honest}, {&bob, honest}}, job);
     REQUIRE(service.state(job) == "done");
-    const Audit late = audit(service, job);
+    const Audit late = audit_of(service, job);
     CHECK(late.complete());
     CHECK(late.workers.size() == 2);
     CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
@@ -52,8 +44,8 @@ TEST_CASE("a journal goes on in another life of the coordinator") {
   ann.join();
   work(service, {{&ann, honest}}, job);
   REQUIRE(service.state(job) == "done");
-  CHECK(audit(service, job).complete());
-  CHECK(audit(service, job).workers.size() == 2);  // the same name, another process
+  CHECK(audit_of(service, job).complete());
+  CHECK(audit_of(service, job).workers.size() == 2);  // the same name, another process
 }
 
 TEST_CASE("what a liar has traced is set back in the journal, and merged once more") {
@@ -66,8 +58,8 @@ TEST_CASE("what a liar has traced is set back in the journal, and merged once mo
   const JobId job = service.submit(small_scene(), many_leases());
   work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
   REQUIRE(service.state(job) == "done");
-  CHECK(audit(service, job).complete());
-  CHECK(audit(service, job).set_back > 0);
+  CHECK(audit_of(service, job).complete());
+  CHECK(audit_of(service, job).set_back > 0);
 }
 
 TEST_CASE("of a picture in passes that a liar has spoilt, the journal begins again") {
@@ -84,8 +76,8 @@ TEST_CASE("of a picture in passes that a liar has spoilt, the journal begins aga
   const JobId job = service.submit(small_scene(), settings);
   work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
   REQUIRE(service.state(job) == "done");
-  CHECK(audit(service, job).complete());
-  CHECK(audit(service, job).passes == 2);
+  CHECK(audit_of(service, job).complete());
+  CHECK(audit_of(service, job).passes == 2);
 }
 
 }  // namespace parray::test

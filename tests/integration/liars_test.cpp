@@ -23,23 +23,13 @@ CoordinatorOptions with_checks(double share) {
 
 void check_mended(Service& service, JobId job, const RenderSettings& settings) {
   REQUIRE(service.state(job) == "done");
-  CHECK(service.sha256(job) == (settings.in_passes()
-                                    ? reference_passes_sha256(small_scene(), settings)
-                                    : reference_sha256(small_scene(), settings)));
+  CHECK(service.sha256(job) == expected_sha256(settings));
   const auto report = service.fetch(job).report;
   CHECK(report.at("image_sha256") == service.sha256(job));
   CHECK(contains(report.at("flag"), "'liar'"));
   CHECK(contains(service.job(job).at("flag"), "'liar'"));
   CHECK(service.worker("liar").at("state") == "quarantined");
   CHECK(service.worker("liar").at("leases") == 0);
-}
-
-RenderSettings in_passes() {
-  RenderSettings settings = many_leases();
-  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  settings.adaptive = true;
-  settings.passes = {4 * pixels, 3 * pixels, 2 * pixels};
-  return settings;
 }
 
 }  // namespace
@@ -278,8 +268,7 @@ TEST_CASE("what was undone stays so when the coordinator dies at any moment afte
       bob.join();
       work(service, {{&ann, honest}, {&bob, honest}}, job);
       REQUIRE(service.state(job) == "done");
-      CHECK(service.sha256(job) == (passes ? reference_passes_sha256(small_scene(), settings)
-                                           : reference_sha256(small_scene(), settings)));
+      CHECK(service.sha256(job) == expected_sha256(settings));
       CHECK(contains(service.job(job).at("flag"), "'liar'"));
     }
   }
@@ -371,8 +360,7 @@ TEST_CASE("a liar is undone in a job that was not at work when the lie was found
       bob.join();
       work(service, {{&ann, honest}, {&bob, honest}}, job);
       REQUIRE(service.state(job) == "done");
-      CHECK(service.sha256(job) == (passes ? reference_passes_sha256(small_scene(), settings)
-                                           : reference_sha256(small_scene(), settings)));
+      CHECK(service.sha256(job) == expected_sha256(settings));
       CHECK(contains(service.job(job).at("flag"), "'liar' returned wrong bits"));
     }
   }

@@ -7,7 +7,6 @@
 #include <set>
 #include <vector>
 
-#include "cli/audit/audit.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/service.h"
 #include "tests/support/timed_cells.h"
@@ -82,11 +81,6 @@ RenderSettings of_rows(std::uint32_t height) {
   return settings;
 }
 
-Audit audit_of(Service& service, JobId job) {
-  const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
-  return audit_journal(read_journal(data.journal.data.view()));
-}
-
 }  // namespace
 
 TEST_CASE(
@@ -122,6 +116,128 @@ TEST_CASE(
   const double ann_had = first.spent[of_ann] + second.spent[of_ann];
   const double bob_had = first.spent[of_bob] + second.spent[of_bob];
   CHECK(bob_had == doctest::Approx(ann_had).epsilon(0.05));
+}
+
+namespace {
+
+/// Draws of the coordinator's: all leases are checked by another machine.
+CoordinatorOptions checking_all() {
+  CoordinatorOptions options = service_options();
+  options.checks.share = 0.5;
+  options.random = [] { return 0.2; };
+  return options;
+}
+
+RenderSettings in_layers() {
+  RenderSettings settings = many_leases();
+  settings.height = 3;
+  settings.samples_per_pixel = 1000;
+  return settings;
+}
+
+/// The picture is the honest one, and every cell counts once. Returns the audit.
+Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.sha256(job) == expected_sha256(settings));
+  Audit audit = audit_of(service, job);
+  CHECK(audit.complete());
+  return audit;
+}
+
+}  // namespace
+
+TEST_CASE("a part that a liar returned is traced again, what another made of the rest is kept") {
+  constexpr std::uint64_t part = 5;
+  for (const bool rest_comes_first : {false, true}) {
+    CAPTURE(rest_comes_first);
+    Service service(checking_all());
+    Hand liar(service, "liar");
+    Hand ann(service, "ann");
+    const RenderSettings settings = many_leases();
+    const JobId job = service.submit(small_scene(), settings);
+    service.turn();
+    liar.listen();
+    const msg::Grant lease = liar.put_down();
+    REQUIRE(lease.cells.range.count() > part);
+    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::drain, false, "liar"});
+    liar.send_part(lease, part, true);
+    Hand bob(service, "bob");
+    bob.listen();
+    REQUIRE(bob.held.size() == 1);
+    const msg::Grant rest = bob.put_down();
+    REQUIRE(rest.cells.range.begin == lease.cells.range.begin + part);
+    if (rest_comes_first) {
+      bob.send_part(rest, 1);
+      service.turn();
+    }
+
+    ann.listen();
+    ann.send_honest(ann.put_down());
+    service.turn();
+    ann.listen();
+    const msg::Grant check = ann.put_down();
+    REQUIRE(check.longest == 0);
+    REQUIRE(check.cells.range.begin == lease.cells.range.begin);
+    REQUIRE(check.cells.range.count() == part);
+    ann.send_honest(check);
+    service.turn();
+    service.turn();  // the referee has answered
+    CHECK(service.worker("liar").at("state") == "quarantined");
+    if (!rest_comes_first) {
+      bob.send_part(rest, 1);
+      service.turn();
+    }
+    bob.listen();
+    CHECK(bob.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
+    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "liar"});
+    work(service, {{&ann, in_parts(1)}, {&bob, in_parts(2)}, {&liar, in_parts(3)}}, job);
+    CHECK(check_right(service, job, settings).set_back == part);
+  }
+}
+
+TEST_CASE("liars among workers that return parts are undone, whatever was granted to whom") {
+  std::uint64_t set_back = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    CAPTURE(seed);
+    const RenderSettings settings =
+        std::vector{many_leases(), in_layers(), in_passes()}.at(seed % 3);
+    CoordinatorOptions options = service_options();
+    options.checks.share = 1;
+    options.random = [dice = std::make_shared<Dice>(seed)] { return dice->unit(); };
+    Service service(options);
+    Hand ann(service, "ann", 2);
+    Hand bob(service, "bob");
+    Hand liar(service, "liar", 2);
+    const JobId job = service.submit(small_scene(), settings);
+    work(service,
+         {{&liar, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}}, job,
+         2000);
+    set_back += check_right(service, job, settings).set_back;
+    CHECK(service.worker("ann").at("state") == "ready");
+    CHECK(service.worker("bob").at("state") == "ready");
+  }
+  CHECK(set_back > 100);
+}
+
+TEST_CASE("leases come back in part under every schedule and row order, and in passes") {
+  for (const SchedulePolicy schedule : {SchedulePolicy::static_split, SchedulePolicy::guided,
+                                        SchedulePolicy::factoring, SchedulePolicy::weighted}) {
+    for (const RowOrder order : {RowOrder::sequential, RowOrder::interleaved}) {
+      for (RenderSettings settings : {many_leases(), in_layers(), in_passes()}) {
+        settings.schedule = schedule;
+        settings.row_order = order;
+        CAPTURE(static_cast<int>(schedule));
+        CAPTURE(static_cast<int>(order));
+        CAPTURE(settings.height);
+        Service service;
+        Hand ann(service, "ann", 2);
+        Hand bob(service, "bob");
+        const JobId job = service.submit(small_scene(), settings);
+        work(service, {{&ann, in_parts(1)}, {&bob, in_parts(2)}}, job, 5000);
+        check_right(service, job, settings);
+      }
+    }
+  }
 }
 
 }  // namespace parray::test

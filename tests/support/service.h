@@ -13,10 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "cli/audit/audit.h"
 #include "coordinator/coordinator.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_referee.h"
+#include "tests/support/timed_cells.h"
 #include "worker/cell_tracer.h"
 
 namespace parray::test {
@@ -40,7 +42,10 @@ class Service {
   }
 
   /// Another coordinator on what the store has; peers are not told.
-  void restart() {
+  void restart() { restart(store_); }
+  /// The same on what another store has.
+  void restart(Store* store) {
+    store_ = store;
     coordinator_.reset();
     inbox_.clear();
     coordinator_ = std::make_unique<Coordinator>(options_, store_, log_);
@@ -133,7 +138,7 @@ class Service {
   std::shared_ptr<spdlog::logger> log_ = std::make_shared<spdlog::logger>(
       "log", std::make_shared<spdlog::sinks::ostream_sink_st>(*lines_));
   CoordinatorOptions options_;
-  Store* const store_;
+  Store* store_;
   std::unique_ptr<Coordinator> coordinator_;
   std::map<PeerId, std::vector<Message>> inbox_;
   Time now_ = seconds(1000);
@@ -226,9 +231,16 @@ class Hand {
   }
   /// Possible samples, but of another picture: a lie that shows.
   void send_other_picture(const msg::Grant& grant) {
-    msg::Grant other = grant;
-    ++other.settings.seed;
-    say(result(grant, trace(small_scene(), other)));
+    send_part(grant, grant.cells.range.count(), true);
+  }
+  /// The lease's first cells alone.
+  void send_part(const msg::Grant& grant, std::uint64_t cells, bool lie = false) {
+    msg::Grant part = grant;
+    part.cells = first_cells(grant.cells, cells);
+    part.settings.seed += lie ? 1 : 0;
+    msg::Result returned = result(grant, trace(small_scene(), part));
+    returned.count = cells;
+    say(returned);
   }
   void send_failure(const msg::Grant& grant) {
     say(msg::Failed{grant.job, grant.epoch, "not enough memory"});
@@ -263,6 +275,15 @@ using Hands = std::vector<std::pair<Hand*, Manner>>;
 inline void honest(Hand& hand, const msg::Grant& grant) { hand.send_honest(grant); }
 inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_lie(grant); }
 inline void lying_loudly(Hand& hand, const msg::Grant& grant) { hand.send_other_picture(grant); }
+/// Returns the first few cells of a lease, as many as chance has it, where the lease allows it.
+/// Lies in one of `lies` leases; 0: never.
+inline Manner in_parts(std::uint64_t seed, std::uint64_t lies = 0) {
+  return [lies, dice = std::make_shared<Dice>(seed)](Hand& hand, const msg::Grant& grant) {
+    const std::uint64_t all = grant.cells.range.count();
+    const bool lie = lies > 0 && dice->one_in(lies);
+    hand.send_part(grant, grant.longest > 0 ? 1 + dice->below(all) : all, lie);
+  };
+}
 inline void failing(Hand& hand, const msg::Grant& grant) { hand.send_failure(grant); }
 inline void idle(Hand& /*hand*/, const msg::Grant& /*grant*/) {}
 
@@ -295,6 +316,27 @@ inline RenderSettings many_leases() {
   settings.samples_per_pixel = 4;
   settings.schedule = SchedulePolicy::factoring;
   return settings;
+}
+
+/// The same in passes, of which each decides where the next one samples.
+inline RenderSettings in_passes() {
+  RenderSettings settings = many_leases();
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  settings.adaptive = true;
+  settings.passes = {4 * pixels, 3 * pixels, 2 * pixels};
+  return settings;
+}
+
+/// Hash of the picture that one thread makes of small_scene().
+inline std::string expected_sha256(const RenderSettings& settings) {
+  return settings.in_passes() ? reference_passes_sha256(small_scene(), settings)
+                              : reference_sha256(small_scene(), settings);
+}
+
+/// What the job's journal proves.
+inline Audit audit_of(Service& service, JobId job) {
+  const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
+  return audit_journal(read_journal(data.journal.data.view()));
 }
 
 }  // namespace parray::test

@@ -1,0 +1,190 @@
+// A standby takes over from a whole coordinator: leases in part, quarantines and mended jobs.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "coordinator/replica/lineage.h"
+#include "tests/support/crash_store.h"
+#include "tests/support/service.h"
+#include "tests/support/standby_line.h"
+
+namespace parray::test {
+namespace {
+
+CoordinatorOptions checking(double share, double draw) {
+  CoordinatorOptions options = service_options();
+  options.checks.share = share;
+  options.random = [draw] { return draw; };
+  return options;
+}
+/// Another machine checks every lease.
+CoordinatorOptions checking_all() { return checking(0.5, 0.2); }
+
+/// A primary, and a standby that takes its place.
+class Twins {
+ public:
+  explicit Twins(const CoordinatorOptions& options) : service(options, &replicated_) {}
+
+  /// Another standby gets a full copy.
+  void replace_standby() {
+    line_.become(third_);
+    copy_ = &third_;
+  }
+  /// The primary dies; nothing that it has not committed is left.
+  void take_over() {
+    line_.cut_off = true;
+    copy_->crash();
+    serve_alone(*copy_);
+    service.restart(copy_);
+  }
+
+ private:
+  CrashStore first_{0, 1};
+  CrashStore second_{0, 2};
+  CrashStore third_{0, 3};
+  CrashStore* copy_ = &second_;
+  Standby line_{second_};
+  ReplicatedStore replicated_{first_, line_, numbers(1)};
+
+ public:
+  Service service;
+};
+
+void check_right(Service& service, JobId job, const RenderSettings& settings) {
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.sha256(job) == expected_sha256(settings));
+  CHECK(audit_of(service, job).complete());
+}
+
+}  // namespace
+
+TEST_CASE("a standby has the part of a lease that came back, and grants the rest, once") {
+  Twins twins(service_options());
+  Service& service = twins.service;
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  service.turn();
+  ann.listen();
+  const msg::Grant lease = ann.put_down();
+  constexpr std::uint64_t part = 5;
+  ann.send_part(lease, part);
+  service.turn();
+  ann.listen();
+  REQUIRE(ann.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
+  const msg::Grant rest = ann.put_down();
+  REQUIRE(rest.cells.range.begin == part);
+
+  twins.take_over();
+  ann.send_part(rest, 1);  // ann has not noticed
+  service.turn();
+  CHECK(service.heard<msg::Who>(ann.peer()).size() == 1);
+  ann.come_back();
+  ann.send_part(rest, 1);
+  ann.send_part(lease, part);
+  service.turn();
+  ann.listen();
+  CHECK(std::ranges::count(ann.verdicts, msg::Verdict::stale) == 2);
+  REQUIRE(ann.held.size() == 1);
+  CHECK(ann.held.begin()->second.cells.range.begin == part);
+  work(service, {{&ann, in_parts(1)}}, job);
+  check_right(service, job, many_leases());
+}
+
+TEST_CASE("whenever a standby takes over, parts count once and what liars did stays undone") {
+  int quarantined = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    CAPTURE(seed);
+    Dice dice(seed);
+    const RenderSettings settings = seed % 2 == 0 ? many_leases() : in_passes();
+    CoordinatorOptions options = service_options();
+    options.checks.share = 1;
+    options.random = [random = std::make_shared<Dice>(seed)] { return random->unit(); };
+    Twins twins(options);
+    Service& service = twins.service;
+    Hand ann(service, "ann", 2);
+    Hand bob(service, "bob");
+    Hand liar(service, "liar", 2);
+    const Hands hands{
+        {&liar, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}};
+    const JobId job = service.submit(small_scene(), settings);
+    work(service, hands, job, 1 + static_cast<int>(dice.below(40)));
+    if (dice.one_in(3)) {
+      twins.replace_standby();
+      work(service, hands, job, 2);
+    }
+    const bool convicted = service.worker("liar").at("state") == "quarantined";
+    twins.take_over();
+    for (const auto& [hand, manner] : hands) {
+      dice.one_in(2) ? hand->join() : hand->come_back();
+    }
+    quarantined += convicted ? 1 : 0;
+    CHECK((!convicted || service.worker("liar").at("state") == "quarantined"));
+    work(service, hands, job, 2000);
+    check_right(service, job, settings);
+  }
+  CHECK(quarantined > 10);
+  CHECK(quarantined < 60);
+}
+
+TEST_CASE("a standby knows quarantines, of when it was in step and from a full copy") {
+  for (const bool full_copy : {false, true}) {
+    CAPTURE(full_copy);
+    Twins twins(checking_all());
+    Service& service = twins.service;
+    Hand ann(service, "ann");
+    Hand liar(service, "liar", "10.0.0.7");
+    const Hands hands{{&ann, honest}, {&liar, lying_loudly}};
+    const JobId job = service.submit(small_scene(), many_leases());
+    for (int i = 0; i < 100 && service.worker("liar").at("state") == "ready"; ++i) {
+      work(service, hands, job, 1);
+    }
+    REQUIRE(service.worker("liar").at("state") == "quarantined");
+    if (full_copy) {
+      twins.replace_standby();
+    }
+    work(service, hands, job, 1);
+    twins.take_over();
+    CHECK(service.worker("liar").at("state") == "quarantined");
+    liar.join_as("liar under another name");
+    service.turn();
+    liar.listen();
+    CHECK(liar.held.empty());
+    ann.join();
+    work(service, hands, job);
+    check_right(service, job, many_leases());
+    CHECK(liar.held.empty());
+    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "10.0.0.7"});
+    const JobId next = service.submit(small_scene(), many_leases());
+    work(service, {{&ann, idle}, {&liar, honest}}, next, 3);
+    CHECK_FALSE(service.worker("liar under another name").at("accepted") == 0);
+    work(service, {{&ann, honest}, {&liar, honest}}, next);
+    CHECK(service.state(next) == "done");
+  }
+}
+
+TEST_CASE("a standby mends a job that was cancelled while its liar was found") {
+  const auto draw = std::make_shared<double>(0.9);  // no checks
+  CoordinatorOptions options = checking_all();
+  options.random = [draw] { return *draw; };
+  Twins twins(options);
+  Service& service = twins.service;
+  Hand ann(service, "ann");
+  Hand liar(service, "liar");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&liar, lying_loudly}}, job, 3);
+  service.steer(job, msg::JobAction::cancel);
+  *draw = 0.2;
+  const JobId other = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}, {&liar, lying_loudly}}, other);
+  REQUIRE(service.worker("liar").at("state") == "quarantined");
+  service.turn();
+  twins.take_over();
+  service.steer(job, msg::JobAction::requeue);
+  ann.join();
+  work(service, {{&ann, honest}}, job);
+  check_right(service, job, many_leases());
+}
+
+}  // namespace parray::test

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "coordinator/replica/replica.h"
+#include "coordinator/replica/replicated_store.h"
+
+namespace parray::test {
+
+/// A standby on the other end of a bad line.
+class Standby final : public ReplicaLine {
+ public:
+  explicit Standby(Store& store, double badness = 0, std::uint64_t seed = 1)
+      : store_(&store), badness_(badness), random_(seed) {
+    restart();
+  }
+
+  void restart() { replica_ = std::make_unique<Replica>(*store_, overwrite); }
+  bool overwrite = false;
+  /// Another one, at the same address.
+  void become(Store& store) {
+    store_ = &store;
+    restart();
+  }
+  [[nodiscard]] Replica& replica() { return *replica_; }
+  void heal() { badness_ = 0; }
+  bool cut_off = false;  ///< nothing arrives
+  int asks = 0;
+  int last_ask = std::numeric_limits<int>::max();  ///< it is cut off after that
+
+  std::optional<Answer> ask(Ask ask) override {
+    ++asks;
+    cut_off = cut_off || asks > last_ask;
+    ask.number = ++number_;
+    ping_ = {ask.session, 0, AskKind::ping, ask.position};
+    constexpr int most_repeats = 4;
+    for (int i = 0; i < most_repeats && !cut_off; ++i) {
+      if (const auto answer = carry(encode(ask)); answer && answer->number == number_) {
+        return answer;
+      }
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] bool session_lost() const override {
+    return !cut_off && decode_answer(replica_->answer(encode(ping_))).kind == AnswerKind::who;
+  }
+  [[nodiscard]] const std::string& address() const override { return address_; }
+
+ private:
+  bool chance() { return std::uniform_real_distribution<>(0, 1)(random_) < badness_; }
+
+  std::optional<Answer> carry(std::string message) {
+    if (chance()) {
+      late_.push_back(message);
+    }
+    if (chance()) {
+      return std::nullopt;  // lost on the way there
+    }
+    if (chance()) {
+      message.resize(random_() % message.size());
+    }
+    if (chance() && !late_.empty()) {
+      replica_->answer(late_[random_() % late_.size()]);
+    }
+    if (chance()) {
+      replica_->answer(message);
+    }
+    const std::string answer = replica_->answer(message);
+    if (answer.empty() || chance()) {
+      return std::nullopt;  // lost on the way back
+    }
+    return decode_answer(answer);
+  }
+
+  Store* store_;
+  double badness_;
+  std::mt19937_64 random_;
+  std::unique_ptr<Replica> replica_;
+  std::vector<std::string> late_;
+  std::uint64_t number_ = 0;
+  Ask ping_;
+  const std::string address_ = "tcp://standby:7401";
+};
+
+/// Random numbers, the same for each seed.
+inline std::function<std::uint64_t()> numbers(std::uint64_t seed) {
+  return [random = std::make_shared<std::mt19937_64>(seed)] { return (*random)(); };
+}
+
+}  // namespace parray::test
