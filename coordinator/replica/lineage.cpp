@@ -111,12 +111,17 @@ void put_reached_position(Store& store, const Position& position) {
   store.put_reached_mark(text_of(position));
 }
 
+bool is_whole(Store& store, const Lineage& lineage) {
+  // A repair, or a backup, leaves no mark.
+  return lineage.part != Part::standby || lineage.copy_end != 0 || position_of(store, lineage);
+}
+
 std::uint64_t serve_alone(Store& store) {
   std::optional<Lineage> lineage = lineage_of(store);
   if (!lineage) {
     return 0;
   }
-  if (lineage->part == Part::standby && !position_of(store, *lineage)) {
+  if (!is_whole(store, *lineage)) {
     throw InputError(
         "--state: holds a copy that is not whole: start it with --standby, and its primary fills "
         "it up");

@@ -59,6 +59,9 @@ void put_position(Store& store, const Position& position);
 /// Notes the furthest position whose changes the store contains completely. It may contain more.
 void put_reached_position(Store& store, const Position& position);
 
+/// Whether the store may serve: it is no standby's, or a full copy has come to its end.
+bool is_whole(Store& store, const Lineage& lineage);
+
 /// Makes the store of a primary refuse to serve from now on: its standby has taken over. Commits.
 void note_fence(Store& store);
 /// Throws InputError when the store is that of a fenced primary, unless `serve_fenced`: then it

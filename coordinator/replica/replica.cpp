@@ -82,7 +82,8 @@ Answer Replica::begin_session(const Ask& ask) {
   session_ = ask.session;
   batch_.clear();
   applied_ = 0;
-  const bool same = lineage_ && !applying_ && position_of(store_, *lineage_) == ask.position;
+  const bool same = lineage_ && !applying_ && position_of(store_, *lineage_) == ask.position &&
+                    !store_.lacks_files();
   awaits_copy_ = !same;
   in_step_ = same;
   position_ = ask.position;

@@ -19,7 +19,7 @@ ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
 void ReplicatedStore::find_lineage() {
   lineage_ = lineage_of(inner_).value_or(Lineage{random_() | 1, 0, Part::alone});
   const std::optional<Position> kept = position_of(inner_, lineage_);
-  if (lineage_.part == Part::standby && !kept) {
+  if (!is_whole(inner_, lineage_)) {
     throw InputError(
         "--replicate-to: --state holds a copy that is not whole: start it with --standby, and its "
         "primary fills it up");

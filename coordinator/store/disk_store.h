@@ -74,6 +74,7 @@ class DiskStore final : public Store {
   void each_rows(JobId job, const RowsVisitor& visit) override;
   std::optional<std::string> picture(JobId job) override;
   std::uint64_t picture_bytes(JobId job) override;
+  bool lacks_files() override;
 
   void tidy(double keep_lost) override;
   /// What opening has found and mended, a line each.

@@ -97,6 +97,8 @@ class Store {
   /// Replaces the job's picture by the copy that another store has. False: there is no such copy.
   virtual bool restore_picture(JobId /*job*/) { return false; }
   virtual std::uint64_t picture_bytes(JobId job) = 0;  ///< its size; 0: there is none
+  /// Whether files of scenes, rows or pictures that were committed are gone or cut. Reads none.
+  virtual bool lacks_files() { return false; }
 
   /// Work for quiet moments: call it every few seconds. Removes what was set aside more than
   /// `keep_lost` seconds of uptime ago.

@@ -12,6 +12,9 @@ from farm import BIN, Farm, run, wait_for
 from farm_test import LONG, SCENE, render_report
 
 
+SMALL = ("--width", "16", "--height", "16", "--spp", "1")
+
+
 def free_address():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -116,19 +119,18 @@ class BetweenHosts(unittest.TestCase):
             wait_for(lambda: "serves tcp" in insisting.log.read_text(), "the old one to serve")
 
     def test_a_primary_that_was_set_back_erases_nothing_of_its_standby(self):
-        small = ("--width", "16", "--height", "16", "--spp", "1")
         patient = Twins()
         patient.standby_options[1] = "60"  # seconds until the takeover
         with patient as farm:
             farm.wait_until_in_step()
             first = farm.directory / "first"
             farm.start_worker("w1")
-            farm.finish(farm.submit(SCENE, *small))
+            farm.finish(farm.submit(SCENE, *SMALL))
             farm.coordinator.send_signal(signal.SIGTERM)
             farm.coordinator.wait()
             shutil.copytree(first, farm.directory / "snapshot")
             farm.start_coordinator(farm.address)
-            jobs = [farm.submit(SCENE, *small) for _ in range(2)]
+            jobs = [farm.submit(SCENE, *SMALL) for _ in range(2)]
             expected = [farm.finish(job)["image_sha256"] for job in jobs]
             farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()
@@ -157,6 +159,56 @@ class BetweenHosts(unittest.TestCase):
             files = wait_for(lambda: (found := list(picture.parent.glob("picture*"))) and len(found) == 1 and found,
                              "the damaged file to go")
             self.assertEqual(files[0].read_bytes(), whole)
+
+    def end_standby(self, farm):
+        farm.standby.send_signal(signal.SIGTERM)
+        farm.standby.wait()
+        return farm.directory / "second"
+
+    def check_takeover(self, farm, job, digest):
+        farm.wait_until_in_step()
+        farm.kill_the_first()
+        farm.address = farm.second
+        self.assertEqual(farm.fetch(job)["image_sha256"], digest)
+
+    def test_a_standby_whose_picture_is_in_the_wrong_place_gets_it_again_before_it_takes_over(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *SMALL)
+            digest = farm.finish(job)["image_sha256"]
+            picture, = (self.end_standby(farm) / "jobs" / str(job)).glob("picture*")
+            picture.unlink()
+            picture.mkdir()
+            farm.start_standby()
+            self.assertIn("is a directory, not a file: moved to lost/", farm.standby.log.read_text())
+            self.check_takeover(farm, job, digest)
+
+    def test_a_standby_whose_state_needs_repair_says_so_and_after_that_takes_over(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *SMALL)
+            digest = farm.finish(job)["image_sha256"]
+            state = self.end_standby(farm)
+            (state / "parray.sqlite").unlink()
+            refused = run_coordinator("--coordinator", farm.second, "--standby", farm.link, "--state", state)
+            self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (1, 1), refused.stderr)
+            self.assertIn(f"--repair {state}", refused.stderr)
+            self.assertEqual(run_coordinator("--repair", state).returncode, 0)
+            farm.start_standby()
+            self.check_takeover(farm, job, digest)
+
+    def test_a_backup_of_a_standby_serves_all_that_was_acknowledged(self):
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *SMALL)
+            digest = farm.finish(job)["image_sha256"]
+            copied = run_coordinator("--backup", farm.directory / "second", farm.directory / "copy")
+            self.assertEqual(copied.returncode, 0, copied.stdout + copied.stderr)
+            with Farm("--state", farm.directory / "copy") as restored:
+                self.assertEqual(restored.fetch(job)["image_sha256"], digest)
 
     def test_a_primary_that_stands_still_is_fenced_when_it_goes_on(self):
         with Twins() as farm:
