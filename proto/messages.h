@@ -21,8 +21,9 @@ namespace parray {
 
 inline constexpr std::uint32_t protocol_version = 6;
 
-/// Raised with every change to the bits of a sample.
-inline constexpr std::uint32_t trace_version = 4;
+/// Raised with every change to the bits of a picture: to those of a sample, or to how many samples
+/// a pixel gets. scenes/pictures/renew makes the shipped pictures anew then.
+inline constexpr std::uint32_t trace_version = 5;
 
 namespace msg {
 

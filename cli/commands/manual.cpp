@@ -139,12 +139,12 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
   for each of `ranks` its host, threads, samples, leases and time spent tracing
   (`normalized_seconds`: over that of the whole render); `row_seconds` with `--row-seconds`
 - `aovs`: extra channels in the picture, with `--aov` only; the time that they took is
-  `seconds.aovs`
+  `seconds.aovs`; `channel_samples` of each pixel are in those that are traced
 - `nonfinite_samples`, `nonfinite_pixels`, `nonfinite`: samples that were not finite, and pixels
   that have some; the first 20 of these with `x`, `y`, `samples` and `first_sample`. They are
   left out of the mean; if there are any, the exit status is 1
-- `version`, `trace_version`: of ParRay, and of what its tracing makes of a scene: pictures of
-  one trace version have the same bits
+- `version`, `trace_version`: of ParRay, and of the rules that decide the bits of a picture, sample
+  counts included: pictures of one trace version have the same bits
 )";
 
 constexpr const char* convert_manual =

@@ -28,9 +28,9 @@
 namespace parray {
 namespace {
 
-/// load_scene(), by the recipe of --like if there is one.
+/// load_scene(), by the recipe of --like if there is one: `original_sha256` is its picture's then.
 SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
-                    NamedFiles named) {
+                    NamedFiles named, std::string& original_sha256) {
   if (options.like().empty()) return load_scene(scene_file, options, change, named);
   options.check_like();
   const std::string picture = printable(options.like(), 4096);
@@ -38,6 +38,7 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   options.follow(recipe.settings, !recipe.transparent_sha256.empty());
   SceneFile file = load_scene(scene_file, options, {}, named);
   check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
+  original_sha256 = recipe.image_sha256;
   return file;
 }
 
@@ -50,6 +51,7 @@ Submission load_for_outputs(const std::string& scene_file, const RenderOptions& 
       load_submission(scene_file, options, priority, {}, NamedFiles::anywhere, &rest);
   outputs.notes = notes_json(rest.particle_files);
   outputs.transparent = submission.transparent;
+  outputs.original = {printable(options.like(), 4096), submission.original_sha256};
   add_labels(outputs, output.labels(), rest, submission.settings);
   add_finishing(outputs, output.finish(), rest, submission.scene, submission.settings);
   return submission;
@@ -103,10 +105,10 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
                            SceneFile* rest) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  SceneFile file = load_like(scene_file, options, change, named);
+  Submission submission;
+  SceneFile file = load_like(scene_file, options, change, named, submission.original_sha256);
   const ResolvedSettings resolved =
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
-  Submission submission;
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));
   submission.name = scene_file == standard_input_argument
                         ? "standard input"

@@ -37,6 +37,8 @@ struct Submission {
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
+  /// image_sha256 of the picture that is to be made again; empty: it is a new one.
+  std::string original_sha256{};
 };
 
 /// The message that hands it over; without a token, and the user who has sent it.

@@ -13,6 +13,7 @@
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/image/image_file.h"
 #include "common/image/partial_file.h"
 #include "common/image/transparency.h"
@@ -157,6 +158,34 @@ void write_picture(const fs::path& file, const Picture& picture, const OutputPat
   write(shown.image, std::move(metadata), alpha);
 }
 
+/// Whether the picture has the bits of the one that was to be made again; says so if not.
+static bool has_original_bits(const json& report, const OriginalPicture& original) {
+  const auto made = report.at("image_sha256").get<std::string>();
+  if (original.image_sha256.empty() || made == original.image_sha256) return true;
+  std::cerr << "parray: --like " + original.file +
+                   ": the new picture has other bits: image_sha256 " + made.substr(0, 16) +
+                   ", not " + printable(original.image_sha256.substr(0, 16)) +
+                   ": its recipe was changed, or this build of ParRay differs: please report both "
+                   "files\n";
+  return false;
+}
+
+/// Whether all samples were finite; says so if not.
+static bool all_finite(const json& report) {
+  const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
+  if (nonfinite == 0) return true;
+  const json located = report.value("nonfinite", json::array());
+  std::cerr << "parray: warning: " << nonfinite << " of " << report.at("samples")
+            << " samples were not finite and were left out of the picture";
+  if (!located.empty()) {
+    const json& first = located.front();
+    std::cerr << ", the first in pixel (" << first.at("x") << ", " << first.at("y") << "), sample "
+              << first.at("first_sample");
+  }
+  std::cerr << ": please report the scene\n";
+  return false;
+}
+
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
@@ -175,18 +204,8 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   if (!outputs.notes.empty()) report["notes"] = outputs.notes;
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
   if (!outputs.none()) say_what_was_written(report, outputs, total);
-  const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
-  if (nonfinite == 0) return 0;
-  const json located = report.value("nonfinite", json::array());
-  std::cerr << "parray: warning: " << nonfinite << " of " << report.at("samples")
-            << " samples were not finite and were left out of the picture";
-  if (!located.empty()) {
-    const json& first = located.front();
-    std::cerr << ", the first in pixel (" << first.at("x") << ", " << first.at("y") << "), sample "
-              << first.at("first_sample");
-  }
-  std::cerr << ": please report the scene\n";
-  return 1;
+  const bool original_bits = has_original_bits(report, outputs.original);
+  return all_finite(report) && original_bits ? 0 : 1;
 }
 
 }  // namespace parray

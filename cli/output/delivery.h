@@ -8,6 +8,12 @@
 
 namespace parray {
 
+/// A picture that is made again, of --like.
+struct OriginalPicture {
+  std::string file;  ///< for people
+  std::string image_sha256;
+};
+
 /// Where a picture and its report go; empty: not wanted.
 struct OutputPaths {
   std::filesystem::path image;
@@ -18,6 +24,8 @@ struct OutputPaths {
   nlohmann::json notes{};             ///< of the files of particles, for the report
   std::filesystem::path preview{};    ///< follows the job (preview.h); ends as a copy of the image
   bool transparent = false;           ///< the image is to have no background
+
+  OriginalPicture original{};  ///< whose bits the picture is to have; without a hash: nobody's
 
   Finishing finishing{};  ///< of the files that are PNG
   std::string legends{};  ///< what colours mean, as legends_text() has it; for files and report
@@ -56,9 +64,9 @@ void write_picture(const std::filesystem::path& file, const Picture& picture,
 /// parts add up to it: `submit`, and `other`: waiting for a turn, making the image and its error.
 /// Without them it is the sum of what parts there are.
 ///
-/// Returns the program's exit status: 0, or 1 if samples were not finite. Throws RunError, and
-/// Interrupted (see common/process/stop_signal.h) between two strips of the image; nothing
-/// half-written stays.
+/// Returns the program's exit status: 0, or 1 if samples were not finite or the bits are not those
+/// of the original, which it says on stderr. Throws RunError, and Interrupted (see
+/// common/process/stop_signal.h) between two strips of the image; nothing half-written stays.
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
 }  // namespace parray

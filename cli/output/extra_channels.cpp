@@ -94,6 +94,7 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
     Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
                                      check_interrupted);
     std::move(traced.begin(), traced.end(), std::back_inserter(into));
+    picture.report["channel_samples"] = std::min(extra.settings.samples_per_pixel, channel_samples);
   };
   trace(extra.aovs, picture.channels);
   Aovs others;

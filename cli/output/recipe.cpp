@@ -22,12 +22,12 @@ using nlohmann::json;
 std::string key(std::string_view name) { return "parray:" + std::string(name); }
 
 /// Fields of the report that an image file has, too.
-constexpr std::array<std::string_view, 23> kept_in_image = {
-    "version",      "trace_version",     "scene_sha256",  "image_sha256", "width",
-    "height",       "max_depth",         "seed",          "sampler",      "precision",
-    "accelerator",  "samples",           "least_samples", "most_samples", "adaptive",
-    "target_error", "target_half_width", "time_limit",    "stopped_by",   "nonfinite_samples",
-    "flag",         "filled_pixels",     "fill_block"};
+constexpr std::array<std::string_view, 24> kept_in_image = {
+    "version",      "trace_version",     "scene_sha256",  "image_sha256",   "width",
+    "height",       "max_depth",         "seed",          "sampler",        "precision",
+    "accelerator",  "samples",           "least_samples", "most_samples",   "adaptive",
+    "target_error", "target_half_width", "time_limit",    "stopped_by",     "nonfinite_samples",
+    "flag",         "filled_pixels",     "fill_block",    "channel_samples"};
 
 void add_value(ImageMetadata& metadata, const std::string& name, const json& value) {
   if (value.is_string() && !value.get_ref<const std::string&>().empty()) {
@@ -187,6 +187,9 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   recipe.version = reader.text("version");
   recipe.samples = reader.whole<std::uint64_t>("samples");
   recipe.equal_samples = reader.has("samples_per_pixel");
+  if (reader.has("channel_samples")) {
+    recipe.channel_samples = reader.whole<std::uint32_t>("channel_samples");
+  }
   try {
     recipe.settings = settings_in(reader, recipe.equal_samples);
   } catch (const InputError& error) {

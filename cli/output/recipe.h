@@ -28,8 +28,9 @@ struct Recipe {
   /// What decides the bits of a sample, and how many samples there are: `samples_per_pixel`, or,
   /// where pixels have different numbers, the `passes` that lead to these.
   RenderSettings settings;
-  std::uint64_t samples = 0;   ///< of all pixels together
-  bool equal_samples = false;  ///< every pixel has settings.samples_per_pixel
+  std::uint64_t samples = 0;          ///< of all pixels together
+  bool equal_samples = false;         ///< every pixel has settings.samples_per_pixel
+  std::uint32_t channel_samples = 0;  ///< of each pixel in its extra channels; 0: there are none
 };
 
 /// By its report: pixels have different numbers of samples.

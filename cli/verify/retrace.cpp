@@ -66,7 +66,8 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
   }
   for (RetracedPixel& pixel : pixels) {
     const std::uint64_t finite = pixel.samples - counts.nonfinite;
-    pixel.mean = mean_radiance(sums[pixel.x - first], static_cast<std::uint32_t>(finite), scale);
+    pixel.sums = sums[pixel.x - first];
+    pixel.mean = mean_radiance(pixel.sums, static_cast<std::uint32_t>(finite), scale);
   }
   if (transparent) take_out_sky(tracer, scale, run, ranges, pixels);
 }

@@ -238,6 +238,66 @@ class Forgeries(VerifyTest):
         self.assertEqual(again["image_sha256"], report["image_sha256"])
 
 
+class Statements(VerifyTest):
+    """What a file states beside its colours: extra channels and its error."""
+
+    AOVS = ["--aov", "depth,normal,albedo,sphere,cost,half-width"]
+    TRACED = {"Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B", "sphere", "cost"}
+
+    def test_right_channels_and_errors_are_right_whatever_the_samples(self):
+        for options in (["--spp", "4"], ["--spp", "40"], ADAPTIVE, ["--target-error", "0.05"],
+                        ["--sampler", "independent", "--spp", "9"]):
+            with self.subTest(options=options):
+                report, _ = self.rendered(*options, *self.AOVS)
+                some = self.verified(self.path("a.exr"), self.scene)
+                self.assertEqual(set(some["wrong_in_channels"]), self.TRACED)
+                self.assertIn("channel half_width.*", some["not_checked"])
+                every = self.verified(self.path("a.exr"), self.scene, "--all")
+                self.assertEqual(set(every["wrong_in_channels"]), self.TRACED | {f"half_width.{c}" for c in "RGB"})
+                self.assertEqual(set(every["wrong_in_channels"].values()), {0})
+                self.assertEqual(every["error"]["traced"], report["error"]["rmse"])
+
+    def test_a_flipped_bit_of_any_channel_is_found(self):
+        self.rendered(*self.AOVS)
+        for channel in ("Z", "N.Y", "sphere", "cost", "half_width.G"):
+            def flip(values):
+                value = values[channel][5]
+                values[channel][5] = value ^ 1 if channel == "sphere" else next_float(value)
+            forge_exr(self.path("a.exr"), self.path("forged.exr"), flip)
+            with self.subTest(channel=channel):
+                found = self.verified(self.path("forged.exr"), self.scene, "--all", status=1)
+                self.assertEqual({name: wrong for name, wrong in found["wrong_in_channels"].items() if wrong},
+                                 {channel: 1})
+                self.assertIn(f"channel {channel} differs in 1 pixel",
+                              self.line(self.path("forged.exr"), self.scene, "--all", status=1))
+
+    def test_an_error_that_is_stated_too_low_is_found_by_some_pixels_and_any_other_by_all(self):
+        report, _ = self.rendered(name="a.png")
+        true = report["error"]["rmse"]
+        half = ["--seed", "3", "--pixels", PIXELS // 2]
+        for factor, status in ((0.5, 1), (1.5, 0)):
+            forge_png(self.path("a.png"), self.path("forged.png"), lambda pixels: None,
+                      lambda pixels: {"parray:error:rmse": repr(factor * true)})
+            with self.subTest(factor=factor):
+                some = self.verified(self.path("forged.png"), self.scene, *half, status=status)
+                self.assertEqual(some["error"]["right"], status == 0)
+                self.assertEqual(self.verified(self.path("forged.png"), self.scene, "--all", status=1)["wrong_pixels"], 0)
+                if status:
+                    self.assertIn("is too low", self.line(self.path("forged.png"), self.scene, *half, status=1))
+
+    def test_what_was_not_checked_is_named(self):
+        self.rendered(*ADAPTIVE, *self.AOVS)
+        alone = self.verified(self.path("a.exr"))["not_checked"]
+        self.assertEqual(alone[:3], ["whether the pixels are what the scene gives", "the stated error",
+                                     "how many samples each pixel was given"])
+        self.assertIn("channel Z", alone)
+        self.rendered()
+        self.assertEqual(self.verified(self.path("a.exr"), self.scene)["not_checked"], [])
+        self.assertNotIn("not checked", self.line(self.path("a.exr"), self.scene))
+        few = self.verified(self.path("a.exr"), self.scene, "--pixels", "9")
+        self.assertEqual((few["not_checked"], few["error"]), (["the stated error"], None))
+
+
 class Like(VerifyTest):
     def again(self, expected, name="a.exr"):
         report, _ = self.rendered("--like", self.path(name), name="b.png")
@@ -257,6 +317,30 @@ class Like(VerifyTest):
                 self.assertEqual(again["precision"], report["precision"])
         # A picture that was made again has a recipe as good.
         self.again(report, name="b.png")
+
+    def test_a_picture_that_has_other_bits_than_its_original_is_kept_and_called_wrong(self):
+        report, _ = self.rendered(*ADAPTIVE, name="a.png")
+        forge_png(self.path("a.png"), self.path("forged.png"), lambda pixels: None, lambda pixels: {"parray:seed": "77"})
+        with Farm() as farm:
+            farm.start_worker("one")
+            for name, start in (("b.png", ["render", self.scene]),
+                                ("c.png", ["submit", self.scene, "--wait", "--coordinator", farm.address])):
+                result = run(*start, "--like", self.path("forged.png"), "-o", self.path(name), "-q")
+                self.assertEqual(result.returncode, 1)
+                self.assertRegex(result.stderr, r"\Aparray: --like [^\n]*forged\.png: the new picture has other bits: "
+                                 rf"image_sha256 [0-9a-f]{{16}}, not {report['image_sha256'][:16]}[^\n]*\n\Z")
+                made = read_text(self.path(name))
+                self.assertEqual(made["parray:seed"], "77")
+                self.assertNotEqual(made["parray:image_sha256"], report["image_sha256"])
+
+    def test_a_recipe_of_another_version_is_refused_before_anything_is_traced(self):
+        self.rendered(name="a.png")
+        forge_png(self.path("a.png"), self.path("old.png"), lambda pixels: None,
+                  lambda pixels: {"parray:trace_version": "4"})
+        result = run("render", self.scene, "--like", self.path("old.png"), "-o", self.path("b.png"))
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        self.assertRegex(result.stderr, r"\Aparray: [^\n]*traced by other rules \(trace_version 4[^\n]*\n\Z")
+        self.assertFalse(self.path("b.png").exists())
 
     def test_what_is_no_part_of_the_bits_stays_free(self):
         report, _ = self.rendered(*ADAPTIVE)

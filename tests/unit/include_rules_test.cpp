@@ -67,7 +67,7 @@ const Rules& room_may_include() {
       {"cli/output", {"cli/farm", "cli/labels"}},
       {"cli/audit", {}},
       {"cli/compare", {}},
-      {"cli/verify", {}},
+      {"cli/verify", {"cli/farm", "cli/output"}},
       {"cli/tradeoff", {"cli/plan", "cli/output", "cli/farm", "cli/process"}},
       {"cli/plan", {"cli/output", "cli/farm", "cli/audit"}},
       {"cli/doctor", {"cli/output", "cli/process", "cli/farm"}},

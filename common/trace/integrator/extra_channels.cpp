@@ -41,17 +41,16 @@ class VectorPlanes {
 /// The channels of one picture. Pixels are filled independently: threads share no pixel.
 class ChannelPlanes {
  public:
+  /// For so many pixels.
   ChannelPlanes(const PathTracer& tracer, const Scene& scene, const RenderSettings& settings,
-                const Aovs& wanted)
+                const Aovs& wanted, std::size_t pixels)
       : tracer_(tracer),
         scene_(scene),
-        width_(settings.width),
         samples_{0, std::min(settings.samples_per_pixel, channel_samples)},
         forward_(normalize(scene.camera.look_at - scene.camera.look_from)),
         wanted_(wanted),
-        normal_(wants(Aov::normal), std::size_t{width_} * settings.height),
-        albedo_(wants(Aov::albedo), std::size_t{width_} * settings.height) {
-    const std::size_t pixels = std::size_t{width_} * settings.height;
+        normal_(wants(Aov::normal), pixels),
+        albedo_(wants(Aov::albedo), pixels) {
     depth_.resize(wants(Aov::depth) ? pixels : 0);
     sphere_.resize(wants(Aov::sphere) ? pixels : 0);
     cost_.resize(wants(Aov::cost) ? pixels : 0);
@@ -59,9 +58,8 @@ class ChannelPlanes {
 
   [[nodiscard]] std::uint32_t samples() const { return samples_.count(); }
 
-  /// `scratch` is the calling thread's.
-  void fill(const PixelRun& run, std::vector<FirstHit>& scratch) {
-    const std::size_t first = std::size_t{run.y} * width_ + run.x_begin;
+  /// The values of the run's pixels, from place `first` on. `scratch` is the calling thread's.
+  void fill(const PixelRun& run, std::size_t first, std::vector<FirstHit>& scratch) {
     const std::uint32_t count = run.x_end - run.x_begin;
     if (wants(Aov::depth) || wants(Aov::normal) || wants(Aov::albedo) || wants(Aov::sphere)) {
       scratch.resize(std::size_t{count} * samples());
@@ -116,7 +114,6 @@ class ChannelPlanes {
 
   const PathTracer& tracer_;
   const Scene& scene_;
-  std::uint32_t width_;
   SampleRange samples_;
   Vec3d forward_;
   const Aovs& wanted_;
@@ -163,11 +160,28 @@ void for_runs(const RenderSettings& settings, std::uint32_t samples, int threads
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands) {
-  ChannelPlanes planes(tracer, scene, settings, wanted);
+  const std::size_t width = settings.width;
+  ChannelPlanes planes(tracer, scene, settings, wanted, width * settings.height);
   for_runs(settings, planes.samples(), threads, between_bands,
-           [&planes, scratch = std::vector<FirstHit>()](const PixelRun& run) mutable {
-             planes.fill(run, scratch);
+           [&planes, width, scratch = std::vector<FirstHit>()](const PixelRun& run) mutable {
+             planes.fill(run, run.y * width + run.x_begin, scratch);
            });
+  return planes.take();
+}
+
+Channels trace_channels(const PathTracer& tracer, const Scene& scene,
+                        const RenderSettings& settings, const Aovs& wanted,
+                        std::span<const PixelRun> pixels, int threads) {
+  ChannelPlanes planes(tracer, scene, settings, wanted, pixels.size());
+#pragma omp parallel num_threads(threads)
+  {
+    const FloatMode ieee;
+    std::vector<FirstHit> scratch;
+#pragma omp for schedule(dynamic) nowait
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      planes.fill(pixels[i], i, scratch);
+    }
+  }
   return planes.take();
 }
 

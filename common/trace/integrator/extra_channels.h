@@ -38,6 +38,11 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
 
+/// The same of single pixels: each run has one pixel, whose values stand at the run's place.
+Channels trace_channels(const PathTracer& tracer, const Scene& scene,
+                        const RenderSettings& settings, const Aovs& wanted,
+                        std::span<const PixelRun> pixels, int threads);
+
 /// What of all samples of a picture is background, pixel by pixel: camera rays alone are traced.
 /// `samples`: how many each pixel has, image order; empty: settings.samples_per_pixel. The same
 /// values for any number of `threads`, accelerator and instruction set; `between_bands` as above.
