@@ -2,7 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/replica/lineage.h"
@@ -185,6 +188,133 @@ TEST_CASE("a standby mends a job that was cancelled while its liar was found") {
   ann.join();
   work(service, {{&ann, honest}}, job);
   check_right(service, job, many_leases());
+}
+
+namespace {
+
+/// Things that happen to jobs, workers and coordinators, drawn at random.
+class Storm {
+ public:
+  Storm(std::uint64_t seed, Twins& twins) : twins_(twins), dice_(seed) {}
+
+  void submit(const RenderSettings& settings) {
+    const auto priority = static_cast<std::uint32_t>(dice_.below(101));
+    const std::string user = dice_.one_in(2) ? "ann" : "bob";
+    jobs.emplace_back(twins_.service.submit(small_scene(), settings, priority, user), settings);
+  }
+  /// So many rounds, with something that happens in every fifth.
+  void blow(const Hands& hands, std::uint64_t rounds) {
+    for (std::uint64_t round = 0; round < rounds; ++round) {
+      work(twins_.service, hands, jobs.front().first, 1);
+      if (dice_.one_in(5)) {
+        happen(hands);
+      }
+    }
+  }
+  /// Every job goes on until it is done.
+  void calm(const Hands& hands) {
+    for (const auto& [job, settings] : jobs) {
+      twins_.service.steer(job, msg::JobAction::resume);
+      twins_.service.steer(job, msg::JobAction::requeue);
+    }
+    for (const auto& [hand, manner] : hands) {
+      hand->come_back();
+    }
+    for (const auto& [job, settings] : jobs) {
+      work(twins_.service, hands, job, 3000);
+    }
+  }
+
+  std::vector<std::pair<JobId, RenderSettings>> jobs;
+
+ private:
+  void happen(const Hands& hands) {
+    using enum msg::JobAction;
+    const JobId job = jobs[dice_.below(jobs.size())].first;
+    const auto action = std::array{pause, resume, cancel, requeue, prioritise}[dice_.below(5)];
+    switch (dice_.below(6)) {
+      case 0:
+        twins_.service.restart();
+        return;
+      case 1:
+        if (!std::exchange(taken_over_, true)) {
+          twins_.take_over();
+        }
+        return;
+      case 2: {
+        Hand* hand = hands[dice_.below(hands.size())].first;
+        dice_.one_in(2) ? hand->join() : hand->come_back();
+        return;
+      }
+      default:
+        twins_.service.steer(job, action, static_cast<std::uint32_t>(dice_.below(101)));
+    }
+  }
+
+  Twins& twins_;
+  Dice dice_;
+  bool taken_over_ = false;
+};
+
+RenderSettings in_layers() {
+  RenderSettings settings = many_leases();
+  settings.height = 3;
+  settings.samples_per_pixel = 1000;
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("in any history a machine's results are undone in all jobs once one lie was found") {
+  std::uint64_t set_back = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    CAPTURE(seed);
+    const auto draw = std::make_shared<double>(0.9);  // no checks
+    CoordinatorOptions options = checking_all();
+    options.random = [draw] { return *draw; };
+    Twins twins(options);
+    Service& service = twins.service;
+    Storm storm(seed, twins);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob", 2);
+    Hand liar(service, "liar", 2);
+    const Hands honest_ones{{&ann, in_parts(seed)}, {&bob, honest}};
+    Hands all = honest_ones;
+    all.emplace_back(&liar, in_parts(seed + 1, 2));
+    for (const RenderSettings& settings : {many_leases(), in_layers(), in_passes()}) {
+      storm.submit(settings);
+    }
+    storm.blow(all, 20);
+    *draw = 0.2;  // another machine checks every lease
+    const JobId bait = service.submit(small_scene(), many_leases(), 100);
+    const auto is_caught = [&] {
+      const auto known = service.worker("liar");
+      return !known.is_null() && known.at("state") == "quarantined";
+    };
+    for (int i = 0; i < 300 && !is_caught(); ++i) {
+      if (service.worker("liar").is_null()) {
+        liar.join();
+      }
+      work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying_loudly}}, bait, 1);
+    }
+    REQUIRE(is_caught());
+    std::vector<JobId> done;
+    for (const auto& [job, settings] : storm.jobs) {
+      if (service.state(job) == "done") {
+        done.push_back(job);  // with lies, perhaps
+      }
+    }
+    storm.blow(honest_ones, 20);
+    storm.calm(honest_ones);
+    for (const auto& [job, settings] : storm.jobs) {
+      CAPTURE(job);
+      if (std::ranges::find(done, job) == done.end()) {
+        check_right(service, job, settings);
+        set_back += audit_of(service, job).set_back;
+      }
+    }
+  }
+  CHECK(set_back > 400);
 }
 
 }  // namespace parray::test
