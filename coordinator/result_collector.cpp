@@ -139,6 +139,13 @@ void ResultCollector::note_check(TracerKey tracer, const CellRange& range) {
   checks_.push_back({range, place_of(tracer)});
 }
 
+bool ResultCollector::is_checked(std::uint64_t cell) const {
+  return std::any_of(checks_.begin(), checks_.end(), [&](const Check& check) {
+    return check.range.begin <= cell && cell < check.range.end &&
+           check.tracer != cells_[cell].tracer;
+  });
+}
+
 std::uint64_t ResultCollector::checked_cells() const {
   std::vector<bool> checked(cells_.size());
   for (const Check& check : checks_) {

@@ -48,6 +48,8 @@ class ResultCollector {
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
   /// Notes that `tracer` traced the range and got the bits that are merged.
   void note_check(TracerKey tracer, const CellRange& range);
+  /// Whether a cell that is in was traced alike by somebody beside its tracer.
+  [[nodiscard]] bool is_checked(std::uint64_t cell) const;
   /// Cells that are in and that somebody beside their tracer traced alike.
   [[nodiscard]] std::uint64_t checked_cells() const;
 

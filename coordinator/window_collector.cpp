@@ -34,6 +34,9 @@ constexpr Time quiet_time = seconds(1);
 /// What wakes another thread.
 constexpr std::size_t least_parallel_entries = 4;
 
+/// Of one turn, in which rank 0 does nothing else.
+constexpr std::uint64_t most_rechecks = 8;
+
 }  // namespace
 
 static std::uint32_t crew_of(const RankThreads& threads) {
@@ -41,12 +44,12 @@ static std::uint32_t crew_of(const RankThreads& threads) {
   return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, threads.own));
 }
 
-TracerKey rank_tracer() { return tracer_key("parray-mpi", ""); }
-
-WindowCollector::WindowCollector(JobPicture& picture, const WindowLayout& layout, Window& window,
-                                 std::span<const std::byte> memory, Time now, Totals& totals,
-                                 Hooks hooks, RankThreads threads)
+WindowCollector::WindowCollector(JobPicture& picture, RankJudge& judge, const WindowLayout& layout,
+                                 Window& window, std::span<const std::byte> memory, Time now,
+                                 Totals& totals, Hooks hooks, RankThreads threads)
     : picture_(picture),
+      judge_(judge),
+      plan_(picture.plan()),
       layout_(layout),
       window_(window),
       memory_(memory),
@@ -58,6 +61,7 @@ WindowCollector::WindowCollector(JobPicture& picture, const WindowLayout& layout
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {
   totals_.row_nanoseconds.resize(picture.settings().height);
+  stop_faulty_ranks();
 }
 
 /// Words are not const for atomic_ref, but nothing is written.
@@ -90,6 +94,10 @@ bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
     }
   }
   waiting_ = std::move(left);
+  if (judge_.has_rechecks()) {
+    judge_.recheck(most_rechecks);
+  }
+  stop_faulty_ranks();
   if (totals_.entries == before) {
     return false;
   }
@@ -142,11 +150,15 @@ bool WindowCollector::wants_all_threads(Time now) const {
 
 /// True when there is nothing more to expect of it. Any thread.
 bool WindowCollector::read_entry(Time now, const Entry& entry) {
-  const std::uint64_t word = load(layout_.log_word(entry.index));
+  const std::size_t first = layout_.log_word(entry.index);
+  const std::uint64_t word = load(first);
   if (word == 0) {
     return false;
   }
-  if (take(range_from_word(word), load(layout_.log_word(entry.index) + 1))) {
+  // A rank's number that has not arrived yet is 0 - 1.
+  const std::uint64_t rank = load(first + 2) - 1;
+  if (rank < layout_.ranks() &&
+      take(static_cast<std::uint32_t>(rank), range_from_word(word), load(first + 1))) {
     return true;
   }
   if (now - entry.since < arrival_time) {
@@ -159,8 +171,8 @@ bool WindowCollector::read_entry(Time now, const Entry& entry) {
 
 /// Whoever traces a cell once more writes to the same place, perhaps corrupt bytes, at any time: so
 /// what is checked and merged is a copy.
-bool WindowCollector::take(const CellRange& range, std::uint64_t digest) {
-  if (range.begin >= range.end || range.end > picture_.plan()->cells()) {
+bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint64_t digest) {
+  if (range.begin >= range.end || range.end > plan_->cells()) {
     return false;
   }
   const auto there =
@@ -169,72 +181,84 @@ bool WindowCollector::take(const CellRange& range, std::uint64_t digest) {
   traced.range = range;
   traced.records.assign(there.begin(), there.end());
   std::vector<std::uint64_t> digests = cell_digests(traced.records, layout_.record_bytes());
-  if (range_digest(digests) != digest) {
+  if (entry_digest(range_digest(digests), rank) != digest) {
     return false;
   }
-  const std::vector<Cell> cells = picture_.plan()->grid()->cells_of(range);
+  const std::vector<Cell> cells = plan_->grid()->cells_of(range);
   if (!complete(traced, cells)) {
     return false;
   }
-  merge(std::move(traced), std::move(digests), cells);
+  merge(rank, std::move(traced), std::move(digests), cells);
   return true;
 }
 
-void WindowCollector::merge(TracedCells traced, std::vector<std::uint64_t> digests,
-                            std::span<const Cell> cells) {
+/// Runs of the range's cells that are in.
+std::vector<CellRange> WindowCollector::cells_in(const CellRange& range) const {
+  std::vector<CellRange> in;
+  for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
+    if (!picture_.collector().has(cell)) {
+      continue;
+    }
+    if (!in.empty() && in.back().end == cell) {
+      ++in.back().end;
+    } else {
+      in.push_back({cell, cell + 1});
+    }
+  }
+  return in;
+}
+
+/// Ranks that the judge has left out need not go on.
+void WindowCollector::stop_faulty_ranks() {
+  const std::vector<RankJudge::Verdict>& verdicts = judge_.verdicts();
+  for (; verdicts_heeded_ < verdicts.size(); ++verdicts_heeded_) {
+    for (const std::uint32_t rank : verdicts[verdicts_heeded_].left_out) {
+      window_.store(WindowLayout::rank_word(rank, WindowLayout::stop), 1);
+    }
+  }
+}
+
+/// Of a faulty rank nothing is merged, and nothing at all for a plan that holds no more.
+void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
+                            std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
   const std::scoped_lock lock(mutex_);
+  if (overtaken() || judge_.left_out(rank)) {
+    return;
+  }
+  ResultCollector& collector = picture_.collector();
+  if (const auto in = cells_in(traced.range); !in.empty()) {
+    const std::vector<std::uint64_t> whole = collector.digests_of(traced);
+    totals_.mismatches += collector.compare(traced.range, whole).mismatches;
+    if (!judge_.admit(rank, traced, whole)) {
+      return;
+    }
+    judge_.note_checks(rank, cells_in(traced.range));
+  }
   for (std::uint64_t i = 0; i < cells.size(); ++i) {
-    if (!picture_.collector().has(traced.range.begin + i)) {
+    if (!collector.has(traced.range.begin + i)) {
       const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
       totals_.row_nanoseconds[cells[i].y] += header_of(record).nanoseconds;
     }
   }
-  const ResultCollector::Taken taken =
-      picture_.take(rank_tracer(), traced, std::move(digests), cells);
+  const TracerKey tracer = judge_.tracer(rank);
+  const ResultCollector::Taken taken = picture_.take(tracer, traced, std::move(digests), cells);
   ++totals_.entries;
   totals_.duplicates += taken.duplicates;
-  totals_.mismatches += taken.mismatches;
-  if (taken.mismatches > 0 && hooks_.trace) {
-    settle(traced);
-  }
   if (taken.fresh > 0 && hooks_.merged) {
-    hooks_.merged(std::move(traced));
-  }
-}
-
-/// Where what has come differs from what is in, rank 0 traces the cells itself. There is no vote,
-/// and nobody knows which rank put what, so only these cells are mended.
-void WindowCollector::settle(const TracedCells& traced) {
-  ResultCollector& collector = picture_.collector();
-  for (const auto& [cell, tracer] :
-       collector.differing(traced.range, collector.digests_of(traced))) {
-    const CellRange range{cell, cell + 1};
-    TracedCells truth = hooks_.trace(picture_.plan()->batch(range));
-    if (collector.differing(range, collector.digests_of(truth)).empty()) {
-      continue;
-    }
-    ++totals_.corrected;
-    const std::vector<CellRange> cleared = collector.retract(std::vector<CellRange>{range});
-    if (hooks_.retracted) {
-      hooks_.retracted(cleared);
-    }
-    picture_.take(rank_tracer(), truth);
-    if (hooks_.merged) {
-      hooks_.merged(std::move(truth));
-    }
+    hooks_.merged(tracer, std::move(traced));
   }
 }
 
 /// Adds what does not travel through a window. False when the numbers are impossible ones.
 bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells) {
-  const CellBatch batch = picture_.plan()->batch(traced.range);
+  const CellBatch batch = plan_->batch(traced.range);
   traced.samples = batch.sample_count(cells);
   for (std::uint64_t i = 0; hooks_.locate && i < traced.range.count(); ++i) {
     const auto record = std::span(traced.records).subspan(i * layout_.record_bytes());
     if (header_of(record).nonfinite > 0) {
       const std::uint64_t cell = traced.range.begin + i;
       const std::scoped_lock lock(mutex_);
-      const auto found = hooks_.locate(picture_.plan()->batch({cell, cell + 1}));
+      const auto found = hooks_.locate(plan_->batch({cell, cell + 1}));
       traced.excluded.insert(traced.excluded.end(), found.begin(), found.end());
     }
   }
@@ -247,13 +271,20 @@ double WindowCollector::progress() const {
          static_cast<double>(picture_.plan()->cells());
 }
 
+void WindowCollector::finish() {
+  for (std::uint32_t rank = 0; overtaken() && rank < layout_.ranks(); ++rank) {
+    window_.store(WindowLayout::rank_word(rank, WindowLayout::stop), 1);
+  }
+  window_.store(Word::finished, 1);
+}
+
 void WindowCollector::issue_copies(Time now) {
   const std::uint64_t tickets = std::min(load(Word::tickets), layout_.most_copies());
   if (tickets > copies_issued_ && hungry_since_ == never) {
     find_gaps(now);
   }
   // What has not been read yet may be finished.
-  if (tickets <= copies_issued_ || behind_ || done()) {
+  if (tickets <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {
     hungry_since_ = never;
     return;
   }

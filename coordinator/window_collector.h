@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "coordinator/job_picture.h"
+#include "coordinator/rank_judge.h"
 #include "proto/clock.h"
 #include "proto/window.h"
 
 namespace parray {
-
-/// Of all ranks of all mpiruns: a window's log does not say who has traced what.
-TracerKey rank_tracer();
 
 /// Rank 0's threads, and those of all ranks together.
 struct RankThreads {
@@ -33,7 +31,6 @@ class WindowCollector {
     std::uint64_t entries = 0;     ///< results taken in
     std::uint64_t duplicates = 0;  ///< cells that came again with the same bits
     std::uint64_t mismatches = 0;  ///< cells that came again with other bits
-    std::uint64_t corrected = 0;   ///< of those: rank 0 found the bits wrong that had come first
     std::uint64_t corrupt = 0;     ///< results that did not match their digest, or cannot be
     std::uint64_t copies = 0;      ///< ranges issued once more
     /// Time that each row of the image took to trace, on one thread.
@@ -45,17 +42,12 @@ class WindowCollector {
     /// are. Sorted.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// Gets every result that has brought something new, when it is merged.
-    std::function<void(TracedCells)> merged;
-    /// Traces a cell on rank 0, which decides where two ranks put different bits. Null: what came
-    /// first stays.
-    std::function<TracedCells(const CellBatch& cell)> trace{};
-    /// Gets cells that were found wrong: they, and others of the same pixels, are traced again.
-    std::function<void(const std::vector<CellRange>& cells)> retracted{};
+    std::function<void(TracerKey tracer, TracedCells cells)> merged;
   };
 
-  /// `picture` has begun the pass. `window` is for writing, `memory` for reading the same window in
-  /// place; all references outlive the object.
-  WindowCollector(JobPicture& picture, const WindowLayout& layout, Window& window,
+  /// `picture`, which `judge` speaks of, has begun the pass. `window` is for writing, `memory` for
+  /// reading the same window in place; all references outlive the object.
+  WindowCollector(JobPicture& picture, RankJudge& judge, const WindowLayout& layout, Window& window,
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
@@ -69,15 +61,20 @@ class WindowCollector {
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Threads that take results in.
   [[nodiscard]] std::uint32_t crew() const { return crew_; }
-  [[nodiscard]] bool done() const { return picture_.collector().done(); }
+  /// All cells are in, and rank 0 has checked what it had to.
+  [[nodiscard]] bool done() const {
+    return !overtaken() && picture_.collector().done() && !judge_.has_rechecks();
+  }
+  /// The picture was begun again, because a faulty rank's bits had decided its passes.
+  [[nodiscard]] bool overtaken() const { return picture_.plan() != plan_; }
   /// Share of the pass's cells that are in, those of earlier lives included, 0 .. 1.
   [[nodiscard]] double progress() const;
 
   /// Issues copies of missing cells to ranks that wait for them. Each round over the missing cells
   /// starts at least twice the time later that the one before took: a copy costs, too.
   void issue_copies(Time now);
-  /// Tells all ranks to stop.
-  void finish() { window_.store(WindowLayout::finished, 1); }
+  /// Tells all ranks to stop: those that wait at once, those at work with their next beat.
+  void finish();
 
   /// Looks at every rank's beat, and shows that rank 0 is alive.
   void listen(Time now);
@@ -106,13 +103,17 @@ class WindowCollector {
   void find_gaps(Time now);
   [[nodiscard]] std::size_t entries_of(std::uint64_t most_cells);
   bool read_entry(Time now, const Entry& entry);
-  bool take(const CellRange& range, std::uint64_t digest);
-  void merge(TracedCells traced, std::vector<std::uint64_t> digests, std::span<const Cell> cells);
-  void settle(const TracedCells& traced);
+  bool take(std::uint32_t rank, const CellRange& range, std::uint64_t digest);
+  void merge(std::uint32_t rank, TracedCells traced, std::vector<std::uint64_t> digests,
+             std::span<const Cell> cells);
+  [[nodiscard]] std::vector<CellRange> cells_in(const CellRange& range) const;
+  void stop_faulty_ranks();
   bool complete(TracedCells& traced, std::span<const Cell> cells);
   [[nodiscard]] std::uint64_t load(std::size_t word) const;
 
   JobPicture& picture_;
+  RankJudge& judge_;
+  const std::shared_ptr<const WorkPlan> plan_;
   const WindowLayout& layout_;
   Window& window_;
   std::span<const std::byte> memory_;
@@ -136,6 +137,7 @@ class WindowCollector {
     Time changed{};
   };
   std::vector<Life> lives_;
+  std::size_t verdicts_heeded_ = 0;
   Time last_life_;
 };
 

@@ -1,5 +1,7 @@
 #include "proto/window.h"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <atomic>
 
@@ -60,8 +62,13 @@ WindowLayout::WindowLayout(const CellGrid& grid, std::uint32_t ranks)
       log_blocks_(ranks + divide_up(cells_ + 4 * copy_slots, block_entries)),
       first_copy_(shared_words + std::size_t{ranks} * rank_words),
       first_log_(first_copy_ + most_copies_),
-      first_record_((first_log_ + 2 * log_blocks_ * block_entries) * sizeof(std::uint64_t)),
+      first_record_((first_log_ + entry_words * log_blocks_ * block_entries) *
+                    sizeof(std::uint64_t)),
       bytes_(first_record_ + cells_ * record_bytes_) {}
+
+std::uint64_t entry_digest(std::uint64_t range_digest, std::uint32_t rank) {
+  return XXH3_64bits_withSeed(&range_digest, sizeof range_digest, rank);
+}
 
 std::uint64_t to_word(const CellRange& range) { return range.begin << 24 | range.count(); }
 

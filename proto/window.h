@@ -91,7 +91,8 @@ class WindowLayout {
     putting = 5,     ///< nanoseconds spent in putting results
     build = 6,       ///< nanoseconds spent building the accelerator
     tree_bytes = 7,  ///< of the accelerator
-    rank_words = 8
+    stop = 8,        ///< not 0: rank 0 wants no more of this pass from this rank
+    rank_words = 9
   };
 
   WindowLayout(const CellGrid& grid, std::uint32_t ranks);
@@ -101,9 +102,12 @@ class WindowLayout {
   }
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
   [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
-  /// An entry of the log is two words: the range, then the digest of its records. A rank fills the
-  /// entries of a block in their order; block r is the first of rank r.
-  [[nodiscard]] std::size_t log_word(std::uint64_t entry) const { return first_log_ + 2 * entry; }
+  /// An entry of the log is three words: the range, its entry_digest(), and the rank plus 1. A rank
+  /// fills the entries of a block in their order; block r is the first of rank r.
+  [[nodiscard]] std::size_t log_word(std::uint64_t entry) const {
+    return first_log_ + entry_words * entry;
+  }
+  static constexpr std::size_t entry_words = 3;
   [[nodiscard]] std::uint64_t log_blocks() const { return log_blocks_; }
   static constexpr std::uint64_t block_entries = 16;
   /// Byte at which a cell's record lies.
@@ -133,6 +137,9 @@ class WindowLayout {
 std::uint64_t to_word(const CellRange& range);
 CellRange range_from_word(std::uint64_t word);
 inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;
+
+/// What an entry of the log has of a result: the digest of its records, and of who put them.
+std::uint64_t entry_digest(std::uint64_t range_digest, std::uint32_t rank);
 
 /// Flags in a rank's beat; the rest counts samples.
 namespace beat_flags {

@@ -86,6 +86,9 @@ WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayou
 }
 
 RankSource::Part WindowSource::take_part(double samples_per_second, bool idle) {
+  if (stopped_) {
+    return {Answer::over, {}};
+  }
   const bool fresh = parts_.empty();
   if (fresh && !exhausted_) {
     const auto places = options_.policy == SchedulePolicy::weighted
@@ -222,7 +225,8 @@ void WindowSource::log(const CellRange& cells, std::uint64_t digest) {
     entries_left_ = WindowLayout::block_entries;
   }
   // In one go: whoever reads half of it finds that the digest is another's.
-  const std::array entry = {to_word(cells), digest};
+  const std::array entry = {to_word(cells), entry_digest(digest, options_.rank),
+                            std::uint64_t{options_.rank} + 1};
   window_.put(layout_.log_word(next_entry_) * sizeof digest, std::as_bytes(std::span(entry)));
   ++next_entry_;
   --entries_left_;
@@ -230,6 +234,10 @@ void WindowSource::log(const CellRange& cells, std::uint64_t digest) {
 
 void WindowSource::publish(WindowLayout::RankWord word, std::uint64_t value) {
   window_.store(WindowLayout::rank_word(options_.rank, word), value);
+  if (word == WindowLayout::beat) {
+    stopped_ =
+        stopped_ || window_.load(WindowLayout::rank_word(options_.rank, WindowLayout::stop)) != 0;
+  }
 }
 
 }  // namespace parray

@@ -93,6 +93,7 @@ class WindowSource final : public RankSource {
 
   Part take_part(double samples_per_second, bool idle) override;
   void put(const CellRange& cells, std::span<const std::byte> records) override;
+  /// With a beat it looks, too, whether rank 0 has told this rank to stop.
   void publish(WindowLayout::RankWord word, std::uint64_t value) override;
 
   /// The log entry of `cells`, whose records are in the window: the second half of put(), for
@@ -124,6 +125,7 @@ class WindowSource final : public RankSource {
   std::uint64_t entries_left_ = 0;   ///< of its block
   bool first_block_ = true;
   bool exhausted_ = false;
+  bool stopped_ = false;  ///< rank 0 wants no more
   std::optional<std::uint64_t> ticket_;
 };
 

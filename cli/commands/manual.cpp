@@ -135,8 +135,9 @@ around them: `studio`, `publication`, `flat` or `night`. To change more, make a 
   any, `write`, `other` (waiting for a turn, making the image and its error), `total`
 - `mpi`: of `parray-mpi` only: `mode`, `transport` (`window`, `messages`, or `memory` for one
   rank), `leases`, mean time of taking a lease and of handing in a result in microseconds,
-  `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrected_cells`, `corrupt_results`, and
-  for each of `ranks` its host, threads, samples, leases and time spent tracing
+  `copies` of ranges traced again, `duplicate_cells`, `mismatched_cells`, `corrupt_results`,
+  `faulty_ranks` (that returned wrong bits: `rank`, `host`, `retraced_cells`, `restarted`,
+  `left_out`), and for each of `ranks` its host, threads, samples, leases and time spent tracing
   (`normalized_seconds`: over that of the whole render); `row_seconds` with `--row-seconds`
 - `aovs`: extra channels in the picture, with `--aov` only; the time that they took is
   `seconds.aovs`; `channel_samples` of each pixel are in those that are traced

@@ -7,7 +7,6 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
-#include "coordinator/window_collector.h"
 
 namespace parray {
 namespace {
@@ -137,13 +136,28 @@ bool CheckpointedJob::begin_pass(const PassTimes& times) {
   return begun;
 }
 
-void CheckpointedJob::keep(TracedCells cells) {
+void CheckpointedJob::keep(TracerKey tracer, TracedCells cells) {
   held_bytes_ += cells.records.size();
-  held_.push_back({picture_->passes().pass(), picture_->plan()->grid(), std::move(cells)});
+  held_.push_back({picture_->passes().pass(), tracer, picture_->plan()->grid(), std::move(cells)});
 }
 
 void CheckpointedJob::retract(const std::vector<CellRange>& cells) {
-  held_.push_back({picture_->passes().pass(), {}, {}, picture_->retraction_entry(cells)});
+  held_.push_back({picture_->passes().pass(), {}, {}, {}, picture_->retraction_entry(cells)});
+}
+
+void CheckpointedJob::restart() {
+  held_.clear();
+  held_bytes_ = 0;
+  samples_before_ = 0;
+  record_.passes = picture_->passes().begun();
+  if (store_) {
+    store_->drop_rows(record_.id);
+    commit();
+  }
+}
+
+void CheckpointedJob::add_flag(const std::string& text) {
+  record_.flag += (record_.flag.empty() ? "" : "; ") + text;
 }
 
 bool CheckpointedJob::holds_much() const { return held_bytes_ > most_held_bytes; }
@@ -159,7 +173,7 @@ bool CheckpointedJob::pack_some() {
     packed += held.cells.records.size();
     held_bytes_ -= held.cells.records.size();
     store_->append_rows(
-        record_.id, held.grid ? JobPicture::cells_entry(held.pass, rank_tracer(), held.cells.range,
+        record_.id, held.grid ? JobPicture::cells_entry(held.pass, held.tracer, held.cells.range,
                                                         pack_cells(held.cells, *held.grid))
                               : held.retraction);
   }

@@ -51,9 +51,13 @@ class CheckpointedJob {
 
   /// Takes what has been merged of the pass under way, for the store. What waits is in memory:
   /// while holds_much(), pack_some() is due.
-  void keep(TracedCells cells);
-  /// The same of cells that were found wrong.
+  void keep(TracerKey tracer, TracedCells cells);
+  /// The same of cells that were set back.
   void retract(const std::vector<CellRange>& cells);
+  /// The picture was begun again: nothing of what was kept counts any more.
+  void restart();
+  /// What was found wrong and mended, for the report.
+  void add_flag(const std::string& text);
   [[nodiscard]] bool holds_much() const;
   /// Packs some of what waits, which takes milliseconds; false when nothing was left.
   bool pack_some();
@@ -81,6 +85,7 @@ class CheckpointedJob {
   std::unique_ptr<DiskStore> store_;  ///< null until there is something to keep
   struct Held {
     std::uint32_t pass;
+    TracerKey tracer;
     std::shared_ptr<const CellGrid> grid;
     TracedCells cells;
     std::string retraction{};  ///< the entry; there are no cells then

@@ -46,11 +46,12 @@ void PassResources::begin(RankPass next, Transport& transport, const Ranks& rank
 
 MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transport& its_transport)
     : transport(its_transport),
-      collector(own.job_.picture(), *resources.layout, *transport.window(), transport.memory(),
-                own.clock_.now(), own.totals_,
+      collector(own.job_.picture(), own.judge_, *resources.layout, *transport.window(),
+                transport.memory(), own.clock_.now(), own.totals_,
                 {own.options_.locate,
-                 [&own](TracedCells cells) { own.job_.keep(std::move(cells)); }, own.options_.trace,
-                 [&own](const std::vector<CellRange>& cells) { own.job_.retract(cells); }},
+                 [&own](TracerKey tracer, TracedCells cells) {
+                   own.job_.keep(tracer, std::move(cells));
+                 }},
                 {.own = own.options_.threads, .all = own.options_.all_threads}),
       runner(*resources.sources.at(0), own.team_, own.clock_,
              own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {
@@ -65,6 +66,11 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
       job_(job),
       team_(team),
       options_(std::move(options)),
+      judge_(job.picture(), rank_voices(options_.hosts),
+             {.trace = options_.trace,
+              .retracted = [&job](const std::vector<CellRange>& cells) { job.retract(cells); },
+              .restarted = [&job] { job.restart(); },
+              .decided = [this](const RankJudge::Verdict& verdict) { tell(verdict); }}),
       progress_(progress_style(options_.following.quiet, options_.following.progress), std::cerr,
                 terminal_columns),
       preview_(options_.following,
@@ -86,7 +92,7 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
   if (asked_for_help_) {
     prctl(PR_SET_TIMERSLACK, 1000);  // or 50 us of sleep would be 110
   }
-  while (!pass_->collector.done()) {
+  while (!pass_->collector.done() && !pass_->collector.overtaken()) {
     stop_if_interrupted();
     options_.pet();
     take_turn(clock_.now());
@@ -157,6 +163,9 @@ void MpiCoordinator::take_turn(Time now) {
     eager_until_ = now + eager_time;
   }
   collector.collect(now, most_cells_a_turn);
+  if (judge_.self_doubt()) {
+    give_up_judging();
+  }
   collector.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
@@ -196,6 +205,37 @@ std::string MpiCoordinator::kept_text() const {
          ": the same command goes on from there, with any number of ranks";
 }
 
+/// A rank returned wrong bits: which, and what follows.
+void MpiCoordinator::tell(const RankJudge::Verdict& verdict) {
+  const auto name_of_rank = [this](std::uint32_t rank) {
+    return "rank " + std::to_string(rank) + " on " + options_.hosts[rank];
+  };
+  const std::string wrong =
+      (verdict.rank ? name_of_rank(*verdict.rank) : "an earlier mpirun") + " returned wrong bits: ";
+  const std::string follows = verdict.restarted
+                                  ? "the picture was begun again"
+                                  : std::to_string(verdict.cells) + " cells were traced again";
+  job_.add_flag(wrong + follows);
+  progress_.make_way();
+  std::string line = "parray-mpi: " + wrong +
+                     "rank 0 got others for the same samples. What it traced is traced again";
+  if (verdict.left_out.size() > 1) {
+    line += ", and what all ranks of that machine traced, without them";
+  } else if (verdict.rank) {
+    line += " without it";
+  }
+  std::cerr << line + ". Test that machine's memory\n";
+}
+
+/// Rank 0 decides which bits are right, and nobody else can.
+void MpiCoordinator::give_up_judging() {
+  job_.commit();
+  throw RunError("rank 0 on " + options_.hosts[0] +
+                 " got other bits when it traced the same samples again, so that the picture "
+                 "cannot be trusted: test that machine's memory. " +
+                 kept_text() + "; begin the list of hosts with another machine");
+}
+
 void MpiCoordinator::give_up(Time now) {
   job_.commit();
   std::string silent;
@@ -220,8 +260,9 @@ JobStatus MpiCoordinator::status(Time now, bool done) const {
   status.target_error = job_.record().settings.target_error;
   status.target_half_width = job_.record().settings.target_half_width;
   if (progress > progress_before_ && elapsed > 0) {
-    status.samples_per_second =
-        static_cast<double>(framebuffer.counts().samples - job_.samples_before()) / elapsed;
+    status.samples_per_second = (static_cast<double>(framebuffer.counts().samples) -
+                                 static_cast<double>(job_.samples_before())) /
+                                elapsed;
     status.seconds_left = elapsed * (1 - progress) / (progress - progress_before_);
   }
   return status;

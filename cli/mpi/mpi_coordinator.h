@@ -41,8 +41,10 @@ class MpiCoordinator {
     std::uint32_t all_threads = 1;  ///< of all ranks
     /// See WindowCollector::Hooks.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
+    /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
-    std::function<void()> pet;  ///< called all the time
+    std::vector<std::string> hosts;  ///< of the ranks that take part
+    std::function<void()> pet;       ///< called all the time
   };
   /// References outlive the object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
@@ -67,6 +69,10 @@ class MpiCoordinator {
     return pass_ ? pass_->collector.rank_value(rank, word) : 0;
   }
   [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
+  /// Ranks that returned wrong bits.
+  [[nodiscard]] const std::vector<RankJudge::Verdict>& verdicts() const {
+    return judge_.verdicts();
+  }
   void show_finished(const Image& image) { preview_.finish(image); }
 
  private:
@@ -80,6 +86,8 @@ class MpiCoordinator {
   };
 
   bool end_pass();
+  void tell(const RankJudge::Verdict& verdict);
+  [[noreturn]] void give_up_judging();
   void stop_if_interrupted();
   void serve();
   void stay_alive();
@@ -96,6 +104,7 @@ class MpiCoordinator {
   ThreadTeam& team_;
   const Options options_;
   SteadyClock clock_;
+  RankJudge judge_;
   WindowCollector::Totals totals_;
   std::unique_ptr<Pass> pass_;
   Progress progress_;

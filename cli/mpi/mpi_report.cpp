@@ -6,6 +6,19 @@ using nlohmann::json;
 
 static double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
+/// Those that returned wrong bits.
+static json faulty_ranks(const std::vector<RankJudge::Verdict>& verdicts, const Ranks& ranks) {
+  json list = json::array();
+  for (const RankJudge::Verdict& verdict : verdicts) {
+    list.push_back({{"rank", verdict.rank ? json(*verdict.rank) : json()},
+                    {"host", verdict.rank ? ranks.facts[*verdict.rank].host : ""},
+                    {"retraced_cells", verdict.cells},
+                    {"restarted", verdict.restarted},
+                    {"left_out", verdict.left_out}});
+  }
+  return list;
+}
+
 json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode mode,
                 const char* transport, double render_seconds, bool row_seconds) {
   double takes = 0;
@@ -37,8 +50,8 @@ json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode m
       {"copies", totals.copies},
       {"duplicate_cells", totals.duplicates},
       {"mismatched_cells", totals.mismatches},
-      {"corrected_cells", totals.corrected},
       {"corrupt_results", totals.corrupt},
+      {"faulty_ranks", faulty_ranks(coordinator.verdicts(), ranks)},
       {"ranks", std::move(list)}};
   if (row_seconds) {
     json& rows = map["row_seconds"] = json::array();  // by image row, top first

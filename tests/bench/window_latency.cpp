@@ -124,7 +124,8 @@ void measure_collector(std::uint32_t samples_per_pixel, std::uint64_t cells_an_e
   const SteadyClock clock;
   WindowCollector::Totals totals;
   report.picture.touch(0, 1);  // pages that the kernel has to find cost more than what is measured
-  WindowCollector collector(report.picture, layout, window, memory, clock.now(), totals, {});
+  RankJudge judge(report.picture, rank_voices({"one host"}), {});
+  WindowCollector collector(report.picture, judge, layout, window, memory, clock.now(), totals, {});
   double digests = 0;
   for (std::uint64_t begin = 0; begin < plan.cells(); begin += cells_an_entry) {
     const CellRange range{begin, std::min(begin + cells_an_entry, plan.cells())};

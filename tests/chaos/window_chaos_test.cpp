@@ -49,15 +49,16 @@ class Job {
     CHECK(rig_.collector.done());
     CHECK(same_sums(rig_.picture.framebuffer(), made_framebuffer(storm_.settings)));
     CHECK(rig_.totals.mismatches == 0);
+    CHECK(rig_.judge.verdicts().empty());
     // What was kept is the rest of the picture, without a wrong cell.
     JobPicture next(storm_.settings, rig_.picture.scene(), {}, storm_.tile);
     next.begin_pass();
     for (const CellRange& range : storm_.done) {
-      next.take(rank_tracer(), made_cells(rig_.plan().batch(range)));
+      next.take(earlier_tracer(), made_cells(rig_.plan().batch(range)));
     }
     for (const TracedCells& cells : rig_.merged) {
       next.replay(
-          next.cells_entry(rank_tracer(), cells.range, pack_cells(cells, *rig_.plan().grid())));
+          next.cells_entry(earlier_tracer(), cells.range, pack_cells(cells, *rig_.plan().grid())));
     }
     CHECK(same_sums(next.framebuffer(), rig_.picture.framebuffer()));
   }

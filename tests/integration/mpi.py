@@ -46,7 +46,7 @@ def processes_of_session(session):
 class MpiRun:
     """with MpiRun(2, scene, *options) as run: ... One mpirun, in a session of its own."""
 
-    def __init__(self, ranks, *options, mpirun=(), env=None, picture="a.png"):
+    def __init__(self, ranks, *options, mpirun=(), env=None, picture="a.png", program="parray-mpi"):
         """`ranks` None: parray-mpi without mpirun. `picture`: a PNG file is written five times as fast as an EXR one,
         whose library loads 260 others."""
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="parray-test-"))
@@ -58,7 +58,7 @@ class MpiRun:
         launcher = ["mpirun", "-n", str(ranks), "--oversubscribe", *mpirun] if ranks else []
         with self.log.open("w") as log:
             self.process = subprocess.Popen(
-                [*launcher, BIN / "parray-mpi", *map(str, options)],
+                [*launcher, BIN / program, *map(str, options)],
                 stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
                 env={**ENVIRONMENT, **(env or {})}, start_new_session=True)
 

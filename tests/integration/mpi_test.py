@@ -380,9 +380,6 @@ class Sweep(unittest.TestCase):
                         self.assertEqual(job.finish()["image_sha256"], expected)
 
 
-def load_tests(loader, _, __):
-    return loader.loadTestsFromTestCase(MpiTest)
-
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

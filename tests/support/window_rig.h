@@ -157,28 +157,54 @@ class WindowMemory {
   std::size_t bytes_;
 };
 
+/// Traced cells in an earlier mpirun.
+inline TracerKey earlier_tracer() { return tracer_key("an earlier mpirun", ""); }
+
+/// "host0", "host1" ...: every rank has a machine of its own.
+inline std::vector<std::string> hosts_apart(std::uint32_t ranks) {
+  std::vector<std::string> hosts;
+  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+    hosts.push_back("host" + std::to_string(rank));
+  }
+  return hosts;
+}
+
 /// A pass of a picture over a window in this process, and rank 0's side of it.
 struct WindowRig {
   /// `done`: cells that an earlier life has finished.
   explicit WindowRig(const RenderSettings& its_settings, std::uint32_t ranks = 3,
-                     std::uint32_t tile = 0, const std::vector<CellRange>& done = {})
+                     std::uint32_t tile = 0, const std::vector<CellRange>& done = {},
+                     const std::vector<std::string>& hosts = {})
       : settings(its_settings),
         picture(settings, SceneFacts(small_scene()), {}, tile),
         pass(begin(done)),
         layout(*plan().grid(), ranks),
         memory(layout.bytes()),
         window(memory.bytes()),
-        collector(picture, layout, window, memory.bytes(), Time(0), totals,
-                  {[](const CellBatch& cell) { return made_cells(cell).excluded; },
-                   [this](TracedCells cells) { merged.push_back(std::move(cells)); },
-                   [](const CellBatch& cell) { return made_cells(cell); },
+        judge(picture, rank_voices(hosts.empty() ? hosts_apart(ranks) : hosts),
+              {.trace = [this](const CellBatch& cell) { return trace_in_rank_0(cell); },
+               .retracted =
                    [this](const std::vector<CellRange>& cells) {
                      retracted.insert(retracted.end(), cells.begin(), cells.end());
+                     log.push_back(picture.retraction_entry(cells));
+                   },
+               .restarted = [this] { ++restarts; }}),
+        collector(picture, judge, layout, window, memory.bytes(), Time(0), totals,
+                  {[](const CellBatch& cell) { return made_cells(cell).excluded; },
+                   [this](TracerKey tracer, TracedCells cells) {
+                     keep(tracer, cells);
+                     merged.push_back(std::move(cells));
                    }}) {}
 
   [[nodiscard]] const WorkPlan& plan() const { return *pass.plan; }
   WindowSource source(const WindowOptions& options = {}) {
     return {job, pass, layout, window, options};
+  }
+  WindowSource source_of(std::uint32_t rank) { return source({.rank = rank}); }
+  /// For another life.
+  void keep(TracerKey tracer, const TracedCells& cells) {
+    log.push_back(
+        picture.cells_entry(tracer, cells.range, pack_cells(cells, *picture.plan()->grid())));
   }
   bool collect(Time now = Time(0)) { return collector.collect(now, std::uint64_t{1} << 40); }
 
@@ -192,13 +218,24 @@ struct WindowRig {
   WindowCollector::Totals totals;
   std::vector<TracedCells> merged;
   std::vector<CellRange> retracted;
+  std::vector<std::string> log;  ///< entries of the job's log
+  std::uint64_t restarts = 0;
+  std::uint64_t traced_in_rank_0 = 0;  ///< cells, to decide what is right
+  bool rank_0_lies = false;
+  RankJudge judge;
   WindowCollector collector;
 
  private:
+  TracedCells trace_in_rank_0(const CellBatch& cell) {
+    ++traced_in_rank_0;
+    TracedCells traced = made_cells(cell);
+    traced.records[0] ^= static_cast<std::byte>(rank_0_lies ? 1 : 0);
+    return traced;
+  }
   RankPass begin(const std::vector<CellRange>& done) {
     picture.begin_pass();
     for (const CellRange& range : done) {
-      picture.take(rank_tracer(), made_cells(picture.plan()->batch(range)));
+      picture.take(earlier_tracer(), made_cells(picture.plan()->batch(range)));
     }
     return {picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
   }

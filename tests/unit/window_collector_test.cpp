@@ -121,7 +121,7 @@ TEST_CASE("what is merged is handed on for the store, from which another life go
     }
     JobPicture next(rig.settings, SceneFacts(test::small_scene()));
     for (const TracedCells& cells : rig.merged) {
-      next.replay(rig.picture.cells_entry(rank_tracer(), cells.range,
+      next.replay(rig.picture.cells_entry(rig.judge.tracer(0), cells.range,
                                           pack_cells(cells, *rig.plan().grid())));
     }
     CHECK(same_sums(next.framebuffer(), rig.picture.framebuffer()));
@@ -153,44 +153,6 @@ TEST_CASE("a result that comes again with the same bits is counted and changes n
   rig.check_picture();
   CHECK(rig.totals.duplicates == 2 * half + 2);
   CHECK(rig.totals.mismatches == 0);
-}
-
-TEST_CASE("a result that comes again with another bit is a mismatch and changes nothing") {
-  Rig rig(fixed_settings());
-  rig.put({0, rig.cells});
-  rig.collect();
-  auto records = made_records(rig.plan(), {2, 4});
-  records[rig.layout.record_bytes()] ^= std::byte{1};  // one ray more or less
-  rig.rank.put({2, 4}, records);
-  rig.collect();
-  CHECK(rig.totals.mismatches == 1);
-  CHECK(rig.totals.duplicates == 1);
-  rig.check_picture();
-}
-
-TEST_CASE("rank 0 traces cells itself whose results differ, in either order of arrival") {
-  for (const bool wrong_first : {true, false}) {
-    CAPTURE(wrong_first);
-    Rig rig(fixed_settings());
-    auto wrong = made_records(rig.plan(), {2, 4});
-    wrong[rig.layout.record_bytes()] ^= std::byte{1};  // one ray more or less
-    if (wrong_first) {
-      rig.rank.put({2, 4}, wrong);
-      rig.collect();
-    }
-    rig.put({0, rig.cells});
-    rig.collect();
-    if (!wrong_first) {
-      rig.rank.put({2, 4}, wrong);
-      rig.collect();
-    }
-    CHECK(rig.totals.mismatches == 1);
-    CHECK(rig.totals.corrected == (wrong_first ? 1 : 0));
-    CHECK(rig.retracted.empty() != wrong_first);
-    rig.put({0, rig.cells});  // other cells of those pixels
-    rig.collect();
-    rig.check_picture();
-  }
 }
 
 TEST_CASE("a result with numbers that no tracing gives is not taken in") {
@@ -319,9 +281,9 @@ TEST_CASE("of many ranks rank 0's threads take in results together, corrupt ones
     Rig rig(random_settings(dice), dice.one_in(3) ? 5 : 0);
     std::uint64_t merged = 0;
     WindowCollector collector(
-        rig.picture, rig.layout, rig.window, rig.memory.bytes(), Time(0), rig.totals,
+        rig.picture, rig.judge, rig.layout, rig.window, rig.memory.bytes(), Time(0), rig.totals,
         {[](const CellBatch& cell) { return test::made_cells(cell).excluded; },
-         [&](const TracedCells& cells) { merged += cells.range.count(); }},
+         [&](TracerKey, const TracedCells& cells) { merged += cells.range.count(); }},
         {.own = 4, .all = 4096});
     CHECK(collector.crew() == 4);
     std::vector<CellRange> spoilt;
@@ -355,7 +317,7 @@ TEST_CASE("rank 0 of many leaves tracing to the others as long as their results 
   Rig rig(fixed_settings());
   const auto collector_of = [&](RankThreads threads) {
     return std::make_unique<WindowCollector>(
-        rig.picture, rig.layout, rig.window, rig.memory.bytes(), seconds(1), rig.totals,
+        rig.picture, rig.judge, rig.layout, rig.window, rig.memory.bytes(), seconds(1), rig.totals,
         WindowCollector::Hooks{
             [](const CellBatch& cell) { return test::made_cells(cell).excluded; }, {}},
         threads);
@@ -381,7 +343,8 @@ TEST_CASE("an entry that is written long after ranks have begun is taken in") {
   CHECK_FALSE(rig.collect(seconds(100)));
   rig.window.put(rig.layout.record_offset(3), records);
   rig.window.store(rig.layout.log_word(0) + 1,
-                   range_digest(cell_digests(records, rig.layout.record_bytes())));
+                   entry_digest(range_digest(cell_digests(records, rig.layout.record_bytes())), 2));
+  rig.window.store(rig.layout.log_word(0) + 2, 3);
   rig.window.store(rig.layout.log_word(0), to_word({3, 8}));
   CHECK(rig.collect(seconds(101)));
   CHECK(rig.picture.collector().done_cells() == 5);
@@ -524,11 +487,12 @@ TEST_CASE("passes of pixels with samples of their own add up over windows, and g
       const WindowLayout layout(*plan->grid(), 3);
       test::WindowMemory memory(layout.bytes());
       LocalWindow window(memory.bytes());
+      RankJudge judge(picture, rank_voices(test::hosts_apart(3)), {});
       WindowCollector collector(
-          picture, layout, window, memory.bytes(), Time(0), totals,
+          picture, judge, layout, window, memory.bytes(), Time(0), totals,
           {[](const CellBatch& cell) { return test::made_cells(cell).excluded; },
-           [&](const TracedCells& cells) {
-             log.push_back(JobPicture::cells_entry(pass.number, rank_tracer(), cells.range,
+           [&](TracerKey tracer, const TracedCells& cells) {
+             log.push_back(JobPicture::cells_entry(pass.number, tracer, cells.range,
                                                    pack_cells(cells, *plan->grid())));
            }});
       RankJob job{settings, "", nullptr};

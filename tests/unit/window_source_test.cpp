@@ -361,7 +361,7 @@ TEST_CASE(
   CHECK(rank.take_part(1e6, true).answer == Answer::over);
 }
 
-TEST_CASE("a result is in its place and in the log, with its digest") {
+TEST_CASE("a result is in its place and in the log, with its digest and its rank") {
   Rig rig(medium(), 2, weighted);
   WindowSource rank = rig.rank(1);
   const CellRange range{4, 9};
@@ -375,7 +375,8 @@ TEST_CASE("a result is in its place and in the log, with its digest") {
   const std::size_t entry = rig.layout.log_word(WindowLayout::block_entries + 1);
   CHECK(rig.window.load(entry) == to_word(range));
   CHECK(rig.window.load(entry + 1) ==
-        range_digest(cell_digests(records, rig.layout.record_bytes())));
+        entry_digest(range_digest(cell_digests(records, rig.layout.record_bytes())), 1));
+  CHECK(rig.window.load(entry + 2) == 2);
   rank.publish(WindowLayout::takes, 17);
   CHECK(rig.window.load(WindowLayout::rank_word(1, WindowLayout::takes)) == 17);
 }

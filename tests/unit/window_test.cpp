@@ -38,7 +38,7 @@ std::vector<Region> regions_of(const WindowLayout& layout) {
   }
   for (std::uint64_t entry = 0; entry < layout.log_blocks() * WindowLayout::block_entries;
        ++entry) {
-    regions.push_back(words(layout.log_word(entry), 2));
+    regions.push_back(words(layout.log_word(entry), WindowLayout::entry_words));
   }
   for (std::uint64_t cell = 0; cell < layout.cells(); ++cell) {
     const std::size_t offset = layout.record_offset(cell);

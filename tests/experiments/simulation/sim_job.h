@@ -107,6 +107,7 @@ class SimJob {
   RankClock coordinator_clock_;
   SimWindow coordinator_window_;
   WindowCollector::Totals totals_;
+  RankJudge judge_;
   WindowCollector collector_;
   std::vector<double> costs_;
   TracedMap map_;

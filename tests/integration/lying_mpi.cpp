@@ -1,0 +1,126 @@
+// parray-mpi with a faulty rank 1, for tests: the linker puts this in the place of
+// make_path_tracer().
+//
+// PARRAY_LIARS names an empty folder, by whose files three ranks tell each other how far they are.
+// Each has a third of the picture (--schedule static --threads 1). Rank 1
+// returns wrong sums for every cell. Rank 2 holds its third back until rank 1 has copied some of
+// it, so that results are compared; rank 0 copies nothing before. The main thread, which traces the
+// built-in test picture and decides disputes, is honest; so is everybody without PARRAY_LIARS.
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "cli/mpi/mpi_world.h"
+#include "common/trace/integrator/path_tracer.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+using std::chrono::milliseconds;
+
+constexpr std::uint32_t ranks = 3;
+constexpr std::uint32_t liar = 1;
+constexpr std::uint32_t late = 2;
+/// Cells of a third of the picture: 100 x 75 pixels of 100 samples, 20 pixels in a cell.
+constexpr int third = 125;
+/// More than the first two copies have, a sixth of the cells that are missing each: the first may
+/// be of the liar's own third.
+constexpr int copied = 90;
+
+class ScriptedTracer final : public PathTracer {
+ public:
+  ScriptedTracer(std::unique_ptr<PathTracer> honest, fs::path folder)
+      : PathTracer(honest->accelerator()),
+        honest_(std::move(honest)),
+        folder_(std::move(folder)),
+        rank_(rank_in_environment()) {}
+
+  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
+                 TraceCounts& counts) const override {
+    follow_script();
+    ++cells_;
+    honest_->trace_run(run, samples, sums, counts);
+    if (rank_ == liar) {
+      sums[0].sum[0] += sums[0].sum[0] > 0 ? ~std::uint64_t{0} : 1;
+    }
+  }
+  void first_hits(const PixelRun& run, const SampleRange& samples,
+                  std::span<FirstHit> hits) const override {
+    honest_->first_hits(run, samples, hits);
+  }
+  void add_sky_samples(const PixelRun& run, const RunSamples& samples,
+                       std::span<SkySamples> sky) const override {
+    honest_->add_sky_samples(run, samples, sky);
+  }
+
+ private:
+  /// What a rank does before its next cell. Its first are its third, all others are copies.
+  void follow_script() const {
+    if (cells_ == 0) {
+      say("begun-" + std::to_string(rank_));
+      for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+        wait_for("begun-" + std::to_string(rank));
+      }
+    }
+    if (rank_ == late && cells_ == 0) {
+      wait_for("copied");
+      std::this_thread::sleep_for(milliseconds(200));  // until the copy is handed in
+    } else if (rank_ == late && cells_ == third) {
+      say("compared");
+    } else if (rank_ == liar && cells_ == third + copied) {
+      say("copied");
+      wait_for("compared", milliseconds(3000));
+    } else if (rank_ == 0 && cells_ == third) {
+      wait_for("compared", milliseconds(3000));
+    }
+  }
+
+  void say(const std::string& what) const { std::ofstream(folder_ / what).put('\n'); }
+
+  void wait_for(const std::string& what, milliseconds longest = milliseconds(20'000)) const {
+    for (milliseconds waited{}; !fs::exists(folder_ / what) && waited < longest;
+         waited += milliseconds(2)) {
+      std::this_thread::sleep_for(milliseconds(2));
+    }
+  }
+
+  const std::unique_ptr<PathTracer> honest_;
+  const fs::path folder_;
+  const std::uint32_t rank_;
+  // Teams have one thread.
+  mutable int cells_ = 0;  ///< traced
+};
+
+}  // namespace
+
+#define PARRAY_TRACER_SYMBOL                                                 \
+  "_ZN6parray16make_path_tracerESt10shared_ptrIKNS_11AcceleratorEERKNS_6Cam" \
+  "eraERKNS_15PictureSettingsE"
+
+std::unique_ptr<PathTracer> honest_tracer(
+    std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
+    const PictureSettings& picture) asm("__real_" PARRAY_TRACER_SYMBOL);
+std::unique_ptr<PathTracer> scripted_tracer(
+    std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
+    const PictureSettings& picture) asm("__wrap_" PARRAY_TRACER_SYMBOL);
+
+std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> accelerator,
+                                            const Camera& camera, const PictureSettings& picture) {
+  auto honest = honest_tracer(std::move(accelerator), camera, picture);
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
+  const char* const folder = std::getenv("PARRAY_LIARS");
+  const bool in_team = gettid() != getpid();
+  if (folder == nullptr || !in_team) {
+    return honest;
+  }
+  return std::make_unique<ScriptedTracer>(std::move(honest), folder);
+}
+
+}  // namespace parray
