@@ -1,12 +1,14 @@
 #include "cli/mpi/checkpointed_job.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "cli/output/text.h"
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
+#include "coordinator/disputes/undoing.h"
 
 namespace parray {
 namespace {
@@ -94,6 +96,11 @@ void CheckpointedJob::replay() {
     store_->each_rows(record_.id, [this](std::string_view entry) { picture_->replay(entry); });
   } catch (const DecodeError& error) {
     throw RunError(directory_.string() + ": what is kept of the job is damaged: " + error.what());
+  }
+  const double now =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  for (const Conviction& conviction : kept_convictions(*store_).after(record_.convictions)) {
+    undo(*picture_, store_.get(), record_, conviction, now);
   }
   store_->put_job(record_);
   store_->commit();

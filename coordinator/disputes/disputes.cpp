@@ -7,6 +7,7 @@
 #include "common/base/bytes.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/disputes/merged.h"
+#include "coordinator/disputes/undoing.h"
 
 namespace parray {
 namespace {
@@ -325,18 +326,6 @@ void Coordinator::retract_later_convicted(Job& job) {
   }
 }
 
-/// What a job says of a machine that returned wrong bits.
-static std::string flag_of(const JobPicture::Retraction& retraction, const std::string& name) {
-  if (retraction.restarted) {
-    return fmt::format("worker '{}' returned wrong bits: the picture was begun again", name);
-  }
-  std::uint64_t cells = 0;
-  for (const CellRange& range : retraction.cells) {
-    cells += range.count();
-  }
-  return fmt::format("worker '{}' returned wrong bits: {} cells were traced again", name, cells);
-}
-
 /// What the backroom has set back.
 struct Coordinator::Retracted {
   JobPicture::Retraction retraction;
@@ -350,37 +339,18 @@ struct Coordinator::Retracted {
 };
 
 void Coordinator::retract(Job& job, const Conviction& conviction) {
-  const TracerKey machine = conviction.machine;
   const auto retracted = std::make_shared<Retracted>();
-  retracted->machine = machine;
+  retracted->machine = conviction.machine;
   retracted->conviction = conviction.number;
   ++job.work->errands;
   const auto errands = for_job(job, "setting back wrong results");
-  errands.give([this, retracted, machine, name = conviction.worker, at = since_1970(now_),
-                store = store_, id = job.record.id, record = job.record,
-                picture = job.work->picture,
+  errands.give([this, retracted, conviction, at = since_1970(now_), store = store_,
+                id = job.record.id, record = job.record, picture = job.work->picture,
                 generation = job.work->generation]() mutable -> Backroom::Outcome {
-    retracted->relied = picture->relies_on(machine);
-    if (retracted->relied) {
-      retracted->retraction = picture->retract(machine);
-      retracted->flag = flag_of(retracted->retraction, name);
-      if (store != nullptr && retracted->retraction.restarted) {
-        store->drop_rows(id);
-        record.passes = {};  // with the rows: another life must not repeat what lies have decided
-      } else if (store != nullptr) {
-        store->append_rows(id, picture->retraction_entry(retracted->retraction.cells));
-      }
-      keep_journal(*picture, store, id,
-                   retracted->retraction.restarted
-                       ? begun_entries(*picture, at)
-                       : std::vector<JournalEntry>{JournalRetraction{picture->passes().pass(), at,
-                                                                     retracted->retraction.cells}});
-      record.flag = retracted->flag;
-    }
-    record.convictions = retracted->conviction;
-    if (store != nullptr) {
-      store->put_job(record);
-    }
+    const auto undone = undo(*picture, store, record, conviction, at);
+    retracted->relied = undone.has_value();
+    retracted->retraction = undone.value_or(JobPicture::Retraction{});
+    retracted->flag = record.flag;
     retracted->plan = picture->plan();
     retracted->samples = picture->framebuffer().counts().samples;
     retracted->cells = picture->collector().done_cells();

@@ -89,10 +89,7 @@ TEST_CASE("sums that nothing can have given convict who sends them, and are not 
   const JobId job = service.submit(small_scene(), many_leases());
   service.turn();
   liar.listen();
-  const msg::Grant grant = liar.put_down();
-  TracedCells cells = Hand::trace(small_scene(), grant);
-  cells.records[sizeof(CellHeader) + 7] = std::byte{0x80};  // 2^63
-  liar.say(Hand::result(grant, std::move(cells)));
+  liar.send_forgery(liar.put_down());
   service.turn();
   CHECK(service.worker("liar").at("state") == "quarantined");
   CHECK(contains(service.worker("liar").at("reason"), "sums"));
@@ -364,6 +361,34 @@ TEST_CASE("a liar is undone in a job that was not at work when the lie was found
       CHECK(contains(service.job(job).at("flag"), "'liar' returned wrong bits"));
     }
   }
+}
+
+TEST_CASE("a conviction while a job decides on its next pass forgets no pass of that job") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  RenderSettings settings = in_passes();
+  settings.schedule = SchedulePolicy::static_split;
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), settings);
+  service.turn();
+  Hand liar(service, "liar");
+  service.turn();
+  ann.listen();
+  liar.listen();
+  const msg::Grant pass = ann.put_down();
+  REQUIRE(pass.cells.range.count() == pass.cells.grid->cells());
+  const msg::Grant copy = liar.put_down();
+  REQUIRE(copy.epoch == pass.epoch);
+  ann.send_honest(pass);
+  liar.send_forgery(copy);
+  service.turn();
+  CHECK(service.worker("liar").at("state") == "quarantined");
+  store.crash();
+  CHECK(store.jobs().front().passes.size() == 2);
+  service.restart();
+  ann.come_back();
+  work(service, {{&ann, honest}}, job);
+  CHECK(service.sha256(job) == expected_sha256(settings));
 }
 
 TEST_CASE("two machines that tell the same lie do not outvote three honest ones") {

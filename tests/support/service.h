@@ -233,6 +233,12 @@ class Hand {
   void send_other_picture(const msg::Grant& grant) {
     send_part(grant, grant.cells.range.count(), true);
   }
+  /// Sums that no samples can have.
+  void send_forgery(const msg::Grant& grant) {
+    TracedCells cells = trace(small_scene(), grant);
+    cells.records[sizeof(CellHeader) + 7] = std::byte{0x80};  // 2^63
+    say(result(grant, std::move(cells)));
+  }
   /// The lease's first cells alone.
   void send_part(const msg::Grant& grant, std::uint64_t cells, bool lie = false) {
     msg::Grant part = grant;
