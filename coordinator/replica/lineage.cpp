@@ -7,7 +7,10 @@
 namespace parray {
 
 std::optional<Lineage> lineage_of(Store& store) {
-  const std::string text = store.note(lineage_note);
+  return lineage_from_text(store.note(lineage_note));
+}
+
+std::optional<Lineage> lineage_from_text(const std::string& text) {
   if (text.empty()) {
     return std::nullopt;
   }

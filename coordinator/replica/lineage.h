@@ -50,6 +50,8 @@ std::vector<LeftGeneration> decode_left(std::string_view bytes);
 
 /// Throws RunError when the note is none.
 std::optional<Lineage> lineage_of(Store& store);
+/// The same of the note's text.
+std::optional<Lineage> lineage_from_text(const std::string& text);
 void put_lineage(Store& store, const Lineage& lineage);
 
 /// What the store's mark says: the position of all that is in it. Nothing: it says none (something

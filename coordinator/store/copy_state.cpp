@@ -131,12 +131,8 @@ class Copier {
   }
 
   void copy_notes() {
-    const FoundFiles found = find_notes(from_);
-    const std::optional<NotesFile>& next = found.notes_next;
-    const bool newer = next && next->batch <= found.commits.value_or(0) &&
-                       (!found.notes || next->batch > found.notes->batch);
-    if (newer || found.notes) {
-      write(onto_.notes_json(), notes_file_to_text(newer ? *next : *found.notes));
+    if (const auto notes = committed_notes(from_)) {
+      write(onto_.notes_json(), notes_file_to_text(*notes));
     }
   }
 
@@ -163,6 +159,14 @@ class Copier {
 };
 
 }  // namespace
+
+std::optional<NotesFile> committed_notes(const StateFiles& files) {
+  const FoundFiles found = find_notes(files);
+  const std::optional<NotesFile>& next = found.notes_next;
+  const bool newer = next && next->batch <= found.commits.value_or(0) &&
+                     (!found.notes || next->batch > found.notes->batch);
+  return newer ? next : found.notes;
+}
 
 std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto) {
   const FoundFiles found = find_notes(from);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@ namespace parray {
 /// lost. `now`: seconds since 1970. Throws RunError when it cannot write; it can be called again
 /// then.
 std::vector<std::string> rebuild_state(StateFiles& files, const Survey& survey, double now);
+
+/// The notes of the last commit, read beside a coordinator that may be serving; nothing: none are
+/// kept.
+std::optional<NotesFile> committed_notes(const StateFiles& files);
 
 /// Copies the small files, rows, pictures and scenes of a state that a coordinator may be serving.
 /// The database is not copied. Returns a line for each file that is missing or damaged. Throws

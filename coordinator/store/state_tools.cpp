@@ -7,6 +7,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "coordinator/replica/lineage.h"
 #include "coordinator/store/rebuild.h"
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/store.h"
@@ -100,6 +101,25 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
   }
 }
 
+/// Returns which full copy from its primary the state of a standby holds; 0: it is no standby's.
+/// Throws InputError while such a copy is under way.
+std::uint64_t full_copy_in(const StateFiles& from) {
+  const auto notes = committed_notes(from);
+  if (!notes || !notes->notes.contains(lineage_note)) {
+    return 0;
+  }
+  const auto lineage = lineage_from_text(notes->notes.at(lineage_note));
+  if (!lineage || lineage->part != Part::standby) {
+    return 0;
+  }
+  if (lineage->copy_end == 0) {
+    throw InputError(from.directory().string() +
+                     ": is a standby that its primary is filling up: wait until it is in step, or "
+                     "back up the primary");
+  }
+  return lineage->copy_end;
+}
+
 /// Removes what a backup has written to `target`, which was empty or missing before. Returns what a
 /// person has to do with the rest.
 std::string remove_copy(const fs::path& target, bool existed) {
@@ -117,11 +137,16 @@ std::string remove_copy(const fs::path& target, bool existed) {
 }
 
 std::vector<std::string> write_copy(const StateFiles& from, const fs::path& target, double now) {
+  const std::uint64_t full_copy = full_copy_in(from);
   StateFiles onto(target, system_disk());
   constexpr std::string_view unfinished =
       "parray-coordinator --backup has not finished this copy\n";
   onto.write(onto.incomplete(), std::span(&unfinished, 1));
   std::vector<std::string> lines = copy_state(from, onto);
+  if (const std::uint64_t later = full_copy_in(from); later != 0 && later != full_copy) {
+    throw InputError(from.directory().string() +
+                     ": its primary has filled it up meanwhile: back it up again");
+  }
   Survey copied;
   copied.found = find_files(onto);
   copied.grave = {"there is no database"};

@@ -25,8 +25,8 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 /// Copies a state, which a coordinator may be serving, to a directory that is empty or does not
 /// exist. The copy contains every job that was acknowledged before the call. Returns a line for
 /// each damage that it found and left out. Throws InputError when the target is not empty or cannot
-/// be written, or the source is no state. A copy that fails is removed. One that is killed holds
-/// the file `incomplete`.
+/// be written, or the source is no state, or is a standby's that its primary is filling up. A copy
+/// that fails is removed. One that is killed holds the file `incomplete`.
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 

@@ -186,7 +186,7 @@ TEST_CASE("a standby's state that was repaired serves, or is filled up by its pr
   }
 }
 
-TEST_CASE("a copy that was under way serves nobody, also after a repair or as a backup") {
+TEST_CASE("a copy that was under way serves nobody, also after a repair, and is not backed up") {
   Twins twins;
   twins.work();
   twins.stop();
@@ -199,6 +199,11 @@ TEST_CASE("a copy that was under way serves nobody, also after a repair or as a 
   CHECK_THROWS_AS(twins.primary->commit(), StorageFull);
   twins.stop();
   SUBCASE("as it is") {}
+  SUBCASE("and is not backed up") {
+    CHECK_THROWS_WITH_AS(back_up_state(twins.second(), twins.other(), 1e9),
+                         doctest::Contains("its primary is filling up"), InputError);
+    CHECK_FALSE(fs::exists(twins.other()));
+  }
   SUBCASE("repaired") {
     fs::remove(twins.second() / "parray.sqlite");
     repair_state(twins.second(), 1e9);
