@@ -122,10 +122,12 @@ class SeriesRun {
     find();
     for (std::uint32_t place = 0; place < request_.frames.count(); ++place) {
       const std::uint32_t frame = request_.frames.number(place);
-      if (!known_.contains(frame)) submit(frame);
+      if (known_.contains(frame)) continue;
+      if (auto submission = load(frame)) submit(std::move(*submission));
       look_now_and_then();
       check_wanted();
     }
+    settle(0);
     while (request_.wait && !pending_.empty()) {
       look();
       client_.rest(next_look(clock_.now() - begin_));
@@ -173,7 +175,8 @@ class SeriesRun {
     return change;
   }
 
-  void submit(std::uint32_t frame) {
+  /// None: it cannot be submitted, and failures_ says why.
+  std::optional<Submission> load(std::uint32_t frame) {
     try {
       Submission submission = load_submission(with_frame_number(request_.scene, frame),
                                               request_.render, request_.priority, change_of(frame));
@@ -184,31 +187,63 @@ class SeriesRun {
       submission.series = token_;
       submission.frame = frame;
       submission.frames = request_.frames.count();
-      const JobId job = submit_when_there_is_room(submission);
-      if (series_ == 0) name(client_.show(job).at("series"));
-      pending_.insert(frame);
+      return submission;
     } catch (const InputError& error) {
       failures_[frame] = error.what();
+      return {};
     }
   }
 
-  JobId submit_when_there_is_room(const Submission& submission) {
-    for (bool first = true;; first = false) {
-      std::string why;
-      try {
-        return client_.submit(submission);
-      } catch (const NoRoom& error) {
-        why = error.what();
-      } catch (const RunError& error) {  // its disk is full, or its memory
-        why = error.what();
-      }
-      if (first) {
-        progress_.make_way();
-        std::cerr << "parray: frame " << submission.frame << " waits: " << why << "\n";
-      }
-      look();
+  /// The first frame alone, so that the series has a number; then several at once.
+  void submit(Submission submission) {
+    settle(series_ == 0 ? 0 : most_under_way - 1);
+    client_.start_submit(std::move(submission));
+    if (series_ == 0) settle(0);
+  }
+
+  /// Until so many frames are under way at most.
+  void settle(std::size_t most) {
+    while (client_.submitting() + refused_.size() > most ||
+           client_.submitting_bytes() > most_bytes_under_way || !refused_.empty()) {
+      if (client_.submitting() == 0) try_again();
+      if (auto outcome = client_.take_outcome(milliseconds(500))) note(std::move(*outcome));
+      look_now_and_then();
       check_wanted();
-      client_.rest(milliseconds(500));
+    }
+  }
+
+  void note(Client::Outcome outcome) {
+    const std::uint32_t frame = outcome.submission.frame;
+    try {
+      if (outcome.refusal) std::rethrow_exception(outcome.refusal);
+      if (series_ == 0) name(client_.show(outcome.job).at("series"));
+      pending_.insert(frame);
+    } catch (const NoRoom& error) {
+      wait_for_room(std::move(outcome.submission), error.what());
+    } catch (const InputError& error) {
+      failures_[frame] = error.what();
+    } catch (const RunError& error) {  // its disk is full, or its memory
+      wait_for_room(std::move(outcome.submission), error.what());
+    }
+  }
+
+  /// One line for all frames that wait for the same reason.
+  void wait_for_room(Submission submission, const std::string& why) {
+    const std::uint32_t frame = submission.frame;
+    refused_.emplace(frame, std::move(submission));
+    if (std::exchange(waits_for_, why) == why) return;
+    progress_.make_way();
+    std::cerr << "parray: frame " << frame << " waits: " << why << "\n";
+  }
+
+  /// The frames for which there was no room, in their order, after a while.
+  void try_again() {
+    if (refused_.empty()) return;
+    look();
+    check_wanted();
+    client_.rest(milliseconds(500));
+    for (auto& [frame, submission] : std::exchange(refused_, {})) {
+      client_.start_submit(std::move(submission));
     }
   }
 
@@ -259,6 +294,11 @@ class SeriesRun {
     }
   }
 
+  /// Enough to share the coordinator's commits.
+  static constexpr std::size_t most_under_way = 64;
+  /// Of scenes. A larger one goes alone.
+  static constexpr std::uint64_t most_bytes_under_way = std::uint64_t{1} << 25;
+
   Client& client_;
   const SeriesRequest& request_;
   const std::string token_;
@@ -268,8 +308,10 @@ class SeriesRun {
   Time begin_ = clock_.now();
   Time next_look_{};
   JobId series_ = 0;
-  std::set<std::uint32_t> known_;    ///< submitted by an earlier run
-  std::set<std::uint32_t> pending_;  ///< submitted, and not known to have ended
+  std::set<std::uint32_t> known_;                ///< submitted by an earlier run
+  std::set<std::uint32_t> pending_;              ///< submitted, and not known to have ended
+  std::map<std::uint32_t, Submission> refused_;  ///< frames for which there was no room
+  std::string waits_for_;                        ///< the last reason, as told
   Failures failures_;
   bool cancelled_ = false;
   int status_ = 0;

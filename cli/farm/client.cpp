@@ -109,15 +109,104 @@ msg::Submit submit_message(Submission submission) {
   return message;
 }
 
-JobId Client::submit(Submission submission) {
-  // Finds out that nobody is there before a large scene is queued for sending.
-  ask<msg::Workers>(msg::ListWorkers{});
+/// With what makes it safe to repeat.
+static msg::Submit submit_request(Submission submission) {
   msg::Submit request = submit_message(std::move(submission));
   request.token = request.series.empty() ? random_token()
                                          : request.series + "-" + std::to_string(request.frame);
   request.user = login_name();
+  return request;
+}
+
+JobId Client::submit(Submission submission) {
+  // Finds out that nobody is there before a large scene is queued for sending.
+  ask<msg::Workers>(msg::ListWorkers{});
+  msg::Submit request = submit_request(std::move(submission));
   const std::uint64_t bulk = request.scene.size();
   return ask<msg::Submitted>(std::move(request), bulk).job;
+}
+
+void Client::start_submit(Submission submission) {
+  if (under_way_.empty()) {
+    submit_silence_ = {clock_.now()};
+  }
+  UnderWay sent;
+  sent.submission = submission;
+  msg::Submit request = submit_request(std::move(submission));
+  request.request = ++request_;
+  sent.bytes = request.scene.size();
+  sent.message = link_.seal(Message(std::move(request)));
+  link_.send({}, sent.message);
+  sent.repeat_at = clock_.now() + options_.repeat + transfer_time(sent.bytes);
+  under_way_bytes_ += sent.bytes;
+  under_way_.emplace(request_, std::move(sent));
+}
+
+std::optional<Client::Outcome> Client::take_outcome(Time most) {
+  const Time end = clock_.now() + most;
+  receive_outcomes();
+  while (outcomes_.empty() && !under_way_.empty() && clock_.now() < end) {
+    repeat_submits(clock_.now());
+    wait_a_little(end - clock_.now());
+    receive_outcomes();
+    note_silence(submit_silence_, options_.timeout + 10 * transfer_time(under_way_bytes_));
+  }
+  if (outcomes_.empty()) {
+    return {};
+  }
+  Outcome outcome = std::move(outcomes_.front());
+  outcomes_.pop_front();
+  return outcome;
+}
+
+void Client::repeat_submits(Time now) {
+  for (auto& [number, sent] : under_way_) {
+    if (now >= sent.repeat_at) {
+      link_.send({}, sent.message);
+      sent.repeat_at = now + options_.repeat + transfer_time(under_way_bytes_);
+    }
+  }
+}
+
+/// Other messages are late answers, or damaged.
+void Client::receive_outcomes() {
+  while (auto delivery = link_.receive()) {
+    try {
+      note_outcome(delivery->content.open());
+    } catch (const ProtocolError& error) {
+      unreadable_ = error.what();
+    } catch (const ChecksumError& error) {
+      unreadable_ = error.what();
+    }
+  }
+}
+
+/// True if the message answers a submission that is under way.
+bool Client::note_outcome(const Message& message) {
+  const auto* const submitted = std::get_if<msg::Submitted>(&message);
+  const auto* const error = std::get_if<msg::Error>(&message);
+  if (submitted == nullptr && error == nullptr) {
+    return false;
+  }
+  const auto sent = under_way_.find(submitted != nullptr ? submitted->request : error->request);
+  if (sent == under_way_.end()) {
+    return false;
+  }
+  Outcome outcome{std::move(sent->second.submission), 0, nullptr};
+  if (submitted != nullptr) {
+    outcome.job = submitted->job;
+  } else {
+    try {
+      throw_answered(*error);
+    } catch (...) {
+      outcome.refusal = std::current_exception();
+    }
+  }
+  outcomes_.push_back(std::move(outcome));
+  under_way_bytes_ -= sent->second.bytes;
+  under_way_.erase(sent);
+  submit_silence_ = {clock_.now()};
+  return true;
 }
 
 nlohmann::json Client::show(JobId job) { return ask<msg::Job>(msg::ShowJob{0, job}).job; }
@@ -183,8 +272,7 @@ void Client::rest(Time duration) {
   const Time end = clock_.now() + duration;
   for (Time now = clock_.now(); now < end; now = clock_.now()) {
     wait_a_little(end - now);
-    while (link_.receive()) {  // late answers: left there, they would end every wait at once
-    }
+    receive_outcomes();  // and late answers: left there, they would end every wait at once
   }
 }
 
@@ -192,6 +280,20 @@ void Client::wait_a_little(Time most) {
   options_.poll();
   link_.wait(std::clamp(most, Time(0), nap));
   options_.poll();
+}
+
+/// Says once that there is no answer. Throws RunError where there never was one.
+void Client::note_silence(Silence& silence, Time timeout) {
+  // A step that took much longer than the nap was spent stopped (Ctrl-Z, a sleeping laptop).
+  const Time now = clock_.now();
+  silence.waited += std::min(now - silence.last, 20 * nap);
+  silence.last = now;
+  if (silence.waited >= timeout && !std::exchange(silence.told, true)) {
+    if (!answered_) {
+      throw RunError(silence_text());
+    }
+    options_.on_silence(silence_text());
+  }
 }
 
 /// Sends the request, again and again, until its answer comes.
@@ -203,30 +305,19 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   const Time repeat = options_.repeat + bulk_time;
   const Time timeout = options_.timeout + 10 * bulk_time;
   unreadable_.clear();
-  Time waited{};
   Time send_at{};
   Answer answer;
-  bool told = false;
-  for (Time last = clock_.now();;) {
-    if (waited >= send_at) {
+  for (Silence silence{clock_.now()};;) {
+    if (silence.waited >= send_at) {
       link_.send({}, message);
-      send_at = waited + repeat;
+      send_at = silence.waited + repeat;
     }
-    wait_a_little((told ? send_at : std::min(send_at, timeout)) - waited);
+    wait_a_little((silence.told ? send_at : std::min(send_at, timeout)) - silence.waited);
     if (take_answer(answer)) {
       answered_ = true;
       return answer;
     }
-    // A step that took much longer than the nap was spent stopped (Ctrl-Z, a sleeping laptop).
-    const Time now = clock_.now();
-    waited += std::min(now - last, 20 * nap);
-    last = now;
-    if (waited >= timeout && !std::exchange(told, true)) {
-      if (!answered_) {
-        throw RunError(silence_text());
-      }
-      options_.on_silence(silence_text());
-    }
+    note_silence(silence, timeout);
   }
 }
 
@@ -247,6 +338,9 @@ bool Client::take_answer(Answer& answer) {
   while (auto delivery = link_.receive()) {
     try {
       Message message = delivery->content.open();
+      if (note_outcome(message)) {
+        continue;
+      }
       if (const auto* error = std::get_if<msg::Error>(&message);
           error != nullptr && error->request == request_) {
         throw_answered(*error);

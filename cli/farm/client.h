@@ -1,9 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "common/adaptive/error_estimate.h"
@@ -114,6 +118,23 @@ class Client {
   /// Returns the new job's number. Safe to lose and repeat on the way: it makes one job. Throws
   /// NoRoom where it may be tried again later.
   JobId submit(Submission submission);
+
+  /// Sends a submission without waiting for its answer: take_outcome() returns that. The caller
+  /// knows from an earlier request that the coordinator is there. Safe to lose and repeat, too.
+  void start_submit(Submission submission);
+  /// What came of a submission that start_submit() has sent.
+  struct Outcome {
+    Submission submission;       ///< for another try
+    JobId job = 0;               ///< 0: it was refused
+    std::exception_ptr refusal;  ///< what submit() would have thrown; null: none
+  };
+  /// Waits `most` at most for an answer to any of them. None: there was none, or nothing is under
+  /// way.
+  std::optional<Outcome> take_outcome(Time most);
+  /// Submissions without an outcome yet, and the bytes of their scenes.
+  [[nodiscard]] std::size_t submitting() const { return under_way_.size() + outcomes_.size(); }
+  [[nodiscard]] std::uint64_t submitting_bytes() const { return under_way_bytes_; }
+
   /// The job map of PROTOCOL.md.
   nlohmann::json show(JobId job);
   /// Of a series, with `frame_list`, at most 1000 frames from this number on.
@@ -146,7 +167,17 @@ class Client {
   Answer ask(Request request, std::uint64_t bulk_bytes = 0);
   template <typename Answer>
   bool take_answer(Answer& answer);
+  void receive_outcomes();
+  bool note_outcome(const Message& message);
+  void repeat_submits(Time now);
   void wait_a_little(Time most);
+  /// How long there has been no answer.
+  struct Silence {
+    Time last{};
+    Time waited{};
+    bool told = false;
+  };
+  void note_silence(Silence& silence, Time timeout);
   [[nodiscard]] std::string silence_text() const;
 
   Link& link_;
@@ -155,6 +186,16 @@ class Client {
   std::uint64_t request_ = 0;  ///< number of the latest request
   bool answered_ = false;      ///< the coordinator has, to some request
   std::string unreadable_;     ///< why the latest message could not be decoded
+  struct UnderWay {
+    Submission submission;
+    Envelope message;
+    std::uint64_t bytes = 0;
+    Time repeat_at{};
+  };
+  std::map<std::uint64_t, UnderWay> under_way_;  ///< by number of the request
+  std::uint64_t under_way_bytes_ = 0;
+  std::deque<Outcome> outcomes_;
+  Silence submit_silence_;
 };
 
 }  // namespace parray

@@ -4,7 +4,9 @@
 #include <doctest/doctest.h>
 
 #include <deque>
+#include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -65,6 +67,14 @@ Submission some_submission(std::size_t spheres) {
   Scene scene = small_scene();
   scene.spheres.resize(spheres, scene.spheres.front());
   submission.scene = std::make_shared<const Scene>(std::move(scene));
+  return submission;
+}
+
+Submission some_frame(std::uint32_t frame) {
+  Submission submission = some_submission(1);
+  submission.series = "series";
+  submission.frame = frame;
+  submission.frames = 100;
   return submission;
 }
 
@@ -191,6 +201,78 @@ TEST_CASE("a submit that is repeated keeps its token, and another submit has ano
   CHECK(std::set(tokens.begin(), tokens.end()).size() == 2);
   // 20 MB (40 bytes a sphere) are given two seconds more before they are sent again.
   CHECK(link.now() - begin == 2 * milliseconds(2500));
+}
+
+TEST_CASE("submissions under way are answered in any order, while other requests are made") {
+  std::vector<msg::Submit> held;
+  ScriptedLink link([&](Message& message) {
+    if (auto* submit = std::get_if<msg::Submit>(&message)) {
+      held.push_back(std::move(*submit));
+    } else if (const auto* asked = std::get_if<msg::ListWorkers>(&message)) {
+      link.arrived.push_back(encode(msg::Submitted{held.at(2).request, 13}));
+      link.arrived.push_back(encode(msg::Workers{asked->request, {"w"}, 1}));
+      link.arrived.push_back(encode(msg::Error{held.at(0).request, 2, "too large", false}));
+      link.arrived.push_back(encode(msg::Error{held.at(1).request, 2, "no room", true}));
+    }
+  });
+  Client client(link, link, options());
+  for (std::uint32_t frame = 0; frame < 3; ++frame) {
+    client.start_submit(some_frame(frame));
+  }
+  CHECK(client.submitting() == 3);
+  CHECK(client.submitting_bytes() > 0);
+  CHECK(client.workers() == nlohmann::json{"w"});
+  std::map<std::uint32_t, Client::Outcome> outcomes;
+  while (auto outcome = client.take_outcome(seconds(1))) {
+    const std::uint32_t frame = outcome->submission.frame;
+    outcomes.emplace(frame, std::move(*outcome));
+  }
+  REQUIRE(outcomes.size() == 3);
+  CHECK(outcomes.at(2).job == 13);
+  CHECK_FALSE(outcomes.at(2).refusal);
+  CHECK_THROWS_WITH_AS(std::rethrow_exception(outcomes.at(0).refusal), "too large", InputError);
+  CHECK_THROWS_WITH_AS(std::rethrow_exception(outcomes.at(1).refusal), "no room", NoRoom);
+  CHECK(outcomes.at(1).submission.scene);
+  CHECK(client.submitting() == 0);
+  CHECK(client.submitting_bytes() == 0);
+  CHECK_FALSE(client.take_outcome(seconds(1)));
+}
+
+TEST_CASE("submissions under way whose messages were lost are repeated with their tokens") {
+  std::map<std::string, int> tokens;
+  ScriptedLink link([&](Message& message) {
+    const auto& submit = std::get<msg::Submit>(message);
+    if (++tokens[submit.token] == 3) {
+      link.arrived.push_back(encode(msg::Submitted{submit.request, 5}));
+    }
+  });
+  Client client(link, link, options());
+  client.start_submit(some_frame(7));
+  client.start_submit(some_frame(8));
+  const Time begin = link.now();
+  CHECK(client.take_outcome(seconds(60)));
+  CHECK(client.take_outcome(seconds(60)));
+  CHECK(tokens == std::map<std::string, int>{{"series-7", 3}, {"series-8", 3}});
+  CHECK(link.now() - begin >= seconds(1));
+  CHECK(link.now() - begin < seconds(2));
+}
+
+TEST_CASE("people are told once that submissions under way get no answer") {
+  ScriptedLink link([&](Message& message) {
+    if (const auto* asked = std::get_if<msg::ListWorkers>(&message)) {
+      link.arrived.push_back(encode(msg::Workers{asked->request, nlohmann::json::array(), 1}));
+    }
+  });
+  int told = 0;
+  Client::Options with_notice = options();
+  with_notice.on_silence = [&](const std::string&) { ++told; };
+  Client client(link, link, with_notice);
+  client.workers();
+  client.start_submit(some_frame(1));
+  for (int i = 0; i < 100; ++i) {
+    CHECK_FALSE(client.take_outcome(milliseconds(500)));
+    CHECK((told == (i < 19 ? 0 : 1) || i == 19));  // a moment longer for the bytes
+  }
 }
 
 TEST_CASE("what the poll function throws ends a request and a rest") {

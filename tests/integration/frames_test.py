@@ -153,6 +153,52 @@ class Troubles(FrameCase):
             self.assertEqual(client.wait(timeout=60), 0, client.log.read_text())
             self.written(1)
 
+    def along_path(self, frames, vfov=40):
+        """Arguments of a series of one scene along a path."""
+        path = {"cameras": [{"frame": frame, "look_from": [frame, 1, 8], "look_at": [0, 0, 0], "vfov": vfov}
+                            for frame in (1, frames)]}
+        return ["submit", write(self.directory / "still.json", scene()), "--frames", f"1-{frames}",
+                "--camera-path", write(self.directory / "path.json", path), *SIZE]
+
+    def frame_list(self, farm, series):
+        return [(entry["frame"], entry["job"]) for entry in farm.job(series)["frame_list"]]
+
+    def test_many_frames_are_submitted_at_once_and_in_their_order(self):
+        with Farm() as farm:
+            result = farm.client(*self.along_path(300))
+            self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "1\n", ""))
+            first = self.frame_list(farm, 1)[0][1]
+            self.assertEqual(self.frame_list(farm, 1), [(frame, first + frame - 1) for frame in range(1, 301)])
+
+    def test_a_client_killed_between_many_submits_goes_on_without_a_frame_twice(self):
+        arguments = self.along_path(900)
+        state = self.directory / "state"
+        with Farm("--state", state) as farm:
+            client = farm.start_client(*arguments)
+            wait_for(lambda: json.loads(farm.client("jobs", "--json").stdout), "the first frames")
+            client.send_signal(signal.SIGKILL)
+            client.wait()
+            result = farm.client(*arguments)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stderr, "series 1 goes on: [1-9][0-9]* of 900 frames")
+            frames = self.frame_list(farm, 1)
+            self.assertEqual([frame for frame, _ in frames], list(range(1, 901)))
+            self.assertEqual(len({job for _, job in frames}), 900)
+
+    def test_frames_that_the_coordinator_refuses_have_a_line_each_and_the_others_are_taken(self):
+        for frame in range(1, 101):
+            wide = {"image": {"width": 3000, "height": 3000}} if frame in (40, 41) else {}
+            write(self.directory / f"scene-{frame}.json", scene(frame, **wide))
+        with Farm("--max-pixels", "1000000") as farm:
+            result = farm.client("submit", self.directory / "scene-#.json", "--frames", "1-100", "--spp", "1")
+            self.assertEqual(result.returncode, 1, result.stderr)
+            lines = result.stderr.splitlines()
+            self.assertEqual(len(lines), 2, result.stderr)
+            for frame, line in zip((40, 41), lines):
+                self.assertRegex(line, f"^parray: frame {frame}: .*pixels")
+            self.assertEqual([frame for frame, _ in self.frame_list(farm, 1)],
+                             [frame for frame in range(1, 101) if frame not in (40, 41)])
+
     def test_what_is_no_series_is_refused_before_any_work(self):
         still = write(self.directory / "still.json", scene())
         write(self.directory / "a.xyz", "1\n\nC 0 0 0\n")
