@@ -25,7 +25,8 @@ ChunkDecoder::Step ChunkDecoder::step(std::string_view input) {
   if (phase_ == Phase::data) return take_data(input);
   const std::size_t end = input.substr(0, longest_line + line_end.size()).find(line_end);
   if (end == std::string_view::npos) {
-    if (input.size() > longest_line) refuse("a line has more than 1024 bytes");
+    // Of the longest line the CR may have come, and the LF not yet.
+    if (input.size() > longest_line + 1) refuse("a line has more than 1024 bytes");
     return {};
   }
   take_line(input.substr(0, end));

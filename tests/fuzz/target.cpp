@@ -12,9 +12,13 @@
 namespace parray::fuzz {
 
 std::span<const Target* const> targets() {
-  static constexpr std::array<const Target*, 8> all{
-      &scene_target, &particles_target, &messages_target,  &bulk_target,
-      &state_target, &picture_target,   &selection_target, &keys_target};
+  static constexpr std::array all{
+      &scene_target,  &particles_target, &messages_target,  &bulk_target,
+      &state_target,  &picture_target,   &selection_target, &keys_target,
+#ifdef PARRAY_FUZZ_HTTP
+      &chunks_target,
+#endif
+  };
   return all;
 }
 

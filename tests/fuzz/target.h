@@ -36,6 +36,7 @@ extern const Target state_target;      ///< a letter for the kind, then what is 
 extern const Target picture_target;    ///< a picture's file
 extern const Target selection_target;  ///< a letter for the kind, then a text about particles
 extern const Target keys_target;       ///< a letter for the kind, then a file of keys
+extern const Target chunks_target;     ///< a byte for the pieces, then a chunked HTTP body
 
 /// All of them.
 std::span<const Target* const> targets();

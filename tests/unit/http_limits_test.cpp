@@ -145,6 +145,15 @@ TEST_CASE("a chunked body is decoded up to its end, however its bytes come") {
   CHECK(decode_chunks("ffffffffffffffff\r\nabc", 100).data == "abc");
 }
 
+TEST_CASE("the longest line of a chunked body is taken, however its bytes come") {
+  const std::string longest = "0;" + std::string(1022, 'e') + "\r\n\r\n";
+  const std::string longer = "0;" + std::string(1023, 'e') + "\r\n\r\n";
+  for (const std::size_t piece : {1U, 2U, 5U, 1025U, 2000U}) {
+    CHECK_MESSAGE(decode_chunks(longest, piece).done, piece);
+    CHECK_MESSAGE(decode_chunks(longer, piece).status == 400, piece);
+  }
+}
+
 TEST_CASE("a chunked body of wrong framing is refused") {
   const std::string end = "\r\n0\r\n\r\n";
   for (const char* size : {"+1", "-1", " 1", "1 ", "\t1", "0x1", "1 ;a", "", ";a", "g", "1g",
