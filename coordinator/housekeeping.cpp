@@ -83,11 +83,14 @@ void Coordinator::make_room_for_job() {
   if (all <= options_.limits.jobs) {
     return;
   }
-  if (index_.ended().empty()) {
+  const auto oldest = std::ranges::find_if(index_.ended(), [&](JobId number) {
+    return has_ended(series_of(listed.at(number)));  // and lacks no frame
+  });
+  if (oldest == index_.ended().end()) {
     throw NoRoom("this coordinator has its " + std::to_string(options_.limits.jobs) +
                  " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
-  forget_all(series_of(listed.at(*index_.ended().begin())), "to make room");
+  forget_all(series_of(listed.at(*oldest)), "to make room");
 }
 
 /// Every now and then: what is too old goes, and what is too much.

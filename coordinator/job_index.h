@@ -37,7 +37,7 @@ class JobIndex {
   /// Of jobs that have not ended, oldest first.
   [[nodiscard]] const std::set<JobId>& open() const { return open_; }
 
-  /// The numbers under which no job is unfinished.
+  /// The numbers under which no job is unfinished; frames of a series may still be to come.
   [[nodiscard]] const std::set<JobId>& ended() const { return ended_; }
 
   /// What a user has in unfinished jobs, without those listed under `but`. A series counts as one
