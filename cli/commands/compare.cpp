@@ -287,7 +287,7 @@ int compare(const CompareCommand& command) {
 void add_compare(CommandLine& line, Action& chosen) {
   Command command = line.command("compare", "Say how far pictures are from a reference");
   const auto options = std::make_shared<CompareCommand>();
-  command.option("REF", options->reference, "Reference: an EXR or PNG file")
+  command.option("REF", options->reference, "Reference: a picture of any kind")
       .required()
       .forbid_empty()
       .completes(Completes::files);

@@ -75,8 +75,10 @@ void PortraitOptions::check_unused(const std::string& file) const {
   if (style_) given += " --style";
   if (projection_) given += " --projection";
   if (given.empty()) return;
-  throw InputError(given.substr(1) + ": " + printable(file, 4096) +
-                   " is not a file of particles: write camera and style into it");
+  throw InputError(
+      given.substr(1) + ": " + printable(file, 4096) +
+      " is not a file of particles: a scene has its own camera, lights and materials: leave the "
+      "option out, or change them in the file");
 }
 
 Viewing PortraitOptions::viewing() const {

@@ -10,6 +10,7 @@
 #include "cli/output/denoising.h"
 #include "common/base/cpu_count.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/scene_bytes.h"
 
 namespace parray {
 namespace {
@@ -53,7 +54,8 @@ int render(const RenderCommand& command) {
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
     submission.reserved_seconds =
-        reserve_time(outputs, submission.settings, to_seconds(clock.now() - started));
+        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
+                     [&] { return to_seconds(clock.now() - started); });
   }
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));
@@ -85,8 +87,8 @@ void add_render(CommandLine& line, Action& chosen) {
   command
       .option(
           "--views", [options](const std::string& text) { options->views = views_from(text); },
-          "Several views, as front,top,iso, side by side in one PNG picture; --width and --height "
-          "are those of each")
+          "Several views, as front,top,iso, beside and below each other in one PNG picture; "
+          "--width and --height are those of each")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")
       .group(particles_group);

@@ -4,13 +4,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <thread>
 #include <utility>
 
 #include "cli/commands/end_command.h"
 #include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/printing.h"
+#include "cli/output/ending_cost.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
@@ -52,6 +52,10 @@ Submission load_for_outputs(const std::string& scene_file, const RenderOptions& 
   outputs.notes = notes_json(rest.particle_files);
   outputs.transparent = submission.transparent;
   outputs.original = {printable(options.like(), 4096), submission.original_sha256};
+  if (outputs.transparent && !outputs.image.empty() && !can_hold_alpha(outputs.image)) {
+    throw InputError(outputs.image.string() +
+                     ": JPEG has no transparency: write .png, .tif, .jp2 or .exr");
+  }
   add_labels(outputs, output.labels(), rest, submission.settings);
   add_finishing(outputs, output.finish(), rest, submission.scene, submission.settings);
   return submission;
@@ -92,11 +96,6 @@ void ask_for_denoising(RenderSettings& settings, bool can_judge) {
     throw InputError(
         "--target-error with --denoise and --target-half-width: a denoised picture states no "
         "half-widths: leave one of them out");
-  }
-  if (settings.time_limit > 0) {
-    throw InputError(
-        "--target-error with --denoise and --time-limit: how long it takes to tell the error of "
-        "the denoised picture is not known beforehand: leave one of them out");
   }
 }
 
@@ -140,25 +139,69 @@ void check_isa(Isa isa) {
   }
 }
 
-double reserve_time(const OutputPaths& outputs, const RenderSettings& settings, double elapsed) {
+namespace {
+
+/// What begins and ends the command, whatever is done to the picture. Seconds.
+double fixed_seconds(const OutputPaths& outputs, const RenderSettings& settings) {
   // Before `main`, and when the process ends, whose memory has to be given back.
   constexpr double outside = 0.02;
   constexpr double outside_a_pixel = 8e-9;
-  const std::size_t channels = (settings.adaptive ? 1U : 0U) + (outputs.transparent ? 1U : 0U);
+  constexpr double finishing_a_pixel = 150e-9;
+  constexpr double map_a_pixel = 100e-9;
+  const std::size_t channels =
+      (settings.adaptive ? 1U : 0U) + (outputs.transparent ? 1U : 0U) + (outputs.denoise ? 3U : 0U);
   const PictureSize size{settings.width, settings.height, channels};
-  const double writing = write_seconds(outputs.image, size, false);
-  const bool haste = writing > settings.time_limit / 10;
-  const double reserved =
-      elapsed + outside + outside_a_pixel * static_cast<double>(size.width * size.height) +
-      (haste ? write_seconds(outputs.image, size, true) : writing) +
-      (outputs.preview.empty() ? 0 : write_seconds(outputs.preview, size, false));
-  const double least = reserved + ending_times(settings, 0, 0).total;  // which others reserve
-  if (least > settings.time_limit) {
-    std::cerr << "parray: --time-limit " + number_cell(settings.time_limit) +
-                     ": loading and writing alone take about " + duration_text(least) +
-                     ": as little as possible is traced\n";
+  const auto pixels = static_cast<double>(size.width * size.height);
+  const auto writing = [&](const std::filesystem::path& file, bool fast) {
+    return file.empty() ? 0 : write_seconds(file, size, fast);
+  };
+  const double image = writing(outputs.image, false);
+  const bool haste = image > settings.time_limit / 10;
+  return outside + outside_a_pixel * pixels + (haste ? writing(outputs.image, true) : image) +
+         writing(outputs.preview, false) + writing(outputs.error_map, false) +
+         (outputs.error_map.empty() ? 0 : map_a_pixel * pixels) +
+         (outputs.finishing.empty() ? 0 : finishing_a_pixel * pixels);
+}
+
+std::string limit_text(const RenderSettings& settings) {
+  return "parray: --time-limit " + number_cell(settings.time_limit) + ": ";
+}
+
+void say_left_out(const RenderSettings& settings, const char* what, double seconds) {
+  std::cerr << limit_text(settings) + what + " takes about " + duration_text(seconds) +
+                   " more: left out\n";
+}
+
+}  // namespace
+
+double reserve_time(OutputPaths& outputs, RenderSettings& settings, ExtraChannels& extra,
+                    const std::string& scene_id, const std::function<double()>& elapsed) {
+  constexpr double most = 0.85;  // of the limit: the rest is for tracing
+  const EndingCost cost = extra.scene ? ending_cost(extra, scene_id) : EndingCost();
+  const double limit = settings.time_limit;
+  const double ending = ending_times(settings, 0, 0).total;  // which others reserve
+  double reserved = elapsed() + fixed_seconds(outputs, settings);
+  const auto add_if_it_fits = [&](double needed) {
+    const bool fits = reserved + ending + needed <= most * limit;
+    reserved += fits ? needed : 0;
+    return fits;
+  };
+  if (outputs.denoise && !add_if_it_fits(cost.denoising)) {
+    say_left_out(settings, "denoising", cost.denoising);
+    outputs.denoise = extra.denoise = settings.replicates = settings.target_denoised = false;
+    extra.settings = settings;
   }
-  return reserved;
+  if (cost.channels > 0 && !add_if_it_fits(cost.channels)) {
+    say_left_out(settings, "tracing extra channels", cost.channels);
+    outputs.aovs = extra.aovs = extra.for_finishing = {};
+    std::erase_if(outputs.finishing, [](const FinishingStep& step) { return !step.needs.empty(); });
+  }
+  if (reserved + ending > limit) {
+    std::cerr << limit_text(settings) + "loading and writing alone take about " +
+                     duration_text(reserved + ending) + ": as little as possible is traced\n";
+  }
+  const double left = std::max(limit - reserved - ending, 0.0);
+  return reserved + left * cost.background_share / (1 + cost.background_share);
 }
 
 /// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.
@@ -179,13 +222,9 @@ class LongWait {
   std::optional<Time> since_;  ///< it has lacked something
 };
 
-/// Shows a job until it has ended. What writes `image`, if that is not empty, is loaded meanwhile,
-/// but not before there is something to see: it takes a core a quarter of a second, during which
-/// no thread can be made.
-static JobStatus follow(Client& client, JobId job, const Following& following, Preview& preview,
-                        const std::filesystem::path& image) {
+/// Shows a job until it has ended.
+static JobStatus follow(Client& client, JobId job, const Following& following, Preview& preview) {
   const SteadyClock clock;
-  std::jthread loading;
   const Time begin = clock.now();
   Progress progress(progress_style(following.quiet, following.progress), std::cerr,
                     terminal_columns);
@@ -197,10 +236,6 @@ static JobStatus follow(Client& client, JobId job, const Following& following, P
     if (status.ended()) return status;
     waiting.note(now, status);
     preview.follow(clock, status, [&] { return client.fetch_partial(job); });
-    const bool seen = preview.wanted() ? preview.shown() : status.samples_per_second > 0;
-    if (seen && can_hold_channels(image) && !loading.joinable()) {
-      loading = std::jthread(load_image_library);
-    }
     client.rest(next_look(now - begin));
   }
 }
@@ -214,7 +249,7 @@ static void require_done(const JobStatus& status) {
 
 void wait_until_done(Client& client, JobId job, const Following& following) {
   Preview preview(following);
-  const JobStatus status = follow(client, job, following, preview, {});
+  const JobStatus status = follow(client, job, following, preview);
   run_end_command(following.on_end, job, status.state, status.reason, "");
   require_done(status);
   if (!following.shows_picture()) return;
@@ -235,7 +270,7 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times) {
   Preview preview(following);
-  const JobStatus status = follow(client, job, following, preview, outputs.image);
+  const JobStatus status = follow(client, job, following, preview);
   const auto end = [&](const std::string& state, const std::string& reason) {
     run_end_command(following.on_end, job, state, reason, outputs.image.string());
   };

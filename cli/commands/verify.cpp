@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "cli/output/text.h"
 #include "cli/verify/against_scene.h"
 #include "common/base/cpu_count.h"
+#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/transparency.h"
 #include "common/scene/limits.h"
@@ -209,7 +211,17 @@ std::string wrong_text(const VerifiedPicture& picture, const Verdict& verdict) {
   return "wrong: " + joined(parts, "; ");
 }
 
+bool has_picture_name(const std::string& file) {
+  const auto extension = std::filesystem::path(file).extension();
+  return extension == ".exr" || extension == ".png" || extension == ".tif";
+}
+
 int verify(const VerifyCommand& command) {
+  if (has_picture_name(command.scene) && !has_picture_name(command.picture)) {
+    const std::string right_order = command.scene + " " + command.picture;
+    throw InputError("the picture comes before its scene: parray verify " +
+                     printable(right_order, 4096));
+  }
   const VerifiedPicture picture = read_verified_picture(command.picture, !command.scene.empty());
   Verdict verdict{misfit_of(picture)};
   if (verdict.damage.empty()) {
@@ -232,7 +244,7 @@ void add_verify(CommandLine& line, Action& chosen) {
   Command command = line.command(
       "verify", "Check a finished picture: its hash and, with its scene, pixels traced again");
   const auto options = std::make_shared<VerifyCommand>();
-  command.option("PICTURE", options->picture, "EXR or PNG file that ParRay has written")
+  command.option("PICTURE", options->picture, "EXR, PNG or TIFF file that ParRay has written")
       .required()
       .completes(Completes::files)
       .forbid_empty();

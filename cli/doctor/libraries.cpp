@@ -66,6 +66,7 @@ bool comes_back(const std::filesystem::path& file, const Image& image) {
 
 Finding check_libraries() {
   const nlohmann::json versions = {
+      {"OpenEXR", exr_library_version()},
       {"OpenImageIO", image_library_version()},
       {"ZeroMQ", zmq_version_text()},
       {"SQLite", sqlite3_libversion()},

@@ -184,8 +184,8 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
 }
 
 /// What `outputs` is to be finished with becomes known with the scene.
-MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kept,
-                OutputPaths& outputs, Time started) {
+MpiJob load_job(const MpiOptions& options, const MpiWorld& world,
+                std::unique_ptr<CheckpointedJob>& kept, OutputPaths& outputs, Time started) {
   check_outputs(outputs, options.scene);
   Display::check(options.following.display);
   SceneFile file;
@@ -199,8 +199,12 @@ MpiJob load_job(const MpiOptions& options, std::unique_ptr<CheckpointedJob>& kep
     submission.settings.row_order = RowOrder::sequential;
   }
   if (submission.settings.time_limit > 0) {
+    ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
+                                         static_cast<int>(threads_for(world, options, false)),
+                                         outputs.transparent, needs_of(outputs.finishing));
     submission.reserved_seconds =
-        reserve_time(outputs, submission.settings, to_seconds(SteadyClock().now() - started));
+        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
+                     [&] { return to_seconds(SteadyClock().now() - started); });
   }
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
@@ -375,7 +379,7 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   OutputPaths outputs = options.output.paths(options.following);
   MpiJob job;
   try {
-    job = load_job(options, kept, outputs, started);
+    job = load_job(options, world, kept, outputs, started);
   } catch (...) {
     broadcast_job(world, nullptr);
     throw;

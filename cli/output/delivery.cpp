@@ -158,6 +158,27 @@ void write_picture(const fs::path& file, const Picture& picture, const OutputPat
   write(shown.image, std::move(metadata), alpha);
 }
 
+/// Writes the image where it was asked for. Where that fails, hours of work may be in it: it is
+/// written to another folder, and the error says to which.
+static void write_or_save(const OutputPaths& outputs, const Picture& picture, bool fast) {
+  try {
+    write_picture(outputs.image, picture, outputs, fast);
+  } catch (const RunError& failed) {
+    std::error_code ignored;
+    for (const fs::path& folder : {fs::temp_directory_path(ignored), fs::current_path(ignored)}) {
+      const fs::path saved = folder / outputs.image.filename();
+      if (folder.empty() || fs::exists(saved, ignored)) continue;
+      try {
+        write_picture(saved, picture, outputs, fast);
+      } catch (const RunError&) {
+        continue;
+      }
+      throw RunError(std::string(failed.what()) + ": the picture is in " + saved.string());
+    }
+    throw;
+  }
+}
+
 /// Whether the picture has the bits of the one that was to be made again; says so if not.
 static bool has_original_bits(const json& report, const OriginalPicture& original) {
   const auto made = report.at("image_sha256").get<std::string>();
@@ -193,7 +214,7 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   if (!outputs.legends.empty()) report["legends"] = json::parse(outputs.legends);
   if (!outputs.image.empty()) {
     if (can_hold_channels(outputs.image)) add_sample_counts(picture);
-    write_picture(outputs.image, picture, outputs, in_haste(outputs, picture, times, begin));
+    write_or_save(outputs, picture, in_haste(outputs, picture, times, begin));
   }
   if (!outputs.preview.empty() && !same_file(outputs.preview, outputs.image)) {
     write_picture(outputs.preview, picture, outputs);

@@ -66,7 +66,8 @@ void write_picture(const std::filesystem::path& file, const Picture& picture,
 ///
 /// Returns the program's exit status: 0, or 1 if samples were not finite or the bits are not those
 /// of the original, which it says on stderr. Throws RunError, and Interrupted (see
-/// common/process/stop_signal.h) between two strips of the image; nothing half-written stays.
+/// common/process/stop_signal.h) between two strips of the image; nothing half-written stays. An
+/// image that cannot be written is kept in another folder, which the error names.
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
 }  // namespace parray

@@ -78,10 +78,12 @@ std::string bar_text(const JobStatus& job, std::size_t columns) {
 }
 
 std::string progress_json(const JobStatus& job) {
+  const bool known = job.ended() || job.seconds_left >= 0;
+  const double seconds_left = job.ended() ? 0 : job.seconds_left;
   nlohmann::json map = {{"state", job.state},
                         {"progress", job.progress},
                         {"samples_per_second", job.samples_per_second},
-                        {"seconds_left", job.seconds_left},
+                        {"seconds_left", known ? nlohmann::json(seconds_left) : nullptr},
                         {"waits_for", job.waits_for},
                         {"error", error_to_json(job.error)}};
   if (job.frames > 0) {

@@ -95,7 +95,6 @@ Effort effort_of_collecting(const Framebuffer& traced) {
 }
 
 Finished finish(const DirectRender& picture, const fs::path& extension) {
-  load_image_library();  // which a render does beside tracing
   const Effort began = effort_now();
   const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
   const ErrorEstimate error = estimate_error(picture.state());

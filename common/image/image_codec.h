@@ -1,23 +1,34 @@
 #pragma once
 
-#include <functional>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/image/image_file.h"
 
-/// What needs OpenImageIO, a module that is loaded when the first picture is read, or the first EXR
-/// file written: the library brings 260 others, and no command is to wait for them that needs none.
-/// The seam between image_file.cpp, which everybody links, and image_codec.cpp, which is the
-/// module.
+/// Every kind of picture but EXR and PNG, by OpenImageIO: a module that is loaded when the first is
+/// read or written, because the library brings 260 others. The seam between image_file.cpp, which
+/// everybody links, and image_codec.cpp, which is the module.
 namespace parray {
 
+/// Kinds that can be written.
+enum class OtherKind : std::uint8_t { tiff, jpeg, jpeg2000 };
+
+/// What such a file is to hold.
+struct OtherPicture {
+  OtherKind kind = OtherKind::tiff;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  bool alpha = false;
+  std::vector<std::uint8_t> bytes{};  ///< three a pixel, or four with alpha, top row first; sRGB
+  std::string description{};          ///< kept in the file; empty: none
+  double dpi = 0;                     ///< pixels an inch when printed; 0: not said
+};
+
 struct ImageCodec {
-  /// Empty, or why the EXR file could not be written. Arguments as write_image() has checked them;
-  /// `metadata` of as_kept().
-  std::string (*write_exr)(const std::string& file, const Image& image,
-                           const ImageMetadata& metadata, const Channels& channels,
-                           const std::function<void()>& between_strips, bool fast);
-  /// read_image().
+  /// Empty, or why the file could not be written.
+  std::string (*write)(const std::string& file, const OtherPicture& picture);
+  /// A file of any kind that the library knows, as read_image() has it.
   ImageFile (*read)(const std::string& file);
   /// image_library_version().
   std::string (*version)();

@@ -11,12 +11,14 @@
 namespace parray {
 
 /// Throws InputError unless an image can be written to `path`: the extension is one that
-/// write_image() knows (.exr or .png, in either case) and the place is writable
-/// (check_output_path).
+/// write_image() knows (.exr, .png, .tif, .tiff, .jpg, .jpeg or .jp2, in either case) and the place
+/// is writable (check_output_path).
 void check_image_path(const std::filesystem::path& path);
 
 /// True where write_image() has room for more channels than RGB: .exr.
 bool can_hold_channels(const std::filesystem::path& path);
+/// True where it has room for alpha: all but JPEG.
+bool can_hold_alpha(const std::filesystem::path& path);
 
 /// What decides how long writing takes.
 struct PictureSize {
@@ -28,20 +30,17 @@ struct PictureSize {
 /// How long write_image() takes, about, on a core of some 2 GHz that has nothing else to do.
 double write_seconds(const std::filesystem::path& path, const PictureSize& size, bool fast);
 
-/// Loads the library that reads pictures and writes EXR files, now and not for the first of them: a
-/// quarter of a second, during which no thread can be made. What goes wrong is told when it is
-/// needed. Any thread.
-void load_image_library();
-
 /// Writes `image`; `path` shows the whole file or what was there before, never a part.
 ///
 /// EXR: the very floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, losslessly
 /// compressed (zip) unless `fast`, and every one of `channels`, each with a value for every pixel
 /// and a name of its own, as FLOAT or UINT. PNG: srgb_bytes(), with an sRGB chunk of intent 0
 /// (perceptual); `fast` does not compress. Of `channels` it holds alpha alone (transparency.h),
-/// then as transparent_bytes(); others there must not be. `metadata` as as_kept() has them:
-/// attributes of EXR, text of PNG. `between_strips`, if set, is called every few milliseconds of
-/// writing; what it throws ends the writing. Throws RunError "writing FILE: reason".
+/// then as transparent_bytes(); others there must not be. TIFF (zip), JPEG (quality 95) and JPEG
+/// 2000 hold the same bytes as PNG; TIFF keeps metadata as JSON in its ImageDescription, the two
+/// others keep none. `metadata` as as_kept() has them: attributes of EXR, text of PNG.
+/// `between_strips`, if set, is called every few milliseconds of writing; what it throws ends the
+/// writing. Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);
@@ -51,7 +50,7 @@ void write_image(const std::filesystem::path& path, const Image& image,
 void write_preview(const std::filesystem::path& path, const Image& image,
                    const std::function<void()>& between_strips);
 
-/// What an EXR or PNG file holds, as linear RGB (PNG: the sRGB curve undone, and premultiplied),
+/// What a picture file holds, as linear RGB (integers: the sRGB curve undone, and premultiplied),
 /// metadata (single text and numbers) and the other channels, sorted by name: of an EXR file UINT
 /// as whole numbers, HALF as floats; of a PNG file alpha, unless it is 1 everywhere. Its contents
 /// say which of the two it is, not its name.
@@ -59,14 +58,15 @@ struct ImageFile {
   Image image;
   ImageMetadata metadata;
   Channels channels;
-  bool high_dynamic_range = false;  ///< EXR: floats, which may lie outside [0, 1]
+  bool high_dynamic_range = false;  ///< EXR, float TIFF ...: may lie outside [0, 1]
 };
 
-/// Throws InputError "FILE: reason": also for other kinds of file, fewer than 3 channels, and sides
-/// or pixels beyond common/scene/limits.h.
+/// Throws InputError "FILE: reason": also for what OpenImageIO cannot read, fewer than 3 channels,
+/// and sides or pixels beyond common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
-/// Version of OpenImageIO that runs: "2.4.7".
+/// Versions of OpenImageIO and OpenEXR that run: "2.4.7".
 std::string image_library_version();
+std::string exr_library_version();
 
 }  // namespace parray

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/image/image_limits.h"
 #include "common/image/srgb.h"
 #include "common/image/transparency.h"
 
@@ -119,7 +120,129 @@ class PngWriter {
   png_infop info_;
 };
 
+/// libpng's reader, of 8-bit RGB or RGBA whatever the file has. As PngWriter.
+class PngReader {
+ public:
+  explicit PngReader(std::FILE* file)
+      : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+        info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
+    if (info_ == nullptr) problem_ = "not enough memory";
+    attempt([&] {
+      png_init_io(png_, file);
+      png_read_info(png_, info_);
+    });
+  }
+  ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] std::uint32_t width() const { return png_get_image_width(png_, info_); }
+  [[nodiscard]] std::uint32_t height() const { return png_get_image_height(png_, info_); }
+  [[nodiscard]] bool has_colours() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_COLOR) != 0;
+  }
+  [[nodiscard]] bool has_alpha() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_ALPHA) != 0 ||
+           png_get_valid(png_, info_, PNG_INFO_tRNS) != 0;
+  }
+
+  /// Three bytes a pixel, or four with alpha, top row first.
+  void read(std::uint8_t* bytes) {
+    const std::size_t row = std::size_t{width()} * (has_alpha() ? 4 : 3);
+    const std::uint32_t rows = height();
+    attempt([&] {
+      png_set_expand(png_);
+      png_set_scale_16(png_);
+      const int passes = png_set_interlace_handling(png_);
+      png_read_update_info(png_, info_);
+      for (int pass = 0; pass < passes; ++pass) {
+        for (std::uint32_t y = 0; y < rows; ++y) png_read_row(png_, bytes + y * row, nullptr);
+      }
+      png_read_end(png_, info_);
+    });
+  }
+
+  [[nodiscard]] ImageMetadata metadata() const {
+    png_textp texts = nullptr;
+    int count = 0;
+    png_get_text(png_, info_, &texts, &count);
+    ImageMetadata metadata;
+    for (const png_text& text : std::span(texts, static_cast<std::size_t>(count))) {
+      metadata.emplace_back(text.key, std::string(text.text == nullptr ? "" : text.text));
+    }
+    return metadata;
+  }
+
+ private:
+  template <typename Step>
+  void attempt(const Step& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
+    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
+  }
+  static void on_error(png_structp png, png_const_charp message) {
+    static_cast<PngReader*>(png_get_error_ptr(png))->problem_ = message;
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+
+  std::string problem_;
+  png_structp png_;
+  png_infop info_;
+};
+
+/// Of red, green, blue, alpha: colours become premultiplied, and alpha a channel, unless it is 1
+/// everywhere.
+void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
+  std::vector<float> alpha(std::size_t{file.image.width} * file.image.height);
+  for (std::size_t i = 0; i < alpha.size(); ++i) {
+    alpha[i] = static_cast<float>(bytes[4 * i + 3]) / 255;
+    for (std::size_t c = 0; c < 3; ++c) file.image.rgb[3 * i + c] *= alpha[i];
+  }
+  const auto covers = [](float value) { return value == 1; };
+  if (!std::all_of(alpha.begin(), alpha.end(), covers)) {
+    file.channels.push_back({alpha_channel, std::move(alpha)});
+  }
+}
+
+/// Of bytes that stand `stride` a pixel.
+void set_linear(const std::uint8_t* bytes, std::size_t stride, Image& image) {
+  std::array<float, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
+  }
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  image.rgb.resize(pixels * 3);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) image.rgb[3 * i + c] = linear[bytes[stride * i + c]];
+  }
+}
+
 }  // namespace
+
+ImageFile read_png(const std::string& path) {
+  const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rbe"),
+                                                               std::fclose);
+  if (!stream) refuse(std::generic_category().message(errno));
+  PngReader reader(stream.get());
+  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
+  if (!reader.has_colours()) refuse("not an RGB image");
+  const std::size_t stride = reader.has_alpha() ? 4 : 3;
+  check_image_limits(path, reader.width(), reader.height(), stride);
+  ImageFile file;
+  file.image.width = reader.width();
+  file.image.height = reader.height();
+  // Untouched until there is something to put in.
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(std::size_t{reader.width()} *
+                                                                    reader.height() * stride);
+  reader.read(bytes.get());
+  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
+  set_linear(bytes.get(), stride, file.image);
+  if (stride == 4) apply_alpha(bytes.get(), file);
+  file.metadata = reader.metadata();
+  return file;
+}
 
 std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
                       const std::function<void()>& between_strips, bool fast,

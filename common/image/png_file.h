@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/image/image.h"
-#include "common/image/image_metadata.h"
+#include "common/image/image_file.h"
 
 namespace parray {
 
@@ -18,6 +18,10 @@ namespace parray {
 std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
                       const std::function<void()>& between_strips, bool fast,
                       std::span<const float> alpha = {});
+
+/// Reads a PNG file, as read_image() has it. Throws InputError "FILE: reason". Call
+/// check_png_chunks() before.
+ImageFile read_png(const std::string& path);
 
 /// Refuses a PNG file that is cut off, or that has changed since it was written (the checksum of
 /// one of its chunks): the library, which would find that too, prints lines of its own. What is no

@@ -18,6 +18,7 @@ std::string did_you_mean(const NearestWord& nearest) {
 }
 
 std::string unknown_option(const CLI::App& command, const std::string& word) {
+  if (word == "-v" || word == "-V") return "unknown option " + word + ": did you mean --version?";
   NearestWord nearest(word);
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) nearest.offer("--" + name);
@@ -26,6 +27,7 @@ std::string unknown_option(const CLI::App& command, const std::string& word) {
 }
 
 std::string unknown_command(const CLI::App& app, const std::string& word) {
+  if (word == "version") return "unknown command 'version': did you mean --version?";
   NearestWord nearest(word);
   for (const CLI::App* command : app.get_subcommands({})) nearest.offer(command->get_name());
   return "unknown command '" + printable(word) + "'" + did_you_mean(nearest);

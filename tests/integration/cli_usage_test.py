@@ -15,6 +15,10 @@ import time
 import unittest
 
 from farm import BIN, SCENES, Farm, run, wait_for
+from png import read_text
+
+# A shell that may mount file systems of its own.
+ALONE = "unshare", "--user", "--map-root-user", "--mount", "sh", "-c"
 
 SCENE = {
     "version": 1,
@@ -124,6 +128,12 @@ class Refusals(CliTest):
         self.refused("render", self.scene, *output, "--width", "65536", "--height", "65536",
                      mentions="--width, --height: ")
 
+    def test_other_programs_words_for_the_version_are_answered_with_this_ones(self):
+        for word in ("version", "-v", "-V"):
+            result = run(word)
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            self.assertIn("did you mean --version?", result.stderr)
+
     def test_unknown_words_are_refused_with_the_nearest_known_one(self):
         output = ["-o", self.path("a.png")]
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
@@ -159,7 +169,7 @@ class Refusals(CliTest):
 
     def test_a_place_that_cannot_be_written_to_is_refused_before_the_scene_is_read(self):
         missing = self.path("no-such-scene.json")
-        for name, mentions in (("a.jpg", "'.jpg'"), ("a", ".exr"), ("", "directory"),
+        for name, mentions in (("a.gif", "'.gif'"), ("a", ".exr"), ("", "directory"),
                                ("none/a.png", "no directory"), ("x" * 300 + ".png", "too long")):
             self.refused("render", missing, "-o", self.path(name), mentions=mentions)
             self.refused("submit", missing, "--wait", "-o", self.path(name), mentions=mentions)
@@ -374,6 +384,23 @@ class Failures(CliTest):
             self.assertEqual(self.path(name).read_text(), "an older picture")
         self.assertEqual(self.files(), self.before | {"a.exr", "a.png"})
 
+    @unittest.skipUnless(subprocess.run([*ALONE, "mount -t tmpfs tmpfs /mnt"], capture_output=True).returncode == 0,
+                         "no mounts of one's own here")
+    def test_a_picture_that_its_disk_has_no_room_for_is_written_elsewhere(self):
+        full, spare = self.path("full"), self.path("spare")
+        full.mkdir()
+        spare.mkdir()
+        render = (f"mount -t tmpfs -o size=8k tmpfs {full} && TMPDIR={spare} {BIN}/parray render {self.scene} -q "
+                  f"--width 200 --height 150 -o {full}/a.png; echo $?; ls {full}")
+        failed = subprocess.run([*ALONE, render], capture_output=True, text=True, timeout=60)
+        self.assertEqual(failed.stdout, "1\n", failed.stderr)
+        self.assertEqual(failed.stderr, f"parray: writing {full}/a.png: No space left on device: "
+                         f"the picture is in {spare}/a.png\n")
+        self.assertEqual(run("render", self.scene, "-q", "--width", "200", "--height", "150", "-o",
+                             self.path("b.png")).returncode, 0)
+        self.assertEqual(read_text(spare / "a.png")["parray:image_sha256"],
+                         read_text(self.path("b.png"))["parray:image_sha256"])
+
     def test_output_that_nobody_can_read_is_a_failure_and_no_crash(self):
         with open("/dev/full", "w", encoding="utf-8") as full:
             result = subprocess.run([BIN / "parray", "validate", self.scene], stdout=full,
@@ -443,7 +470,7 @@ class Talk(CliTest):
         lines = [json.loads(line) for line in result.stderr.splitlines()]
         self.assertEqual(set(lines[-1]), {"state", "progress", "samples_per_second", "seconds_left",
                                           "waits_for", "error"})
-        self.assertEqual((lines[-1]["state"], lines[-1]["progress"]), ("done", 1))
+        self.assertEqual((lines[-1]["state"], lines[-1]["progress"], lines[-1]["seconds_left"]), ("done", 1, 0))
         self.assertGreater(lines[-1]["error"]["rmse"], 0)
         self.assertEqual(run("render", self.scene, "-o", self.path("a.png"), "--progress", "pie").returncode, 2)
 

@@ -69,9 +69,32 @@ class Denoise(CliTest):
         again, _ = self.picture("--denoise", "--passes", ",".join(map(str, report["passes"])))
         self.assertEqual(again["denoised"], expected)
 
+    def test_a_target_of_the_denoised_picture_may_have_a_time_limit(self):
+        options = ["--spp", "100000", "--denoise", "--target-error"]
+        within, _ = self.picture(*options, "0.02", "--time-limit", "60")
+        self.assertEqual(within["stopped_by"], "error")
+        self.assertLessEqual(within["denoised"]["high"], 0.02)
+        beyond, _ = self.picture(*options, "0.00001", "--time-limit", "1")
+        self.assertEqual(beyond["stopped_by"], "time")
+        self.assertGreater(beyond["denoised"]["high"], 0.00001)
+
+    def test_denoising_that_does_not_fit_into_a_time_limit_is_left_out_and_said(self):
+        large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
+        result = run("render", self.scene, "-o", self.path("a.png"), "--denoise", *large)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, r"parray: --time-limit 0\.5: denoising takes about [^\n]* more: left out\n")
+        self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
+
+    def test_extra_channels_that_do_not_fit_into_a_time_limit_are_left_out_and_said(self):
+        large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
+        result = run("render", self.scene, "-o", self.path("a.exr"), "--aov", "depth,normal", *large)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("tracing extra channels takes about", result.stderr)
+        self.assertNotIn("aovs", json.loads(self.path("a.json").read_text()))
+
     def test_a_target_of_the_denoised_picture_is_refused_where_nobody_can_tell_it(self):
         options = ["--denoise", "--target-error", "0.02", "-o", self.path("a.exr")]
-        for command in (["submit", self.scene, "--wait"], ["render", self.scene, "--time-limit", "5"],
+        for command in (["submit", self.scene, "--wait"],
                         ["render", self.scene, "--target-half-width", "0.05"]):
             with self.subTest(command=command):
                 result = run(*command, *options)

@@ -77,7 +77,7 @@ class Doctor(unittest.TestCase):
                      "state", "messages", "keys"):
             self.assertEqual(checks[name]["status"], "ok", checks[name])
         self.assertEqual(set(checks["libraries"]["facts"]),
-                         {"OpenImageIO", "ZeroMQ", "SQLite", "nlohmann-json", "spdlog", "OpenMP"})
+                         {"OpenEXR", "OpenImageIO", "ZeroMQ", "SQLite", "nlohmann-json", "spdlog", "OpenMP"})
         if not mpi.why_not():
             self.assertEqual(checks["mpi"]["status"], "ok", checks["mpi"])
             self.assertIn("over a window", checks["mpi"]["detail"])

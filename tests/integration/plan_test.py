@@ -156,7 +156,7 @@ class Plan(unittest.TestCase):
         self.refused(["--probe-seconds"], "--error", 0.1, "--probe-seconds", 0)
 
     def test_a_file_that_cannot_be_written_is_refused_before_the_probe(self):
-        self.refused([".tiff"], "--error", 0.1, "-o", "picture.tiff")
+        self.refused([".bmp"], "--error", 0.1, "-o", "picture.bmp")
 
 
 if __name__ == "__main__":

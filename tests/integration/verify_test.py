@@ -84,6 +84,8 @@ class Recipes(VerifyTest):
 
     def test_a_preview_and_a_picture_of_others_are_refused(self):
         self.rendered()
+        self.refused_picture(self.scene, self.path("a.exr"),
+                             mentions=f"the picture comes before its scene: parray verify {self.path('a.exr')} {self.scene}")
         difference = self.path("difference.exr")
         self.assertEqual(run("compare", self.path("a.exr"), self.path("a.exr"), "-o",
                              difference).returncode, 0)

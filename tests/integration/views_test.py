@@ -137,10 +137,10 @@ class Finishing(ViewsTest):
         self.assertEqual(read_text(self.path("a.png"))["parray:finished"], "depth-cue, outline")
 
     def test_a_sheet_shows_every_view_as_it_is_alone(self):
-        sheet = self.render("sheet.png", "--views", "front,top,iso", "--style", "publication")
+        sheet = self.render("sheet.png", "--views", "front,top,iso,left", "--style", "publication")
         width, height, pixels = read_rgb(self.path("sheet.png"))
         self.assertEqual((width, height), (2 * 40 + 2, 2 * 30 + 2))
-        self.assertEqual([view["view"] for view in sheet["views"]], ["front", "top", "iso"])
+        self.assertEqual([view["view"] for view in sheet["views"]], ["front", "top", "iso", "left"])
         for i, view in enumerate(sheet["views"]):
             alone = self.render("alone.png", "--view", view["view"], "--style", "publication")
             self.assertEqual(view["image_sha256"], alone["image_sha256"])

@@ -183,6 +183,9 @@ Problems problems_of(const SourceFile& file) {
         file.path != "common/image/image_codec.cpp") {
       problems.push_back(file.path + " may not include OpenImageIO");
     }
+    if (name.starts_with("OpenEXR/") && file.path != "common/image/exr_codec.cpp") {
+      problems.push_back(file.path + " may not include OpenEXR");
+    }
     if (name == "png.h" && file.path != "common/image/png_file.cpp") {
       problems.push_back(file.path + " may not include libpng");
     }
@@ -326,6 +329,7 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(refuses("worker/a.cpp", "#include \"proto/link.h\"\n#include <thread>"));
   CHECK_FALSE(refuses("cli/a.cpp", "#include \"coordinator/job.h\"\n#include \"worker/team.h\""));
   CHECK_FALSE(refuses("common/image/image_codec.cpp", "#include <OpenImageIO/imageio.h>"));
+  CHECK_FALSE(refuses("common/image/exr_codec.cpp", "#include <OpenEXR/ImfHeader.h>"));
   CHECK_FALSE(refuses("common/input/particles/a.cpp", "#include \"common/input/json_value.h\""));
   CHECK_FALSE(refuses("cli/compare/a.h", "#include \"common/image/image.h\""));
   CHECK_FALSE(refuses("cli/a.cpp", "#include \"common/input/particles/expand.h\""));

@@ -57,6 +57,7 @@ std::string pdb(const std::string& x) {
   return "ATOM      1  CA  ALA A   1    " + x + "   2.000   3.000  1.00  0.00           C\n";
 }
 
+constexpr const char* scale_lengths = ", or scale all lengths, for instance from metres to parsecs";
 constexpr const char* position_range = " is out of range: use a number from -1e+15 to 1e+15";
 constexpr const char* radius_range = " is out of range: use a number from 1e-15 to 1e+15";
 
@@ -105,9 +106,9 @@ TEST_CASE("numbers that are none, not finite or out of range are refused with th
       {"a quoted word in mmCIF", "a.cif", cif("1 2 'a b'\n"),
        "a.cif:6: cartn_z" + not_finite("'a b'")},
       {"too far in mmCIF", "a.cif", cif("1 2 1e16\n"),
-       std::string("a.cif:6: coordinate 1e+16") + position_range},
+       std::string("a.cif:6: coordinate 1e+16") + position_range + scale_lengths},
       {"too far", "a.xyz", "1\n\nC 0 0 -1e16\n",
-       std::string("a.xyz:3: coordinate -1e+16") + position_range},
+       std::string("a.xyz:3: coordinate -1e+16") + position_range + scale_lengths},
       {"NaN in binary", "a.ply", binary_ply("1") + floats(0, NAN, 0),
        std::string("a.ply: byte 123: coordinate nan") + position_range},
       {"infinity in binary", "a.ply", binary_ply("1") + floats(INFINITY, 0, 0),

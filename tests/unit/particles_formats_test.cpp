@@ -7,6 +7,7 @@
 #include "common/image/srgb.h"
 #include "common/input/formats/format_table.h"
 #include "common/input/particles/elements.h"
+#include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 
 namespace parray {
@@ -237,8 +238,11 @@ TEST_CASE("XYZ is read: symbols, atomic numbers, other names, further columns, f
     CHECK(particles.elements == Elements{6, 8, 0, 1});
     CHECK(types_of(particles) == Names{"C", "8", "OW", "d"});
   }
+  CHECK(test::note(files.read("b.xyz", "3\n\nXx 0 0 0\nC 1 1 1\nQ 2 0 0"), "unknown_elements") ==
+        2);
   const Particles beads = files.read("a.xyz", "2\n\nA1 0 0 0\nB1 1 1 1");
-  CHECK(beads.elements.empty());  // names of types, none of them an element
+  CHECK(test::note(beads, "unknown_elements") == 0);  // these are types
+  CHECK(beads.elements.empty());                      // names of types, none of them an element
   CHECK(beads.types.names == Names{"A1", "B1"});
 }
 

@@ -406,7 +406,11 @@ TEST_CASE("a slice is a selection of its own kind") {
   CHECK(slice_as_selection("z=10:20") == "z >= 10 and z <= 20");
   CHECK(slice_as_selection(" X = -1.5 : ") == "x >= -1.5");
   CHECK(slice_as_selection("z=40%:60%,y=:3") == "fz >= 0.4 and fz <= 0.6 and y <= 3");
-  CHECK(slice_as_selection("z=40%:5") == "fz >= 0.4 and z <= 5");
+  for (const char* text : {"z=40:60%", "z=40%:5"}) {
+    CHECK(message_of<InputError>([&] {
+            slice_as_selection(text);
+          }).find("only one end is a percentage") != std::string::npos);
+  }
   for (const char* text : {"", "z", "z=3", "w=1:2", "z=:", "z=a:b", "z=1:2,", "10:20", "z=1:2:3"}) {
     CAPTURE(text);
     CHECK(message_of<InputError>([&] { slice_as_selection(text); }).find("is no slice: write") !=

@@ -109,7 +109,9 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
   }
   if (layout.element) {
     const std::string_view text = row[*layout.element];
-    columns.element(layout.strict_elements ? strict_element_in(text, place) : element_in(text));
+    const std::uint8_t element =
+        layout.strict_elements ? strict_element_in(text, place) : element_in(text);
+    element == 0 ? columns.unknown_element() : columns.element(element);
   }
   if (const auto type = layout.type ? layout.type : layout.element) columns.type(row[*type]);
   for (std::size_t i = 0; i < layout.numbers.size(); ++i) {

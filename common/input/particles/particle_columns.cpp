@@ -41,7 +41,10 @@ void ParticleColumns::check_position(const Vec3d& position) const {
   for (const double value : {position.x, position.y, position.z}) {
     if (std::abs(value) <= limits::max_length) continue;  // false for NaN
     place_->fail("coordinate " + number_text(value) +
-                 " is out of range: " + range_text(-limits::max_length, limits::max_length));
+                 " is out of range: " + range_text(-limits::max_length, limits::max_length) +
+                 (std::isfinite(value)
+                      ? ", or scale all lengths, for instance from metres to parsecs"
+                      : ""));
   }
 }
 
@@ -134,7 +137,17 @@ Particles ParticleColumns::finish() {
   return finish_frame();
 }
 
+void ParticleColumns::unknown_element() {
+  ++unknown_elements_;
+  element(0);
+}
+
 Particles ParticleColumns::finish_frame() {
+  if (any_element_ && unknown_elements_ > 0) {
+    particles_.facts.notes.push_back(
+        {"unknown_elements", unknown_elements_, "particles of unknown element"});
+  }
+  unknown_elements_ = 0;
   if (!any_element_) particles_.elements = {};
   std::erase_if(particles_.numbers, [](const NumberColumn& column) {
     return std::ranges::all_of(column.values, [](double value) { return std::isnan(value); });

@@ -50,6 +50,8 @@ class ParticleColumns {
   void radius(double radius);
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
+  /// Of a particle whose element the file gives, but in no form that is known. Counted in a note.
+  void unknown_element();
   void type(std::string_view name);
   /// Begins a column of numbers, before the first particle; returns its place among them.
   std::size_t add_numbers(std::string name);
@@ -78,6 +80,7 @@ class ParticleColumns {
   Particles particles_;
   std::size_t expected_ = 0;
   bool any_element_ = false;
+  std::uint64_t unknown_elements_ = 0;  // of the frame
   std::unordered_map<std::string, std::uint32_t, Hash, std::equal_to<>> type_index_;
   std::optional<std::uint64_t> above_one_;  // where the first such component of `either` stands
   std::optional<std::uint64_t> fraction_;

@@ -145,6 +145,10 @@ std::string slice_as_selection(std::string_view text) {
     const std::string axis = lower_case(trimmed(part.substr(0, equals)));
     const auto range = text_range(part.substr(std::min(equals + 1, part.size())));
     if (axis.size() != 1 || axis < "x" || axis > "z" || !range) fail_slice(part);
+    if (range->low && range->high && range->low->percent != range->high->percent) {
+      throw InputError("'" + printable(part) + "': only one end is a percentage: write z=40%:60% " +
+                       "for a part of the cell, or two lengths");
+    }
     if (range->low) out += (out.empty() ? "" : " and ") + compared(*range->low, ">=", axis[0]);
     if (range->high) out += (out.empty() ? "" : " and ") + compared(*range->high, "<=", axis[0]);
   }

@@ -29,12 +29,12 @@ class Progress(NamedTuple):
 
     @classmethod
     def of(cls, job: Mapping[str, Any]) -> Progress:
-        left = job.get("seconds_left", -1)
+        left = job.get("seconds_left")
         return cls(
             state=job["state"],
             done=job["progress"],
             samples_per_second=job.get("samples_per_second", 0),
-            seconds_left=left if left >= 0 else None,
+            seconds_left=left if left is not None and left >= 0 else None,
             waits_for=job.get("waits_for", ""),
             error=Error.of(job.get("error")),
         )

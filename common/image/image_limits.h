@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "common/base/error.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+
+/// Refuses a picture file, `path`, that is too large: throws InputError "FILE: reason". `channels`:
+/// of four bytes a pixel, RGB included.
+inline void check_image_limits(const std::string& path, std::uint64_t width, std::uint64_t height,
+                               std::size_t channels) {
+  constexpr std::size_t most_channels = 256;
+  // What a small file can make us take. The largest picture of ours has 64 bytes a pixel.
+  constexpr std::uint64_t most_bytes = limits::max_pixels * 64;
+  const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
+  if (width == 0 || height == 0) refuse("not an RGB image");
+  if (channels > most_channels) refuse("more than 256 channels");
+  if (std::max(width, height) > limits::max_image_side || width * height > limits::max_pixels) {
+    refuse(std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+           std::to_string(limits::max_image_side) + " a side and " +
+           std::to_string(limits::max_pixels) + " in all");
+  }
+  if (width * height * channels * 4 > most_bytes) {
+    refuse(std::to_string(channels) + " channels are more than " + std::to_string(most_bytes) +
+           " bytes: remove some");
+  }
+}
+
+}  // namespace parray
