@@ -3,7 +3,6 @@
 import gzip
 import hashlib
 import http.client
-import http.server
 import json
 import os
 import pathlib
@@ -16,23 +15,10 @@ import threading
 import unittest
 
 from farm import BIN, SOURCE, run, wait_for
-from web import SCENE, WATER, Answer, Web, form
+from web import SCENE, WATER, Answer, Listener, Web, WebCase, form
 
 
-class Test(unittest.TestCase):
-    def assert_problem(self, answer, status, detail=None):
-        self.assertEqual(answer.status, status, answer.body)
-        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
-        problem = answer.json()
-        self.assertEqual(problem["status"], status)
-        self.assertTrue(problem["title"])
-        if detail is not None:
-            self.assertIn(detail, problem["detail"])
-        self.assertNotIn("\n", problem["detail"])
-        return problem["detail"]
-
-
-class Jobs(Test):
+class Jobs(WebCase):
     def test_maps_say_what_pixels_took_and_who_traced_them(self):
         with Web() as farm:
             farm.start_worker("one")
@@ -209,7 +195,7 @@ class Jobs(Test):
             self.assertEqual(farm.get("/server").headers["X-Content-Type-Options"], "nosniff")
 
 
-class Problems(Test):
+class Problems(WebCase):
     def test_problems_are_the_command_lines_words(self):
         with Web() as farm:
             folder = farm.directory / "scene"
@@ -334,7 +320,7 @@ class Problems(Test):
             self.assertEqual(list(farm.directory.glob("parray-http-*/*")), [])
 
 
-class Access(Test):
+class Access(WebCase):
     def test_other_sites_pages_and_names_are_refused_on_loopback(self):
         with Web("--http-host", "farm.example") as farm:
             self.assert_problem(farm.get("/jobs", Host="evil.example"), 421, "--http-host evil.example")
@@ -390,121 +376,11 @@ class Access(Test):
             self.assertIn("cannot be bound", result.stderr)
 
 
-class Listener:
-    """Server-sent events, read by a thread."""
-
-    def __init__(self, farm, path):
-        self.connection = http.client.HTTPConnection(farm.web, timeout=60)
-        self.connection.request("GET", path)
-        self.response = self.connection.getresponse()
-        self.events = []
-        self.ended = False
-        self.thread = threading.Thread(target=self._read, daemon=True)
-        if self.response.status == 200:
-            self.thread.start()
-
-    def _read(self):
-        name = None
-        try:
-            for line in self.response:
-                line = line.decode().rstrip("\n")
-                if line.startswith("event: "):
-                    name = line.removeprefix("event: ")
-                elif line.startswith("data: "):
-                    self.events.append((name, json.loads(line.removeprefix("data: "))))
-        except (OSError, http.client.HTTPException, ValueError, AttributeError):
-            return
-        self.ended = True
-
-    def close(self):
-        self.connection.sock and self.connection.sock.shutdown(socket.SHUT_RDWR)
-        self.connection.close()
-
-
-class Events(Test):
-    def test_a_stream_tells_of_jobs_and_workers_until_the_end(self):
-        with Web("--heartbeat", "0.2") as farm:  # a killed worker is missed after five
-            listener = Listener(farm, "/api/v1/events")
-            self.assertEqual(listener.response.headers["Content-Type"], "text/event-stream")
-            farm.start_worker("one")
-            job = farm.submitted(farm.post_scene())
-            def seen(kind, **values):
-                return any(event == kind and all(data.get(key) == value for key, value in values.items())
-                           for event, data in listener.events)
-            wait_for(lambda: seen("job", id=job, state="done"), "the job's end")
-            wait_for(lambda: seen("worker", name="one"), "the worker")
-            late = Listener(farm, "/api/v1/events")
-            wait_for(lambda: any(event == "worker" for event, _ in late.events), "what there is")
-            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
-            wait_for(lambda: seen("forgotten", id=job), "that it is forgotten")
-            farm.processes[-1].kill()
-            wait_for(lambda: seen("gone", name="one"), "that the worker is gone")
-            listener.close()
-            late.close()
-
-    def test_the_stream_of_a_job_ends_with_it(self):
-        with Web() as farm:
-            job = farm.submitted(farm.post_scene())
-            listener = Listener(farm, f"/api/v1/jobs/{job}/events")
-            wait_for(lambda: listener.events, "its state")
-            self.assertEqual(listener.events[0][1]["state"], "queued")
-            farm.start_worker("one")
-            wait_for(lambda: listener.ended, "the end")
-            self.assertEqual(listener.events[-1][1]["state"], "done")
-            self.assert_problem(farm.get("/jobs/99/events"), 404)
-
-    def test_streams_are_bounded_and_requests_are_served_beside_them(self):
-        with Web("--http-streams", "3") as farm:
-            listeners = [Listener(farm, "/api/v1/events") for _ in range(3)]
-            self.assert_problem(farm.get("/events"), 503, "--http-streams")
-            self.assertEqual(farm.get("/jobs").status, 200)
-            listeners.pop().close()
-            def again():
-                listener = Listener(farm, "/api/v1/events")
-                listeners.append(listener)
-                return listener.response.status == 200
-            wait_for(again, "room for another")
-            for listener in listeners:
-                listener.close()
-
-
-class Webhook(Test):
-    def test_the_end_of_a_job_is_told_again_after_failures_and_a_restart(self):
-        told = []
-
-        class Hook(http.server.BaseHTTPRequestHandler):
-            def do_POST(self):
-                told.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
-                self.send_response(500 if len(told) == 1 else 204)
-                self.end_headers()
-
-            def log_message(self, *_):
-                pass
-
-        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Hook)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        url = f"http://127.0.0.1:{server.server_port}/hook"
-        with tempfile.TemporaryDirectory() as state, Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
-            scene = ("scene", None, json.dumps(SCENE))
-            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "http://other/x"}')), 422, "--webhook-host other")
-            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "file:///x"}')), 422, "is no address")
-            job = farm.submitted(farm.post_form(scene, ("options", None, json.dumps({"webhook": url}))))
-            farm.coordinator.terminate()
-            farm.coordinator.wait()
-            farm.start_coordinator()
-            farm.start_worker("one")
-            wait_for(lambda: len(told) == 2, "both tries")
-            self.assertEqual(told[1]["event"], "job-ended")
-            self.assertEqual((told[1]["job"]["id"], told[1]["job"]["state"]), (job, "done"))
-            wait_for(lambda: (pathlib.Path(state) / "http" / "webhooks").read_text() == "", "the note's end")
-        server.shutdown()
-
-
 SCHEMATHESIS = os.environ.get("SCHEMATHESIS") or shutil.which("schemathesis")
 
 
 @unittest.skipUnless(SCHEMATHESIS, "schemathesis (PyPI) is not installed: put it into PATH, or name it by SCHEMATHESIS")
-class Description(Test):
+class Description(WebCase):
     def test_the_server_does_what_its_description_says(self):
         with Web() as farm:
             worker = farm.start_worker("one")

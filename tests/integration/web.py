@@ -4,6 +4,9 @@ import http.client
 import json
 import os
 import re
+import socket
+import threading
+import unittest
 
 from farm import Farm, wait_for
 
@@ -80,3 +83,47 @@ def form(*parts):
         contents = contents if isinstance(contents, bytes) else contents.encode()
         body += f"--{mark}\r\nContent-Disposition: {field}\r\n\r\n".encode() + contents + b"\r\n"
     return body + f"--{mark}--\r\n".encode(), f"multipart/form-data; boundary={mark}"
+
+
+class WebCase(unittest.TestCase):
+    def assert_problem(self, answer, status, detail=None):
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
+        problem = answer.json()
+        self.assertEqual(problem["status"], status)
+        self.assertTrue(problem["title"])
+        if detail is not None:
+            self.assertIn(detail, problem["detail"])
+        self.assertNotIn("\n", problem["detail"])
+        return problem["detail"]
+
+
+class Listener:
+    """Server-sent events, read by a thread."""
+
+    def __init__(self, farm, path):
+        self.connection = http.client.HTTPConnection(farm.web, timeout=60)
+        self.connection.request("GET", path)
+        self.response = self.connection.getresponse()
+        self.events = []
+        self.ended = False
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        if self.response.status == 200:
+            self.thread.start()
+
+    def _read(self):
+        name = None
+        try:
+            for line in self.response:
+                line = line.decode().rstrip("\n")
+                if line.startswith("event: "):
+                    name = line.removeprefix("event: ")
+                elif line.startswith("data: "):
+                    self.events.append((name, json.loads(line.removeprefix("data: "))))
+        except (OSError, http.client.HTTPException, ValueError, AttributeError):
+            return
+        self.ended = True
+
+    def close(self):
+        self.connection.sock and self.connection.sock.shutdown(socket.SHUT_RDWR)
+        self.connection.close()

@@ -1,0 +1,94 @@
+"""What the HTTP interface tells by itself: streams of events and webhooks."""
+
+import http.server
+import json
+import pathlib
+import tempfile
+import threading
+import unittest
+
+from farm import wait_for
+from web import SCENE, Listener, Web, WebCase
+
+
+class Events(WebCase):
+    def test_a_stream_tells_of_jobs_and_workers_until_the_end(self):
+        with Web("--heartbeat", "0.2") as farm:  # a killed worker is missed after five
+            listener = Listener(farm, "/api/v1/events")
+            self.assertEqual(listener.response.headers["Content-Type"], "text/event-stream")
+            farm.start_worker("one")
+            job = farm.submitted(farm.post_scene())
+            def seen(kind, **values):
+                return any(event == kind and all(data.get(key) == value for key, value in values.items())
+                           for event, data in listener.events)
+            wait_for(lambda: seen("job", id=job, state="done"), "the job's end")
+            wait_for(lambda: seen("worker", name="one"), "the worker")
+            late = Listener(farm, "/api/v1/events")
+            wait_for(lambda: any(event == "worker" for event, _ in late.events), "what there is")
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
+            wait_for(lambda: seen("forgotten", id=job), "that it is forgotten")
+            farm.processes[-1].kill()
+            wait_for(lambda: seen("gone", name="one"), "that the worker is gone")
+            listener.close()
+            late.close()
+
+    def test_the_stream_of_a_job_ends_with_it(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            listener = Listener(farm, f"/api/v1/jobs/{job}/events")
+            wait_for(lambda: listener.events, "its state")
+            self.assertEqual(listener.events[0][1]["state"], "queued")
+            farm.start_worker("one")
+            wait_for(lambda: listener.ended, "the end")
+            self.assertEqual(listener.events[-1][1]["state"], "done")
+            self.assert_problem(farm.get("/jobs/99/events"), 404)
+
+    def test_streams_are_bounded_and_requests_are_served_beside_them(self):
+        with Web("--http-streams", "3") as farm:
+            listeners = [Listener(farm, "/api/v1/events") for _ in range(3)]
+            self.assert_problem(farm.get("/events"), 503, "--http-streams")
+            self.assertEqual(farm.get("/jobs").status, 200)
+            listeners.pop().close()
+            def again():
+                listener = Listener(farm, "/api/v1/events")
+                listeners.append(listener)
+                return listener.response.status == 200
+            wait_for(again, "room for another")
+            for listener in listeners:
+                listener.close()
+
+
+class Webhook(WebCase):
+    def test_the_end_of_a_job_is_told_again_after_failures_and_a_restart(self):
+        told = []
+
+        class Hook(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                told.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+                self.send_response(500 if len(told) == 1 else 204)
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Hook)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_port}/hook"
+        with tempfile.TemporaryDirectory() as state, Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
+            scene = ("scene", None, json.dumps(SCENE))
+            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "http://other/x"}')), 422, "--webhook-host other")
+            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "file:///x"}')), 422, "is no address")
+            job = farm.submitted(farm.post_form(scene, ("options", None, json.dumps({"webhook": url}))))
+            farm.coordinator.terminate()
+            farm.coordinator.wait()
+            farm.start_coordinator()
+            farm.start_worker("one")
+            wait_for(lambda: len(told) == 2, "both tries")
+            self.assertEqual(told[1]["event"], "job-ended")
+            self.assertEqual((told[1]["job"]["id"], told[1]["job"]["state"]), (job, "done"))
+            wait_for(lambda: (pathlib.Path(state) / "http" / "webhooks").read_text() == "", "the note's end")
+        server.shutdown()
+
+
+if __name__ == "__main__":
+    unittest.main()
