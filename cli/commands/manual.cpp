@@ -201,12 +201,12 @@ that can be had.
 )";
 
 constexpr const char* tradeoff_manual =
-    R"(Renders the scene a few hundred times in small and ends with the answer in one sentence: the
-cheapest settings for the error asked, as measured on this machine, and how long the scene's own
-settings take for it.
+    R"(Renders the scene a few hundred times in small. The first line printed is the command with the
+cheapest settings for the error asked, as measured on this machine. A sentence says what it takes,
+and how long the scene's own settings take for the same error. The tables follow.
 
-- It tries samples a pixel from 16 on by doubling, of both samplers; adaptive targets; some of
-  both denoised; depths; precisions; accelerators; and what `--also` names: a line along each knob,
+- It tries samples a pixel from 16 on by doubling, of both samplers; adaptive targets; some numbers
+  of samples denoised; depths; precisions; accelerators; and what `--also` names: a line along each knob,
   not all products. Settings take turns, each with 2 to 16 seeds of its own.
 - Errors are against a reference in f64, of independent samples and four times the depth, in two
   halves, so that the reference's own error does not count.

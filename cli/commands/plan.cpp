@@ -16,6 +16,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/suggestion.h"
 #include "cli/farm/direct_render.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
@@ -54,18 +55,6 @@ struct Plan {
   FarmModel farm;
 };
 
-/// A word as a shell reads it.
-std::string quoted(const std::string& word) {
-  constexpr std::string_view plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,+:@%";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) {
-    text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  }
-  return text + "'";
-}
-
 /// The words of the command that renders what `choice` says.
 std::vector<std::string> words_of(const PlanCommand& command, const Choice& choice) {
   std::vector<std::string> words = {"parray", command.workers ? "submit" : "render", command.scene};
@@ -83,14 +72,6 @@ std::vector<std::string> words_of(const PlanCommand& command, const Choice& choi
   return words;
 }
 
-std::string command_line(const std::vector<std::string>& words) {
-  std::string line;
-  for (const std::string& word : words) {
-    line += (line.empty() ? "" : " ") + quoted(word);
-  }
-  return line;
-}
-
 // ---- JSON ------------------------------------------------------------------------------------
 
 json json_of(const Expected& expected) {
@@ -100,7 +81,7 @@ json json_of(const Expected& expected) {
 json json_of(const PlanCommand& command, const Choice& choice) {
   const std::vector<std::string> words = words_of(command, choice);
   return {{"command", words},
-          {"command_line", command_line(words)},
+          {"command_line", shell_line(words)},
           {"sampler", name_of(choice.sampler)},
           {"adaptive", choice.adaptive},
           {"samples_per_pixel", json_of(choice.samples)},
@@ -195,7 +176,7 @@ void print_text(const PlanCommand& command, const Plan& plan) {
                                ? "an error of " + number_cell(command.goal.error)
                                : "the least error in " + duration_text(command.goal.seconds);
   std::cout << "for " << goal << " in " << plan.settings.width << " x " << plan.settings.height
-            << " pixels, " << whom_text(plan) << ":\n\n  " << command_line(words_of(command, best))
+            << " pixels, " << whom_text(plan) << ":\n\n  " << shell_line(words_of(command, best))
             << "\n\n"
             << list_text({{"time", with_interval(best.seconds, duration_text)},
                           {"error", with_interval(best.error, error_text) + " RMSE"},
@@ -216,10 +197,6 @@ void print_text(const PlanCommand& command, const Plan& plan) {
 }
 
 // ---- The command -----------------------------------------------------------------------------
-
-std::string default_image(const std::string& scene) {
-  return std::filesystem::path(scene).stem().string() + ".exr";
-}
 
 std::vector<Sampler> candidates(const PlanCommand& command) {
   if (const auto asked = command.render.sampler()) return {*asked};
@@ -278,7 +255,7 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
 int make_and_print(PlanCommand command) {
   check_goal(command);
   check_workers(command);
-  if (command.image.empty()) command.image = default_image(command.scene);
+  if (command.image.empty()) command.image = default_picture(command.scene);
   check_image_path(command.image);
   const auto plan = make_plan(command);
   if (!plan) throw Interrupted();

@@ -8,6 +8,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/suggestion.h"
 #include "cli/output/processor.h"
 #include "cli/output/progress.h"
 #include "cli/tradeoff/plots.h"
@@ -98,6 +99,10 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
     throw InputError("--also '" + printable(options, 200) +
                      "': --denoise takes two samples a pixel at least");
   }
+  if (denoise && settings.target_error > 0) {
+    throw InputError("--also '" + printable(options, 200) +
+                     "': --target-error and --denoise cannot be measured together: use --spp");
+  }
   check_isa(settings.isa);
   settings.replicates = denoise;
   settings.width = base.width;
@@ -121,6 +126,14 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
   if (command.error > 0) request.error = command.error;
   request.seconds = command.seconds;
   return request;
+}
+
+/// The command to copy; empty if there is no answer.
+std::string answer_command(const TradeoffCommand& command, const tradeoff::Findings& findings) {
+  const std::string options = findings.answer_facts.value("options", "");
+  if (options.empty()) return options;
+  return shell_line({"parray", "render", command.scene, "-o", default_picture(command.scene)}) +
+         " " + options;
 }
 
 void write_tables(const tradeoff::Findings& findings, const tradeoff::Journal& journal,
@@ -154,6 +167,8 @@ int run(const TradeoffCommand& command) {
                       printable(command.directory, 4096) + " has");
   }
   findings.scene_file = command.scene;
+  const std::string answer = answer_command(command, findings);
+  if (!answer.empty()) findings.answer_facts["command_line"] = answer;
   const nlohmann::json document = json_of(findings);
   write_tables(findings, journal, document);
   write_plot_scripts(findings, command.directory);
@@ -163,10 +178,10 @@ int run(const TradeoffCommand& command) {
   if (command.as_json) {
     print_json(document);
   } else {
-    std::cout << text_of(findings) << "\n"
+    std::cout << (answer.empty() ? "" : "  " + answer + "\n\n") << findings.answer << "\n\n"
+              << text_of(findings) << "\n"
               << printable(command.directory, 4096)
-              << " has tradeoff.csv, farms.csv, tradeoff.json, plots and the reference.\n\n"
-              << findings.answer << "\n";
+              << " has tradeoff.csv, farms.csv, tradeoff.json, plots and the reference.\n";
   }
   return 0;
 }

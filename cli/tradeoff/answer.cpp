@@ -22,13 +22,6 @@ struct Turn {
   double bias_square = 0;
 };
 
-bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
-  return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&
-         a.accelerator == b.accelerator && a.isa == b.isa &&
-         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive &&
-         a.replicates == b.replicates;
-}
-
 double square(double value) { return value * value; }
 
 const Row* like(const std::vector<Row>& rows, const RenderSettings& settings) {
@@ -89,10 +82,12 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
     for (const bool targeted : {false, true}) {
       for (const bool denoised : {false, true}) {
+        if (targeted && denoised) continue;  // as add_denoised()
         RenderSettings settings = with_denoise(base, denoised);
         settings.sampler = sampler;
-        settings.adaptive = targeted;
-        settings.target_error = targeted ? 1 : 0;
+        settings.adaptive = false;
+        settings.target_error = 0;
+        if (targeted) settings = with_target(settings, sampler, 1);
         std::vector<std::pair<double, double>> amount;
         std::vector<std::pair<double, double>> seconds;
         for (const Row& row : rows) {
@@ -140,9 +135,7 @@ std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, do
   settings.accelerator = turn.accelerator;
   double spent = 0;
   if (family.targeted) {
-    // Of a denoised picture the target is what its samples alone would have.
-    settings.target_error =
-        target_from(settings.replicates ? family.amount.at(std::sqrt(left)) : std::sqrt(left));
+    settings.target_error = target_from(std::sqrt(left));
     spent = settings.target_error;
   } else {
     spent = family.amount.at(std::sqrt(left / turn.variance));
@@ -155,7 +148,19 @@ std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, do
   return candidate;
 }
 
+std::string times_text(double times) {
+  if (times < 1.05) return "take about as long";
+  return "take " + formatted(times < 10 ? "%.1f" : "%.0f", times) + " x as long";
+}
+
 }  // namespace
+
+bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
+  return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&
+         a.accelerator == b.accelerator && a.isa == b.isa &&
+         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive &&
+         a.replicates == b.replicates;
+}
 
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases) {
@@ -222,25 +227,26 @@ std::string sentence_of(const Answer& answer) {
   };
   const double pixels = static_cast<double>(pick.settings.width) * pick.settings.height;
   const double scale = static_cast<double>(answer.scene.width) * answer.scene.height / pixels;
-  std::string text = "For an RMSE of " + formatted("%.3g", answer.error) +
-                     (answer.asked ? "" : ", that of the scene's own settings") + ": " +
-                     options_against(pick.settings, answer.scene) + " (" +
-                     formatted("%.3g s", pick.seconds.median) + " at " + size(pick.settings) +
-                     " on this machine";
+  std::string text =
+      "For an RMSE of " + formatted("%.3g", answer.error) +
+      (answer.asked ? "" : ", that of the scene's own settings") + ": " +
+      options_against(pick.settings, answer.scene) +
+      (answer.own ? ", the scene's own settings with " +
+                        counted(pick.settings.samples_per_pixel, "sample") + " a pixel"
+                  : "") +
+      " (" + formatted("%.3g s", pick.seconds.median) + " at " + size(pick.settings) +
+      " on this machine";
   if (size(answer.scene) != size(pick.settings)) {
     text += ", about " + formatted("%.3g s", pick.seconds.median * scale) + " at the scene's " +
             size(answer.scene);
   }
   text += "; measured RMSE " + formatted("%.3g", pick.rmse) + " +- " +
           formatted("%.1g", pick.rmse_deviation) + ")";
-  if (answer.own_options == options_against(pick.settings, answer.scene)) {
-    return text + "; nothing else that was measured is faster.";
-  }
+  if (answer.own) return text + "; nothing else that was measured is faster.";
   if (answer.own_options.empty() || !(pick.seconds.median > 0)) return text + ".";
-  const double times = answer.own_seconds / pick.seconds.median;
   return text + "; the scene's own settings" +
-         (answer.asked ? " reach it with " + answer.own_options + " and take " : " take ") +
-         formatted(times < 10 ? "%.1f" : "%.0f", times) + " x as long.";
+         (answer.asked ? " reach it with " + answer.own_options + " and " : " ") +
+         times_text(answer.own_seconds / pick.seconds.median) + ".";
 }
 
 }  // namespace parray::tradeoff

@@ -35,13 +35,17 @@ std::optional<Candidate> corrected(const Row& row, double error);
 /// The fastest of the rows with at most that RMSE; null if there is none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
+/// Whether both spend samples in the same way, however many.
+bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
+
 /// What the sentence says.
 struct Answer {
   double error = 0;
   bool asked = false;       ///< else it is the RMSE of the scene's own settings
   Row pick;                 ///< measured
-  double own_seconds = 0;   ///< of own_settings
-  std::string own_options;  ///< empty: unknown
+  bool own = false;         ///< `pick` differs from the scene's own settings in samples at most
+  double own_seconds = 0;   ///< time that the scene's own settings take to `error`
+  std::string own_options;  ///< options of those settings; empty: unknown
   RenderSettings scene;     ///< with the size of the scene's own picture
 };
 std::string sentence_of(const Answer& answer);

@@ -262,7 +262,8 @@ std::string text_of(const Findings& findings) {
                      counted(findings.rows.size(), "setting") + " measured against " +
                      formatted("%.0f", findings.reference_samples) + " samples a pixel (RMSE " +
                      rough(findings.reference_rmse) + ", taken off)\n\n";
-  text += "Settings than which nothing else is faster and as accurate:\n\n" + front_text(findings);
+  text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
+          front_text(findings);
   text +=
       "\nRMSE of linear radiance; noise, depth and precision are its parts, measured by "
       "themselves; "

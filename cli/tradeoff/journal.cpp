@@ -22,7 +22,7 @@ using nlohmann::json;
 constexpr const char* remedy = ": name another directory, or start anew with --restart";
 constexpr const char* runs_name = "runs.csv";
 constexpr const char* state_name = "state.json";
-constexpr int format_version = 2;
+constexpr int format_version = 3;
 
 /// The numbers of a run, in the order of the file's columns.
 constexpr std::array<std::pair<const char*, double Run::*>, 15> columns = {

@@ -359,6 +359,7 @@ void Session::find_answer(Findings& findings) {
                            {"own_seconds", answer.own_seconds}};
   if (pick != nullptr) {
     answer.pick = *pick;
+    answer.own = same_but_samples(pick->settings, request_.base);
     findings.answer = sentence_of(answer);
     findings.answer_facts["options"] = options_against(pick->settings, request_.scene);
     findings.answer_facts["seconds"] = pick->seconds.median;

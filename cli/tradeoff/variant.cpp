@@ -129,14 +129,6 @@ RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t s
   return settings;
 }
 
-RenderSettings targeted(RenderSettings settings, Sampler sampler, double target) {
-  settings.sampler = sampler;
-  settings.samples_per_pixel = limits::max_samples_per_pixel;
-  settings.adaptive = true;
-  settings.target_error = target;
-  return settings;
-}
-
 /// Of adaptive passes to `share` of the pilot's error.
 double expected_samples(double share) { return pilot_samples / (share * share) / 1.5; }
 
@@ -155,23 +147,20 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
     const double share = target / pilot.error;
     bool any = false;
     for (const Sampler sampler : samplers) {
-      any |= planner.add(Knob::target, targeted(base, sampler, rounded(target)),
+      any |= planner.add(Knob::target, with_target(base, sampler, rounded(target)),
                          expected_samples(share));
     }
     if (!any) break;
   }
 }
 
-/// Samples by quadrupling, and targets by halving, which is as much.
-void add_denoised(const RenderSettings& base, const Pilot& pilot, Planner& planner) {
+/// Adds denoised pictures, each of four times as many samples as the one before. Targets are left
+/// out: `parray render --denoise --target-error` traces until the denoised picture meets its
+/// target.
+void add_denoised(const RenderSettings& base, Planner& planner) {
   for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 4) {
     const RenderSettings settings = uniform(base, Sampler::sobol, samples);
     if (!planner.add(Knob::denoise, with_denoise(settings, true), samples)) break;
-  }
-  if (!(pilot.error > 0)) return;
-  for (double share = 0.5; share > 1e-3; share /= 2) {
-    const RenderSettings settings = targeted(base, Sampler::sobol, rounded(pilot.error * share));
-    if (!planner.add(Knob::denoise, with_denoise(settings, true), expected_samples(share))) break;
   }
 }
 
@@ -212,6 +201,14 @@ std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk) {
 }
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair) {
   return seed_for(2, base, pair);
+}
+
+RenderSettings with_target(RenderSettings settings, Sampler sampler, double target) {
+  settings.sampler = sampler;
+  settings.samples_per_pixel = limits::max_samples_per_pixel;
+  settings.adaptive = true;
+  settings.target_error = target;
+  return settings;
 }
 
 RenderSettings with_denoise(RenderSettings settings, bool denoise) {
@@ -267,7 +264,7 @@ Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& 
     if (!any) break;
   }
   add_targets(base, pilot, planner);
-  add_denoised(base, pilot, planner);
+  add_denoised(base, planner);
   const std::uint32_t knob_samples = planner.knob_samples();
   RenderSettings turned = uniform(base, own, knob_samples);
   for (const std::uint32_t depth : depths_of(base.max_depth)) {

@@ -46,6 +46,10 @@ std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::u
 std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk);
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair);
 
+/// Adaptive passes to a target error in linear radiance, as `parray render --target-error` makes
+/// them: the scene's own number of samples is no bound.
+RenderSettings with_target(RenderSettings settings, Sampler sampler, double target);
+
 /// The same picture, denoised or not.
 RenderSettings with_denoise(RenderSettings settings, bool denoise);
 

@@ -172,6 +172,36 @@ class Measured(TradeoffCase):
         self.assertLess(rmse, 0.02 * 1.15)
 
 
+class Targets(TradeoffCase):
+    def test_rows_with_targets_are_what_their_commands_do_whatever_samples_the_scene_asks_for(self):
+        self.scene.write_text(json.dumps(dict(SCENE, render=dict(SCENE["render"], samples_per_pixel=8))))
+        result = self.trade("--error", 0.01)
+        document = self.document()
+        size = document["measured_settings"]
+        rows = [row for row in document["rows"] if row["target_error"] > 0]
+        self.assertGreater(len(rows), 0)
+        report = self.directory / "report.json"
+        for row in rows:
+            with self.subTest(row["options"]):
+                self.assertFalse(row["denoised"])
+                done = run("render", self.scene, "-o", self.directory / "row.png", "--quiet", "--width", size["width"],
+                           "--height", size["height"], "--report", report, *row["options"].split())
+                self.assertEqual(done.returncode, 0, done.stderr)
+                made = json.loads(report.read_text())
+                samples = made["samples"] / size["width"] / size["height"]
+                self.assertTrue(0.5 < samples / row["samples_per_pixel"] < 2, (samples, row["samples_per_pixel"]))
+                self.assertLess(row["rmse"], 1.15 * row["target_error"])
+        # The command comes first, to be copied; it meets the error.
+        command = result.stdout.splitlines()[0]
+        self.assertEqual(command.strip(), document["answer"]["command_line"])
+        self.assertTrue(command.startswith(f"  parray render {self.scene} -o scene.exr --sampler "))
+        words = command.split()
+        done = run(*words[1:4], self.directory / words[4], *words[5:], "--quiet", "--report", report)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(json.loads(report.read_text())["error"]["rmse"], 0.01 * 1.15)
+        self.assertTrue(result.stdout.splitlines()[2].startswith("For an RMSE of 0.01: --sampler "))
+
+
 class Runs(TradeoffCase):
     def test_goes_on_after_a_kill_with_what_it_has(self):
         command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", 4, "--quiet"]
@@ -247,6 +277,7 @@ class Runs(TradeoffCase):
         self.refused(self.directory / "none.json", "-o", self.output, mentions=["none.json"])
         self.assertFalse(self.output.exists())
         self.refused(self.scene, "-o", self.output, "--also", "--spp 1 --denoise", mentions=["two samples"])
+        self.refused(self.scene, "-o", self.output, "--also", "--target-error 0.1 --denoise", mentions=["use --spp"])
         self.refused(self.scene, "-o", self.scene, mentions=["another directory"])
 
     def test_a_scene_without_noise_has_an_answer_too(self):
