@@ -116,9 +116,9 @@ PictureDetail kept_detail(const WorkSettings& settings) {
 }
 
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed) {
-  constexpr double resolving = 90e-9;  // of one pixel: its mean, its part of the hash, its memory
-  constexpr double stating = 250e-9;
-  constexpr double deciding = 100e-9;  // on the samples of an adaptive pass
+  constexpr double resolving = 70e-9;  // of one pixel: its mean, its part of the hash, its memory
+  constexpr double stating = 130e-9;
+  constexpr double deciding = 70e-9;  // on the samples of an adaptive pass
   const auto pixels = static_cast<double>(std::uint64_t{settings.width} * settings.height);
   const bool adaptive = settings.adaptive && static_cast<double>(samples) >= 2 * pixels;
   return {elapsed + resolving * pixels, 0, adaptive ? deciding * pixels : 0, stating * pixels};

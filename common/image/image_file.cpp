@@ -138,10 +138,10 @@ double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
   constexpr double loading = 0.45;  // OpenImageIO
   const auto pixels = static_cast<double>(size.width * size.height);
   const Format format = format_of(path);
-  if (format == Format::png) return opening + pixels * (fast ? 20e-9 : 90e-9);
+  if (format == Format::png) return opening + pixels * (fast ? 20e-9 : 70e-9);
   if (format != Format::exr) return loading + pixels * 150e-9;
   const double bytes = pixels * 4 * static_cast<double>(3 + size.channels);
-  return opening + bytes * (fast ? 4.5e-9 : 60e-9);
+  return opening + bytes * (fast ? 4.5e-9 : 35e-9);
 }
 
 static void write_partial(const PartialFile& file, const fs::path& path, const Image& image,
