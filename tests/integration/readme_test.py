@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""README: its commands run as they stand, and print what it quotes."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import tempfile
+import unittest
+
+from farm import BIN, SCENES, SOURCE
+from png import read_text
+
+README = (SOURCE / "README.md").read_text()
+
+
+def quoted():
+    """Each command behind a `$`, with the lines that it prints."""
+    return [(command, printed.splitlines()) for command, printed in
+            re.findall(r"^    \$ (parray .*)\n((?:    (?!\$).*\n)*)", README, re.MULTILINE)]
+
+
+def without_times(line):
+    line = re.sub(r"[\d.]+ [kMG]?\s?samples/s", "SPEED", line)
+    return re.sub(r"\b[\d.]+ (ms|s|min|h)\b", "TIME", line).strip()
+
+
+class ReadmeTest(unittest.TestCase):
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.directory = directory.name
+        os.symlink(SCENES, f"{self.directory}/scenes")
+
+    def printed(self, command):
+        words = shlex.split(command, comments=True)
+        result = subprocess.run([BIN / words[0], *words[1:]], cwd=self.directory, capture_output=True, text=True,
+                                timeout=600)
+        self.assertEqual(result.returncode, 0, f"{command}: {result.stderr}")
+        return [without_times(line) for line in result.stdout.splitlines()]
+
+
+class Quick(ReadmeTest):
+    def test_the_first_command_prints_what_is_quoted(self):
+        command, lines = quoted()[0]
+        self.assertIn("scenes/glass.json", command)
+        self.assertEqual(self.printed(command), [without_times(line) for line in lines])
+
+    def test_the_error_beside_the_first_picture_is_the_one_in_its_file(self):
+        kept = read_text(SCENES / "pictures" / "helix.png")
+        rmse, low, high = (f"{float(kept['parray:error:' + name]):.3g}" for name in ("rmse", "low", "high"))
+        self.assertIn(f"got **{rmse}**,<br>{low} to {high} with 95 %", README)
+        self.assertEqual(float(kept["parray:target_error"]), 0.01)
+
+
+class Long(ReadmeTest):
+    def test_every_quoted_output_is_printed(self):
+        renders = [(command, lines) for command, lines in quoted() if command.startswith("parray render")]
+        self.assertGreaterEqual(len(renders), 2)
+        for command, lines in renders:
+            with self.subTest(command=command):
+                self.assertEqual(self.printed(command), [without_times(line) for line in lines])
+
+    def test_every_render_and_validate_runs(self):
+        # What stands for the reader's own files.
+        small = {**json.loads((SCENES / "glass.json").read_text()), "image": {"width": 90, "height": 60}}
+        with open(f"{self.directory}/scene.json", "w", encoding="utf-8") as scene:
+            json.dump(small, scene)
+        os.symlink(SCENES / "particles" / "helix.pdb", f"{self.directory}/protein.pdb")
+        subprocess.run([SOURCE / "tests" / "corpus" / "picture_data.py", self.directory], check=True)
+        os.rename(f"{self.directory}/box.lammpstrj", f"{self.directory}/run.lammpstrj")
+        commands = re.findall(r"^    (parray (?:render|validate) .*)$", README, re.MULTILINE)
+        run = [command for command in commands if "run.xtc" not in command]  # no trajectory is shipped
+        self.assertGreaterEqual(len(run), 8)
+        for command in run:
+            with self.subTest(command=command):
+                self.printed(command)
+
+
+if __name__ == "__main__":
+    unittest.main()
