@@ -1,6 +1,7 @@
 #include "cli/plan/error_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/adaptive/allocation.h"
@@ -9,7 +10,7 @@ namespace parray {
 namespace {
 
 /// By how much a law may be off for each octave away from the most samples that were measured.
-constexpr double doubt_per_octave = 0.02;
+constexpr double doubt_per_octave = 0.03;
 constexpr double least_relative = 0.005;
 
 constexpr double unit = 1 << 20;  ///< of samples in whole numbers, which passes count in
@@ -29,7 +30,24 @@ double samples_where(const Falling& falling, double wanted) {
   return std::exp(high);
 }
 
+/// How much of its logarithm a number of Sobol points is worth less, over two octaves: at 16, 18,
+/// 20
+/// ... 30 points, then at 32, 36 ... 60, then at 64. It repeats from there, and below.
+constexpr std::array<double, 17> uneven{0,     0.407, 0.429, 0.612, 0.450, 0.618,
+                                        0.476, 0.491, 0.214, 0.514, 0.487, 0.482,
+                                        0.267, 0.385, 0.330, 0.218, 0};
+
 }  // namespace
+
+double even_points(double samples) {
+  const double octaves = std::log2(samples);
+  const double octave = std::floor(octaves);
+  const bool second = static_cast<long>(octave) % 2 != 0;
+  const double place = (second ? 8 : 0) + 8 * (std::exp2(octaves - octave) - 1);
+  const auto before = static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, 15.0));
+  const double share = place - static_cast<double>(before);
+  return samples * std::exp(-std::lerp(uneven[before], uneven[before + 1], share));
+}
 
 ModelError ModelError::uniform(double deviation) {
   return ModelError({{0.0, std::log(deviation)}});
@@ -67,18 +85,23 @@ double ModelError::samples_for(double rmse) const {
 }
 
 ErrorModel::ErrorModel(ModelError model, std::span<const MeasuredError> measured,
-                       ExponentPrior exponent)
-    : model_(std::move(model)) {
+                       ExponentPrior exponent, Spread spread)
+    : model_(std::move(model)), spread_(spread) {
   for (const MeasuredError& one : measured) {
     const double doubt = doubt_per_octave * std::log2(measured.back().samples / one.samples);
     const double relative = std::max(one.relative, least_relative);
-    gains_.push_back({std::log(one.samples), std::log(one.rmse / model_.at(one.samples)), relative,
+    gains_.push_back({std::log(one.samples), points_of(one.samples),
+                      std::log(one.rmse / model_.at(one.samples)), relative,
                       1 / (relative * relative + doubt * doubt)});
   }
   fit_exponent(exponent);
   if (exponent.deviation == 0) {
     average_gains();
   }
+}
+
+double ErrorModel::points_of(double samples) const {
+  return std::log(spread_ == Spread::points ? even_points(samples) : samples);
 }
 
 void ErrorModel::fit_exponent(ExponentPrior prior) {
@@ -90,13 +113,13 @@ void ErrorModel::fit_exponent(ExponentPrior prior) {
   double middle = 0;
   for (const Gain& one : gains_) {
     weights += one.weight;
-    middle += one.weight * one.samples;
+    middle += one.weight * one.points;
   }
   middle /= weights;
   double precision = 1 / (prior.deviation * prior.deviation);
   double sum = prior.mean * precision;
   for (const Gain& one : gains_) {
-    const double x = one.samples - middle;
+    const double x = one.points - middle;
     precision += one.weight * x * x;
     sum -= one.weight * x * one.gain;
   }
@@ -110,7 +133,7 @@ void ErrorModel::average_gains() {
   double weights = 0;
   for (const Gain& one : gains_) {
     weights += one.weight;
-    mean.gain += one.weight * (one.gain + exponent_ * (one.samples - mean.samples));
+    mean.gain += one.weight * (one.gain + exponent_ * (one.points - mean.points));
   }
   mean.gain /= weights;
   mean.relative = 1 / std::sqrt(weights);
@@ -121,16 +144,17 @@ double ErrorModel::at(double samples) const {
   const double x = std::log(samples);
   const auto after =
       std::find_if(gains_.begin(), gains_.end(), [x](const Gain& one) { return one.samples >= x; });
-  double gain = 0;
+  // How far measurements are off the law of the exponent.
+  const auto off = [this](const Gain& one) { return one.gain + exponent_ * one.points; };
+  double offset = 0;
   if (after == gains_.begin() || after == gains_.end()) {
-    const Gain& nearest = after == gains_.end() ? gains_.back() : gains_.front();
-    gain = nearest.gain - exponent_ * (x - nearest.samples);
+    offset = off(after == gains_.end() ? gains_.back() : gains_.front());
   } else {
     const Gain& before = *(after - 1);
     const double share = (x - before.samples) / (after->samples - before.samples);
-    gain = before.gain + share * (after->gain - before.gain);
+    offset = std::lerp(off(before), off(*after), share);
   }
-  return model_.at(samples) * std::exp(gain);
+  return model_.at(samples) * std::exp(offset - exponent_ * points_of(samples));
 }
 
 double ErrorModel::samples_for(double rmse) const {
@@ -138,8 +162,8 @@ double ErrorModel::samples_for(double rmse) const {
 }
 
 double ErrorModel::relative_at(double samples) const {
-  const double x = std::log(samples);
-  const double away = std::max({gains_.front().samples - x, x - gains_.back().samples, 0.0});
+  const double x = points_of(samples);
+  const double away = std::max({gains_.front().points - x, x - gains_.back().points, 0.0});
   const double relative = gains_.back().relative;
   return std::sqrt(relative * relative + exponent_variance_ * away * away);
 }

@@ -42,6 +42,18 @@ struct ExponentPrior {
   double deviation = 0;  ///< 0: it is known
 };
 
+/// Sobol points are spread most evenly where their number is a power of two; any other number does
+/// as well as fewer points of a smooth law: returns how many, for `samples` > 0 of each pixel, as
+/// many in each of its two replicates. Measured over six scenes, 4 to 512 samples:
+/// tests/experiments/RESULTS.md.
+double even_points(double samples);
+
+/// What the samples of an ErrorModel are.
+enum class Spread {
+  smooth,  ///< independent samples, or numbers that differ from pixel to pixel
+  points   ///< as many Sobol points for every pixel: the exponent is that of even_points()
+};
+
 /// E(n) = model(n) * g(n). g is what a sampler does better than independent samples: between
 /// measurements interpolated, in logarithms, and beyond them in proportion to n^-d. The exponent d
 /// comes of weighted least squares with a prior, which is the posterior's mean for normal errors
@@ -51,7 +63,8 @@ struct ExponentPrior {
 class ErrorModel {
  public:
   /// At least one measurement, of positive errors, by ascending samples.
-  ErrorModel(ModelError model, std::span<const MeasuredError> measured, ExponentPrior exponent);
+  ErrorModel(ModelError model, std::span<const MeasuredError> measured, ExponentPrior exponent,
+             Spread spread = Spread::smooth);
 
   [[nodiscard]] double at(double samples) const;
   /// The inverse of at().
@@ -64,14 +77,17 @@ class ErrorModel {
  private:
   struct Gain {
     double samples = 0;  ///< logarithm
+    double points = 0;   ///< logarithm of what the exponent belongs to, see Spread
     double gain = 0;     ///< logarithm
     double relative = 0;
     double weight = 0;
   };
   void fit_exponent(ExponentPrior prior);
   void average_gains();
+  [[nodiscard]] double points_of(double samples) const;
 
   ModelError model_;
+  Spread spread_;
   std::vector<Gain> gains_;
   double exponent_ = 0;
   double exponent_variance_ = 0;

@@ -16,8 +16,8 @@ namespace {
 constexpr double most_samples = limits::max_samples_per_pixel;
 /// How far a time limit's passes end from it, as a standard deviation: 95 % within 5 %.
 constexpr double limit_doubt = 0.025;
-/// By how much errors of evenly spread points are off their law: they are least at powers of two.
-constexpr double between_powers = 0.03;
+/// Standard deviation of the log error of evenly spread points around their law.
+constexpr double points_doubt = 0.04;
 
 double normal_share(double x) { return std::erfc(-x / std::sqrt(2.0)) / 2; }
 
@@ -94,7 +94,7 @@ class Chooser {
 
   /// Of log(error).
   [[nodiscard]] static double uniform_doubt(const SamplerProbe& sampler, double samples) {
-    const double ripple = sampler.sampler == Sampler::sobol ? between_powers : 0;
+    const double ripple = sampler.sampler == Sampler::sobol ? points_doubt : 0;
     return std::hypot(ripple, sampler.uniform.relative_at(samples));
   }
 

@@ -37,7 +37,7 @@ constexpr PartOfPicture::Tile look_tile{8, 1};
 constexpr PartOfPicture::Tile noise_tile{32, 32};
 
 /// What is known of Owen-scrambled Sobol points before a scene is: errors fall as n^-(1/2 + d).
-constexpr ExponentPrior sobol_uniform{0.09, 0.05};
+constexpr ExponentPrior sobol_uniform{0.15, 0.07};
 constexpr ExponentPrior sobol_adaptive{0.05, 0.04};
 
 ExponentPrior prior_of(Sampler sampler, ExponentPrior of_sobol) {
@@ -113,7 +113,7 @@ class Prober {
     began_ = effort_now();
     build();
     choose_part();
-    const std::vector<Stage> uniform = stages(main_, false, {4, 4, 4, 12, 8, 16});
+    const std::vector<Stage> uniform = stages(main_, false, {4, 4, 4, 4, 8, 8, 16});
     error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
@@ -316,7 +316,8 @@ class Prober {
     SamplerProbe found{
         main_.sampler,
         ErrorModel(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
-                   prior_of(main_.sampler, sobol_uniform)),
+                   prior_of(main_.sampler, sobol_uniform),
+                   main_.sampler == Sampler::sobol ? Spread::points : Spread::smooth),
         ErrorModel(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
         {},
         {}};

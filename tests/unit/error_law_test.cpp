@@ -103,6 +103,30 @@ TEST_CASE("where the exponent is known, a measurement of more samples counts for
   CHECK(law.at(1024) == Approx(law.at(256) / 2));
 }
 
+TEST_CASE("Sobol points are worth most at powers of two, in the same way every two octaves") {
+  for (const double power : {1.0, 4.0, 16.0, 1024.0}) {
+    CHECK(even_points(power) == Approx(power));
+    CHECK(even_points(2 * power) == Approx(2 * power * std::exp(-0.214)));
+    CHECK(even_points(1.5 * power) == Approx(1.5 * power * std::exp(-0.45)));
+    CHECK(even_points(3.9999 * power) == Approx(4 * power).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a law of Sobol points that was measured at some counts knows the error at others") {
+  const double d = 0.2;
+  const auto error = [&](double n) { return 0.3 / std::sqrt(n) * std::pow(even_points(n), -d); };
+  std::vector<MeasuredError> measured;
+  for (const double n : {4.0, 8.0, 12.0, 24.0, 32.0, 48.0}) measured.push_back({n, error(n), 0.01});
+  const ErrorModel law(ModelError::uniform(1), measured, {0.1, 10}, Spread::points);
+  CHECK(law.exponent() == Approx(d));
+  for (const double n : {6.0, 48.0, 64.0, 72.0, 88.0, 128.0, 176.0, 1000.0}) {
+    CHECK(law.at(n) == Approx(error(n)).epsilon(0.01));
+  }
+  // A smooth law is too sure between the powers of two.
+  const ErrorModel smooth(ModelError::uniform(1), measured, {0.1, 10});
+  CHECK(smooth.at(88) < 0.97 * error(88));
+}
+
 TEST_CASE("adaptive passes leave pixels without noise out") {
   const HalfNoisy picture(64, 32);
   const ModelError model = ModelError::adaptive(picture.state, 0.1);
