@@ -188,11 +188,14 @@ only the first stays, and a warning says so.
 )";
 
 constexpr const char* plan_manual =
-    R"(Traces parts of the picture for some seconds (`--probe-seconds`) and prints the command that gets
-to the error soonest, or to the least error in the time, with the time, the error and the samples a
-pixel to expect, each with an interval, and what the other ways would take. What is recommended is
-the best row of that table that keeps the goal with the probability of `--confidence` by its own
-interval. Options of the picture, and `--threads`, mean what they do for `parray render`.
+    R"(Traces parts of the picture and prints the command that gets to the error soonest, or to the least
+error in the time, with the time, the error and the samples a pixel to expect, each with a 95 %
+confidence interval. The command recommended has `--target-error` or `--time-limit`, so that it keeps
+the goal even where the plan is wrong. An alternative with `--spp` follows, with the probability
+that it keeps the goal, and a table of all ways. `--confidence` is the required probability.
+
+The probe takes half of the render's time, or 1 s if that is more, and at most `--probe-seconds`.
+Where rendering takes less time than planning took, a line says so. Options of the picture, and `--threads`, mean what they do for `parray render`.
 
 `--workers` or `--speeds` plan for a farm: the `parray submit` command, and the time that its
 workers take, by the coordinator's own leases. All pixels count as equally dear then, and the

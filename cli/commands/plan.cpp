@@ -55,6 +55,18 @@ struct Plan {
   FarmModel farm;
 };
 
+/// The best choice that names a number of samples; null: none.
+const Choice* counted_choice(const Plan& plan) {
+  const auto found = std::ranges::find_if(
+      plan.choices, [](const Choice& choice) { return choice.samples_per_pixel > 0; });
+  return found == plan.choices.end() ? nullptr : &*found;
+}
+
+/// Whether the probe took longer than the render will.
+bool rendering_is_cheaper(const Plan& plan) {
+  return plan.farm.here() && plan.choices.front().seconds.value < plan.probe.seconds;
+}
+
 /// The words of the command that renders what `choice` says.
 std::vector<std::string> words_of(const PlanCommand& command, const Choice& choice) {
   std::vector<std::string> words = {"parray", command.workers ? "submit" : "render", command.scene};
@@ -94,6 +106,7 @@ json json_of(const PlanCommand& command, const Choice& choice) {
 json document(const PlanCommand& command, const Plan& plan) {
   json all = json::array();
   for (const Choice& choice : plan.choices) all.push_back(json_of(command, choice));
+  const Choice* const alternative = counted_choice(plan);
   const Probe& probe = plan.probe;
   json samplers = json::object();
   for (const SamplerProbe& one : probe.samplers) {
@@ -115,6 +128,8 @@ json document(const PlanCommand& command, const Plan& plan) {
             {"seconds", or_null(command.goal.seconds)},
             {"confidence", command.goal.confidence}}},
           {"recommended", all.front()},
+          {"alternative", alternative == nullptr ? json() : json_of(command, *alternative)},
+          {"rendering_is_cheaper", rendering_is_cheaper(plan)},
           {"choices", all},
           {"probe",
            {{"seconds", probe.seconds},
@@ -145,10 +160,12 @@ std::string percent_text(double share) {
 
 /// How surely the goal is kept, and whether that is as surely as was asked for.
 std::string keeps_text(const PlanCommand& command, const Choice& choice) {
-  const std::string goal = command.goal.error > 0 ? "error" : "time";
   const bool sure = choice.keeps >= command.goal.confidence - 1e-6;
-  return "the " + goal + " asked for with " + percent_text(choice.keeps) + ", by its interval" +
-         (sure ? "" : ": nothing keeps it with " + percent_text(command.goal.confidence));
+  const std::string goal = command.goal.error > 0
+                               ? "the error is at most " + number_cell(command.goal.error)
+                               : "the time is at most " + duration_text(command.goal.seconds);
+  return percent_text(choice.keeps) + " probability that " + goal +
+         (sure ? "" : ": no command has " + percent_text(command.goal.confidence));
 }
 
 std::string samples_text(double samples) {
@@ -183,6 +200,10 @@ void print_text(const PlanCommand& command, const Plan& plan) {
                           {"samples", with_interval(best.samples, samples_text) + " a pixel"},
                           {"keeps", keeps_text(command, best)}})
             << "\n";
+  if (const Choice* const other = counted_choice(plan); other != nullptr && other != &best) {
+    std::cout << "or, with a number of samples (" << keeps_text(command, *other) << "):\n\n  "
+              << shell_line(words_of(command, *other)) << "\n\n";
+  }
   std::vector<std::vector<std::string>> rows;
   for (const Choice& choice : plan.choices) {
     rows.push_back({std::string(name_of(choice.sampler)), way_text(choice),
@@ -192,8 +213,9 @@ void print_text(const PlanCommand& command, const Plan& plan) {
   std::cout << table_text({"sampler", "samples", "a pixel", "error", "time", "keeps"}, rows)
             << "\nprobed for " << duration_text(plan.probe.seconds) << ": "
             << counted(plan.probe.samples, "sample") << " in "
-            << counted(plan.probe.pixels, "pixel")
-            << "; intervals are meant to hold 95 % of the time\n";
+            << counted(plan.probe.pixels, "pixel") << "; intervals are 95 % confidence intervals\n"
+            << (rendering_is_cheaper(plan) ? "rendering takes less time than this plan took\n"
+                                           : "");
 }
 
 // ---- The command -----------------------------------------------------------------------------
@@ -243,6 +265,7 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
   request.threads = plan.threads;
   request.seconds = command.probe_seconds;
   request.error = command.goal.error;
+  request.goal_seconds = command.goal.seconds;
   request.image = command.image;
   auto probed = probe(request, watch.stop());
   if (!probed) return std::nullopt;
@@ -306,12 +329,14 @@ void add_plan(CommandLine& line, Action& chosen) {
   add_real_number(command, "--time", ranges::time_limit, options->goal.seconds,
                   "Seconds that the render may take in all");
   constexpr NumberRange confidence_range{0.5, 0.9999};
-  add_real_number(command, "--confidence", confidence_range, options->goal.confidence,
-                  "Probability with which the command is to keep the error, or the time, by the "
-                  "interval of what it is expected to come to (default: 0.95)");
+  add_real_number(
+      command, "--confidence", confidence_range, options->goal.confidence,
+      "Required probability that the command keeps the error, or the time (default: 0.95)");
   constexpr NumberRange probe_range{0.1, 3600};
-  add_real_number(command, "--probe-seconds", probe_range, options->probe_seconds,
-                  "Seconds of tracing to predict from, about: more predict better (default: 3)");
+  add_real_number(
+      command, "--probe-seconds", probe_range, options->probe_seconds,
+      "Most seconds, by the clock, for the probe: more predict better (default: 3). The probe "
+      "takes half of the render's time at most, or 1 s if that is more");
   command
       .option("-o,--output", options->image,
               "Picture that the render will write (default: the scene's name "

@@ -196,6 +196,11 @@ Forecast forecast_target(const TargetLaws& laws, double target, double most_samp
 
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples) {
   Forecast now{std::min<double>(pilot_samples, most_samples), 0, 1, 0};
+  const double affordable_pilot = (seconds - costs.pass) / costs.pilot_sample;
+  if (affordable_pilot < now.samples) {
+    now.samples = std::max(affordable_pilot, 2.0);
+    return now;
+  }
   double left = seconds - now.samples * costs.pilot_sample - costs.pass;
   double sample = costs.pilot_sample;  // of the pass before: what the passes go by
   for (; left > 0; ++now.passes, ++now.decisions) {

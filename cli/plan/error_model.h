@@ -129,8 +129,9 @@ struct PassCosts {
   double pass = 0;          ///< of a pass, whatever its size
 };
 
-/// Where adaptive passes end that have a time limit, `seconds` of which are left for them. Its
-/// rmse is 0: it does not matter to them.
+/// Where adaptive passes end that have a time limit, `seconds` of which are left for them. At
+/// least 2 samples a pixel: a picture of fewer does not know its error. Its rmse is 0: it does not
+/// matter to them.
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples);
 
 }  // namespace parray

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "cli/output/text.h"
@@ -177,8 +178,10 @@ class Chooser {
     const double doubt = std::hypot(of_samples * traced / total, probe_.timing_doubt);
     choice.seconds = around(total, doubt);
     choice.cpu_seconds = rest.cpu + tracing.cpu;
-    if (choice.time_limit > 0) {  // it is kept
-      choice.seconds = around(total, limit_doubt);
+    if (choice.time_limit > 0) {
+      // Passes end at the limit, however dear their samples are, but for the least picture.
+      const bool least = choice.samples.value <= 2;
+      choice.seconds = around(least ? total : std::min(total, choice.time_limit), limit_doubt);
     }
   }
 
@@ -247,12 +250,12 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.uniform(sampler));
   }
   const auto unsure = [&](const Choice& choice) { return choice.keeps < goal.confidence - 1e-6; };
-  // However short the time, adaptive passes begin with the pilot.
   if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) {
     std::erase_if(all, unsure);
   }
   const auto cost = [&](const Choice& choice) {
-    return std::pair(unsure(choice), goal.error > 0 ? choice.seconds.value : choice.error.value);
+    return std::tuple(choice.samples_per_pixel > 0, unsure(choice),
+                      goal.error > 0 ? choice.seconds.value : choice.error.value);
   };
   std::stable_sort(all.begin(), all.end(),
                    [&](const Choice& a, const Choice& b) { return cost(a) < cost(b); });

@@ -39,10 +39,11 @@ struct Choice {
 /// The number that a standard normal variable is below with probability `p`, in (0, 1).
 double normal_quantile(double p);
 
-/// All choices that meet the goal, the one to take first: those that keep it as surely as is asked
-/// for, by time, or by error if time was the goal; then the others likewise. `load`: what reading
-/// the scene took. `farm`: who is to trace; all else is done here. Throws InputError, naming the
-/// option, for a goal that cannot be met.
+/// All choices that meet the goal, the one to take first: those that stop at the goal by themselves
+/// (a target error, a time limit), then those with a number of samples. Each group begins with
+/// those that keep the goal as surely as is asked for, by time, or by error if time was the goal.
+/// `load`: what reading the scene took. `farm`: who is to trace; all else is done here. Throws
+/// InputError, naming the option, for a goal that cannot be met.
 std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,
                             Effort load, const FarmModel& farm = {});
 

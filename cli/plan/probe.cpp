@@ -28,8 +28,12 @@ constexpr double look_samples = 4;
 constexpr double comparison = 8;  ///< of a sampler that only its speed is asked of
 constexpr double adaptive_least = 128;
 constexpr double adaptive_most = 4096;
-/// Pixels of a part, at least.
-constexpr double least_pixels = 49152;
+/// Pixels of a part: where there is time for them, and at least.
+constexpr double usual_pixels = 49152;
+constexpr double least_pixels = 8192;
+/// How much of the render's time the probe may take, and seconds that it may always take.
+constexpr double share_of_render = 0.5;
+constexpr double always_allowed = 1;
 /// How much of the time to look around, and in tiles of which size; and in which to watch noise
 /// fall, where pixels need their neighbours.
 constexpr double look_share = 0.2;
@@ -183,25 +187,41 @@ class Prober {
       stages(*other_, false, {look_samples});
     }
     look_around();
+    allowed_ = std::min(request_.seconds, std::max(always_allowed, share_of_render * expected()));
     const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
     cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
   }
 
+  /// Seconds that the render will take, about.
+  [[nodiscard]] double expected() const {
+    if (request_.error <= 0) {
+      return request_.goal_seconds;
+    }
+    return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.finish.wall;
+  }
+
   /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
   void look_around() {
-    const double affordable = look_share * request_.seconds / sample_.wall / look_samples;
+    // What finishing a picture takes is scaled up from these pixels: too few of them show nothing.
+    const double each = sample_.wall * look_samples;
+    const double affordable =
+        std::clamp(always_allowed / 2 / each, least_pixels,
+                   std::max(usual_pixels, look_share * request_.seconds / each));
     const RenderSettings& s = request_.settings;
-    const PartOfPicture everywhere(
-        *main_.tracer, s.width, s.height,
-        static_cast<std::uint64_t>(std::min(pixels_, std::max(affordable, least_pixels))),
-        look_tile);
+    const PartOfPicture everywhere(*main_.tracer, s.width, s.height,
+                                   static_cast<std::uint64_t>(std::min(pixels_, affordable)),
+                                   look_tile);
     const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
     variance_ = variance_of(render_->state(), look.rmse);
     rays_ = rays_of(*render_);
     const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
     result_.collect = times * effort_of_collecting(render_->framebuffer);
+    const Effort first = finish(*render_, request_.image.extension()).effort;
     const Finished finished = finish(*render_, request_.image.extension());
-    result_.finish = times * finished.effort;
+    // The first time libraries are loaded, which larger pictures take no longer for.
+    const Effort loading = first - finished.effort;
+    result_.finish =
+        times * finished.effort + Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
     result_.mean_radiance = finished.mean_radiance;
   }
 
@@ -212,15 +232,17 @@ class Prober {
   }
 
   [[nodiscard]] double seconds_left() const {
-    return request_.seconds - (effort_now() - tracing_began_).wall;
+    return allowed_ - (effort_now() - tracing_began_).wall;
   }
 
   /// As many samples a pixel as the wanted error will take, within reason.
   [[nodiscard]] double adaptive_depth() const {
+    return std::clamp(samples_wanted(), adaptive_least, adaptive_most);
+  }
+  [[nodiscard]] double samples_wanted() const {
     const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
     // Adaptive passes take about 0.6 of it, those of evenly spread points half of that.
-    const double share = main_.sampler == Sampler::sobol ? 0.3 : 0.6;
-    return std::clamp(share * wanted, adaptive_least, adaptive_most);
+    return (main_.sampler == Sampler::sobol ? 0.3 : 0.6) * wanted;
   }
 
   /// Vec4 times as many samples after each, until time or use ends.
@@ -377,6 +399,7 @@ class Prober {
   std::optional<Candidate> other_;
   std::optional<DirectRender> render_;
   std::optional<ModelError> adaptive_model_;
+  double allowed_ = 0;      ///< seconds of tracing
   double variance_ = 0;     ///< of a sample, mean over the picture
   double rays_ = 0;         ///< of a sample, likewise
   double error_scale_ = 1;  ///< the picture's error / the part's

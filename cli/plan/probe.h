@@ -19,8 +19,9 @@ struct ProbeRequest {
   RenderSettings settings;        ///< resolved; sampler and limits do not matter
   std::vector<Sampler> samplers;  ///< candidates, at least one; the last gets the longest look
   int threads = 1;
-  double seconds = 3;           ///< of tracing, about; building comes on top
+  double seconds = 3;           ///< by the clock, about; building comes on top
   double error = 0;             ///< that is wanted; 0: none in particular
+  double goal_seconds = 0;      ///< time that the render will take; 0: that of `error`
   std::filesystem::path image;  ///< the file that will be written: its kind matters
 };
 

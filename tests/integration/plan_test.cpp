@@ -147,11 +147,27 @@ TEST_CASE("a time is used up by uniform samples, and left to the clock by adapti
   }
 }
 
-TEST_CASE("adaptive passes that would end too late are left out") {
+TEST_CASE("a time limit is recommended for a time too short for the first pass, too") {
   const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0, 13}, {});
-  REQUIRE(all.size() == 1);
-  CHECK_FALSE(all.front().adaptive);
-  CHECK(all.front().samples_per_pixel == 10);
+  REQUIRE(all.size() == 2);
+  CHECK(all.front().time_limit > 12);
+  CHECK(all.front().time_limit <= 13);
+  CHECK(all.front().samples.value < 10);
+  CHECK(all.back().samples_per_pixel == 10);
+}
+
+TEST_CASE("what stops at the goal by itself comes before numbers of samples, however fast those") {
+  Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
+  for (SamplerProbe& sampler : probe.samplers) {
+    sampler.adaptive_sample = 3 * sampler.uniform_sample;
+  }
+  for (const PlanGoal goal : {PlanGoal{0.02, 0}, PlanGoal{0, 200}}) {
+    const auto all = choices(probe, megapixel(), goal, {});
+    REQUIRE(all.size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) CHECK((all[i].samples_per_pixel > 0) == (i >= 2));
+    CHECK(all[0].target_error == goal.error);
+    CHECK((all[0].time_limit > 0) == (goal.seconds > 0));
+  }
 }
 
 TEST_CASE("what is recommended keeps the goal as surely as is asked for, and no surer than that") {
@@ -179,7 +195,7 @@ TEST_CASE("what is recommended keeps the goal as surely as is asked for, and no 
   CHECK(normal_quantile(0.5) == Approx(0));
 }
 
-TEST_CASE("the best row of the table is recommended: the soonest, or the one of least error") {
+TEST_CASE("the best of those that keep the goal by themselves is recommended") {
   Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
   for (SamplerProbe& sampler : probe.samplers) {
     sampler.adaptive_sample = 1.1 * sampler.uniform_sample;  // adaptive passes are dearer
@@ -187,10 +203,12 @@ TEST_CASE("the best row of the table is recommended: the soonest, or the one of 
   probe.timing_doubt = 0.02;
   const auto of_time = choices(probe, megapixel(), {0, 200}, {});
   for (const Choice& choice : of_time) {
+    if (choice.samples_per_pixel > 0) continue;
     CHECK(of_time.front().error.value <= choice.error.value);
   }
   const auto of_error = choices(probe, megapixel(), {0.02, 0}, {});
   for (const Choice& choice : of_error) {
+    if (choice.samples_per_pixel > 0) continue;
     CHECK(of_error.front().seconds.value <= choice.seconds.value);
   }
 }

@@ -77,6 +77,27 @@ class Plan(unittest.TestCase):
         errors = [choice["error"]["value"] for choice in choices]
         self.assertLess(max(errors), 0.01)
 
+    def test_what_is_recommended_stops_at_the_goal_and_a_number_of_samples_is_the_alternative(self):
+        for goal, option in ((["--error", 0.02], "--target-error"), (["--time", 20], "--time-limit")):
+            plan = self.plan(*goal)
+            self.assertIn(option, plan["recommended"]["command"])
+            self.assertNotIn("--spp", plan["recommended"]["command"])
+            self.assertIn("--spp", plan["alternative"]["command"])
+            self.assertIn(plan["alternative"], plan["choices"])
+        self.assertEqual(self.carry_out(self.plan("--error", 0.02)["recommended"])["stopped_by"], "error")
+        text = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02).stdout
+        self.assertRegex(text, r"\n  parray render .* --target-error 0.02\n(.*\n)*or, with a number of samples .*:"
+                               r"\n\n  parray render .* --spp \d+\n")
+
+    def test_a_cheap_picture_has_a_short_probe_and_the_plan_says_that_rendering_is_cheaper(self):
+        done = run("plan", SCENE, *SMALL, "--error", 0.02, "--json")
+        plan = json.loads(done.stdout)
+        self.assertLess(plan["probe"]["samples"], self.plan("--error", 0.0005, probe=3)["probe"]["samples"])
+        cheaper = plan["recommended"]["seconds"]["value"] < plan["probe"]["seconds"]
+        self.assertEqual(plan["rendering_is_cheaper"], cheaper)
+        tiny = run("plan", SCENE, "--width", 16, "--height", 16, "--error", 0.1, "--probe-seconds", 3)
+        self.assertTrue(tiny.stdout.endswith("rendering takes less time than this plan took\n"), tiny.stdout)
+
     def test_options_of_the_picture_are_in_the_command(self):
         plan = self.plan("--error", 0.02, "--max-depth", 3, "--sampler", "sobol", "--threads", 1)
         words = plan["recommended"]["command"]
@@ -95,10 +116,10 @@ class Plan(unittest.TestCase):
                 self.assertEqual(plan["goal"]["confidence"], confidence)
                 cost = "seconds" if "--error" in goal else "error"
                 for choice in plan["choices"]:
-                    if choice["keeps_goal"] >= confidence:
+                    if choice["keeps_goal"] >= confidence and "--spp" not in choice["command"]:
                         self.assertLessEqual(best[cost]["value"], choice[cost]["value"])
         done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
-        self.assertRegex(done.stdout, r"keeps +the error asked for with 9[5-9][.0-9]* %, by its interval\n")
+        self.assertRegex(done.stdout, r"keeps +9[5-9][.0-9]* % probability that the error is at most 0.02\n")
 
     def test_a_farm_is_planned_for_and_its_command_is_taken_by_submit(self):
         alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
