@@ -310,13 +310,15 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
 }
 
 void OutputOptions::add_to(Command& command, bool image_required) {
-  image_option_ = command
-                      .option("-o,--output", image_,
-                              "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)")
-                      .type_name("IMAGE")
-                      .completes(Completes::files)
-                      .group(output_group)
-                      .required(image_required);
+  image_option_ =
+      command
+          .option(
+              "-o,--output", image_,
+              "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)")
+          .type_name("IMAGE")
+          .completes(Completes::files)
+          .group(output_group)
+          .required(image_required);
   report_option_ =
       command.option("--report", report_, "Write what was done, how fast and with which bits")
           .type_name("FILE.json")

@@ -10,6 +10,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/scene_bytes.h"
 
 namespace parray {
 namespace {
@@ -72,9 +73,14 @@ int submit(const SubmitCommand& command) {
   submission.max_failures = command.max_failures;
   submission.settings.progressive = command.following.shows_picture();
   if (outputs.denoise) ask_for_denoising(submission.settings, false);
-  const ExtraChannels extra =
+  ExtraChannels extra =
       extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus(),
                      outputs.transparent, needs_of(outputs.finishing));
+  if (command.wait && !outputs.none() && submission.settings.time_limit > 0) {
+    submission.reserved_seconds =
+        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
+                     [] { return 0.0; });  // the limit counts from the first lease
+  }
   FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();
   const JobId job = client->submit(std::move(submission));

@@ -176,8 +176,9 @@ void estimate_from_some(const std::vector<RetracedPixel>& pixels, double largest
   double sum_of_squares = 0;
   for (const RetracedPixel& pixel : pixels) {
     double square = 0;
-    for (const double d : noise_of(pixel.sums, pixel.samples, scale).difference)
+    for (const double d : noise_of(pixel.sums, pixel.samples, scale).difference) {
       square += d * d / 3;
+    }
     sum += square;
     sum_of_squares += square * square;
   }

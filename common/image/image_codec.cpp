@@ -80,12 +80,14 @@ void take_pixels(const std::vector<float>& values, std::size_t channels, bool cu
   for (std::size_t i = 0; i < pixels; ++i) {
     if (channels == 4) alpha[i] = values[4 * i + 3];
     const float covered = channels == 4 && curved ? alpha[i] : 1;
-    for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t c = 0; c < 3; ++c) {
       file.image.rgb[3 * i + c] = covered * values[channels * i + c];
+    }
   }
   const auto covers = [](float value) { return value == 1; };
-  if (!std::ranges::all_of(alpha, covers))
+  if (!std::ranges::all_of(alpha, covers)) {
     file.channels.push_back({alpha_channel, std::move(alpha)});
+  }
 }
 
 /// Single text and numbers.

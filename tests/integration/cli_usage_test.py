@@ -390,7 +390,7 @@ class Failures(CliTest):
         full, spare = self.path("full"), self.path("spare")
         full.mkdir()
         spare.mkdir()
-        render = (f"mount -t tmpfs -o size=8k tmpfs {full} && TMPDIR={spare} {BIN}/parray render {self.scene} -q "
+        render = (f"mount -t tmpfs -o size=8k tmpfs {full} && TMPDIR={spare} '{BIN}/parray' render {self.scene} -q "
                   f"--width 200 --height 150 -o {full}/a.png; echo $?; ls {full}")
         failed = subprocess.run([*ALONE, render], capture_output=True, text=True, timeout=60)
         self.assertEqual(failed.stdout, "1\n", failed.stderr)

@@ -85,6 +85,16 @@ class Denoise(CliTest):
         self.assertRegex(result.stderr, r"parray: --time-limit 0\.5: denoising takes about [^\n]* more: left out\n")
         self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
 
+    def test_who_submits_and_waits_leaves_out_what_does_not_fit_as_well(self):
+        large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
+        with Farm() as farm:
+            farm.start_worker("one")
+            result = run("submit", self.scene, "--wait", "-o", self.path("a.png"), "--denoise", *large, "--coordinator",
+                         farm.address)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("denoising takes about", result.stderr)
+        self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
+
     def test_extra_channels_that_do_not_fit_into_a_time_limit_are_left_out_and_said(self):
         large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
         result = run("render", self.scene, "-o", self.path("a.exr"), "--aov", "depth,normal", *large)

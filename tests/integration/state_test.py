@@ -190,7 +190,7 @@ class Damage(unittest.TestCase):
         target.mkdir()
         for room in "8k", "64k", "600k":
             mount = f"mount -t tmpfs -o size={room} tmpfs {target}"
-            backup = f"{BIN}/parray-coordinator --backup {self.state} {target}/copy"
+            backup = f"'{BIN}/parray-coordinator' --backup {self.state} {target}/copy"
             failed = subprocess.run([*ALONE, f"{mount} && {backup}; echo $?; ls {target}"], capture_output=True,
                                     text=True, timeout=60)
             self.assertEqual(failed.stdout, "2\n", failed.stderr)
