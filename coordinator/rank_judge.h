@@ -62,7 +62,8 @@ class RankJudge {
   /// 0 is, or the picture was begun again.
   bool admit(std::uint32_t rank, const TracedCells& traced,
              const std::vector<std::uint64_t>& digests);
-  /// Notes that `rank` got the merged bits for those cells of the range that `were_in` names.
+  /// Notes that `rank` returned the merged bits of these cells, which other ranks had traced
+  /// before.
   void note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in);
 
   /// Rank 0 has cells to trace again, which a faulty rank alone had confirmed.

@@ -34,7 +34,7 @@ constexpr Time quiet_time = seconds(1);
 /// What wakes another thread.
 constexpr std::size_t least_parallel_entries = 4;
 
-/// Of one turn, in which rank 0 does nothing else.
+/// Rank 0 traces at most so many cells again before it serves other ranks.
 constexpr std::uint64_t most_rechecks = 8;
 
 }  // namespace

@@ -19,8 +19,8 @@ of the report has it, and a target is met by the upper end of the interval.
   same to `--spp`.
 - What the clock has decided is in the report's `passes`: the same command with `--passes` instead
   of `--time-limit` gives the same bits again.
-- A time limit includes denoising, extra channels, the error map, all views and writing. What does
-  not fit is left out, and a line says so.
+- A time limit includes denoising, extra channels, the error map and writing. Steps that do not fit
+  into it are left out, and a line names each.
 - Where a time limit is short for the picture, what could not be traced is filled from what was:
   the last line and the report say so, and channel `samples` has 0 there.
 - With fewer than 2 samples a pixel there is no error to state.

@@ -18,7 +18,6 @@
 #include "common/input/particles/packed_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_bytes.h"
 
 namespace parray {
 namespace {
@@ -79,7 +78,6 @@ class Views {
 
   /// One of them. `count`: how many there are to be.
   void add(View view, std::size_t count) {
-    const Time began = clock_.now();
     RenderOptions render = request_.render;
     render.portrait().look_from(view);
     OutputPaths outputs = outputs_;
@@ -94,7 +92,6 @@ class Views {
                             static_cast<int>(request_.threads), outputs.transparent,
                             needs_of(outputs.finishing));
     extra_.accelerators = farm_.accelerators();
-    if (submission.settings.time_limit > 0) share_time(submission, outputs, count, began);
     const JobId job = client_.submit(std::move(submission));
     wait_until_done(client_, job, request_.following);
     Picture picture = fetch_picture(client_, job, outputs);
@@ -110,21 +107,9 @@ class Views {
   [[nodiscard]] const json& reports() const { return reports_; }
 
  private:
-  /// A time limit is for all views: what is left of it is for those that are left, in equal parts.
-  void share_time(Submission& submission, OutputPaths& outputs, std::size_t count, Time began) {
-    constexpr double least = 0.01;
-    RenderSettings& settings = submission.settings;
-    const double left = settings.time_limit - to_seconds(began - started_);
-    settings.time_limit = std::max(left / static_cast<double>(count - shown_.size()), least);
-    submission.reserved_seconds =
-        reserve_time(outputs, settings, extra_, scene_identity(*submission.scene),
-                     [&] { return to_seconds(clock_.now() - began); });
-  }
-
   const ViewsRequest& request_;
   const OutputPaths& outputs_;
   SteadyClock clock_;
-  Time started_ = clock_.now();
   ExtraChannels extra_;  ///< of the view that is being rendered
   EmbeddedFarm farm_;
   std::unique_ptr<Link> link_;

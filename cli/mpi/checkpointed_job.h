@@ -54,7 +54,7 @@ class CheckpointedJob {
   void keep(TracerKey tracer, TracedCells cells);
   /// The same of cells that were set back.
   void retract(const std::vector<CellRange>& cells);
-  /// The picture was begun again: nothing of what was kept counts any more.
+  /// Drops everything kept so far, because the picture is begun again.
   void restart();
   /// What was found wrong and mended, for the report.
   void add_flag(const std::string& text);

@@ -34,7 +34,6 @@ class PreviewPace {
  public:
   /// `elapsed`: since the first sample, or before. `whole`: every pixel has a sample.
   [[nodiscard]] bool due(double elapsed, bool whole) const;
-  [[nodiscard]] bool shown_whole() const { return shown_whole_; }
   /// One was written, until `elapsed`, and took `cost` seconds.
   void wrote(double elapsed, bool whole, double cost);
 
@@ -56,8 +55,6 @@ class Preview {
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
-  /// There has been one of a picture with a sample of every pixel.
-  [[nodiscard]] bool shown() const { return pace_.shown_whole(); }
 
   /// Writes what there is of the picture, when it is time to. `now` is what `clock` says.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);

@@ -158,7 +158,7 @@ std::string write(const std::string& name, const Image& image, const ImageMetada
 
 // ---- Reading ---------------------------------------------------------------------------------
 
-/// What the library says of a damaged file, without its first sentence, which repeats the name.
+/// The library's reason. Its first sentence repeats the file's name and is left out.
 std::string reason_of(const std::exception& error) {
   std::string text = error.what();
   if (const std::size_t name_end = text.find("\". "); name_end != std::string::npos) {
@@ -169,7 +169,7 @@ std::string reason_of(const std::exception& error) {
   return text.empty() ? "no reason given" : text;
 }
 
-/// Pixels of the first part, and where the first of them is.
+/// The size of the first part's picture, and the coordinates of its first pixel.
 struct Area {
   std::uint64_t width = 0;
   std::uint64_t height = 0;

@@ -17,7 +17,7 @@ void check_image_path(const std::filesystem::path& path);
 
 /// True where write_image() has room for more channels than RGB: .exr.
 bool can_hold_channels(const std::filesystem::path& path);
-/// True where it has room for alpha: all but JPEG.
+/// True if files of that kind can hold alpha: all kinds but JPEG.
 bool can_hold_alpha(const std::filesystem::path& path);
 
 /// What decides how long writing takes.

@@ -10,12 +10,12 @@
 
 namespace parray {
 
-/// Refuses a picture file, `path`, that is too large: throws InputError "FILE: reason". `channels`:
-/// of four bytes a pixel, RGB included.
+/// Throws InputError "FILE: reason" if a picture is too large to be read. `channels` counts all
+/// channels, R, G and B included; each takes four bytes a pixel.
 inline void check_image_limits(const std::string& path, std::uint64_t width, std::uint64_t height,
                                std::size_t channels) {
   constexpr std::size_t most_channels = 256;
-  // What a small file can make us take. The largest picture of ours has 64 bytes a pixel.
+  // A small file may claim any size. ParRay's own largest picture has 64 bytes a pixel.
   constexpr std::uint64_t most_bytes = limits::max_pixels * 64;
   const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
   if (width == 0 || height == 0) refuse("not an RGB image");

@@ -191,8 +191,8 @@ class PngReader {
   png_infop info_;
 };
 
-/// Of red, green, blue, alpha: colours become premultiplied, and alpha a channel, unless it is 1
-/// everywhere.
+/// Premultiplies the colours of `file` by the alpha of `bytes`: red, green, blue, alpha of each
+/// pixel. Keeps alpha as a channel unless it is 1 everywhere.
 void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
   std::vector<float> alpha(std::size_t{file.image.width} * file.image.height);
   for (std::size_t i = 0; i < alpha.size(); ++i) {
@@ -205,7 +205,7 @@ void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
   }
 }
 
-/// Of bytes that stand `stride` a pixel.
+/// Sets the colours of `image` from sRGB bytes; each pixel has `stride` bytes, colours first.
 void set_linear(const std::uint8_t* bytes, std::size_t stride, Image& image) {
   std::array<float, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) {

@@ -1,4 +1,4 @@
-// A whole coordinator in virtual time, whose workers return parts of leases that take long.
+// A whole coordinator in virtual time. Its workers return parts of leases that take too long.
 #include <doctest/doctest.h>
 
 #include <algorithm>

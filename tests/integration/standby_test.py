@@ -171,12 +171,16 @@ class BetweenHosts(unittest.TestCase):
         farm.address = farm.second
         self.assertEqual(farm.fetch(job)["image_sha256"], digest)
 
+    def finished_job(self, farm):
+        """A job that the standby has, and the hash of its picture."""
+        farm.wait_until_in_step()
+        farm.start_worker("w1")
+        job = farm.submit(SCENE, *SMALL)
+        return job, farm.finish(job)["image_sha256"]
+
     def test_a_standby_whose_picture_is_in_the_wrong_place_gets_it_again_before_it_takes_over(self):
         with Twins() as farm:
-            farm.wait_until_in_step()
-            farm.start_worker("w1")
-            job = farm.submit(SCENE, *SMALL)
-            digest = farm.finish(job)["image_sha256"]
+            job, digest = self.finished_job(farm)
             picture, = (self.end_standby(farm) / "jobs" / str(job)).glob("picture*")
             picture.unlink()
             picture.mkdir()
@@ -186,10 +190,7 @@ class BetweenHosts(unittest.TestCase):
 
     def test_a_standby_whose_state_needs_repair_says_so_and_after_that_takes_over(self):
         with Twins() as farm:
-            farm.wait_until_in_step()
-            farm.start_worker("w1")
-            job = farm.submit(SCENE, *SMALL)
-            digest = farm.finish(job)["image_sha256"]
+            job, digest = self.finished_job(farm)
             state = self.end_standby(farm)
             (state / "parray.sqlite").unlink()
             refused = run_coordinator("--coordinator", farm.second, "--standby", farm.link, "--state", state)
@@ -201,10 +202,7 @@ class BetweenHosts(unittest.TestCase):
 
     def test_a_backup_of_a_standby_serves_all_that_was_acknowledged(self):
         with Twins() as farm:
-            farm.wait_until_in_step()
-            farm.start_worker("w1")
-            job = farm.submit(SCENE, *SMALL)
-            digest = farm.finish(job)["image_sha256"]
+            job, digest = self.finished_job(farm)
             copied = run_coordinator("--backup", farm.directory / "second", farm.directory / "copy")
             self.assertEqual(copied.returncode, 0, copied.stdout + copied.stderr)
             with Farm("--state", farm.directory / "copy") as restored:
