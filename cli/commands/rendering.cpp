@@ -14,12 +14,14 @@
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
+#include "common/adaptive/rounding_limit.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/image/image_file.h"
 #include "common/input/particles/packed_file.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/isa.h"
@@ -109,6 +111,7 @@ Submission load_submission(const std::string& scene_file, const RenderOptions& o
   const ResolvedSettings resolved =
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
   submission.scene = std::make_shared<const Scene>(std::move(file.scene));
+  check_targets(resolved.settings, largest_radiance(*submission.scene));
   submission.name = scene_file == standard_input_argument
                         ? "standard input"
                         : printable(std::filesystem::path(scene_file).filename().string(), 100);

@@ -40,14 +40,6 @@ class ScratchFile {
   fs::path path_;
 };
 
-double mean_of(const Image& image) {
-  double sum = 0;
-  for (const float value : image.rgb) {
-    sum += static_cast<double>(value);
-  }
-  return image.rgb.empty() ? 0 : sum / static_cast<double>(image.rgb.size());
-}
-
 /// A worker's result of the whole picture; its counts are made up.
 TracedCells as_cells(const Framebuffer& traced, const CellBatch& batch) {
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
@@ -94,7 +86,7 @@ Effort effort_of_collecting(const Framebuffer& traced) {
   return effort_now() - began;
 }
 
-Finished finish(const DirectRender& picture, const fs::path& extension) {
+Effort finish(const DirectRender& picture, const fs::path& extension) {
   const Effort began = effort_now();
   const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
   const ErrorEstimate error = estimate_error(picture.state());
@@ -103,7 +95,7 @@ Finished finish(const DirectRender& picture, const fs::path& extension) {
   }
   const ScratchFile file(extension);
   write_image(file.path(), image, {});
-  return {effort_now() - began, mean_of(image)};
+  return effort_now() - began;
 }
 
 }  // namespace parray

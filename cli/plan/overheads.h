@@ -14,13 +14,8 @@ void forget_memory();
 /// What a coordinator takes to check and merge what was traced.
 Effort effort_of_collecting(const Framebuffer& traced);
 
-struct Finished {
-  Effort effort;
-  double mean_radiance = 0;
-};
-
 /// What comes after the last sample, done for nothing: estimates, hashes, and a file with
 /// this extension in the system's directory for temporary files. Throws RunError.
-Finished finish(const DirectRender& picture, const std::filesystem::path& extension);
+Effort finish(const DirectRender& picture, const std::filesystem::path& extension);
 
 }  // namespace parray

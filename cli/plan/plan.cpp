@@ -7,6 +7,7 @@
 
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"
+#include "common/adaptive/rounding_limit.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
@@ -69,6 +70,13 @@ class Chooser {
 
   [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.finish; }
 
+  /// Passes end when the upper end of the stated interval meets the target, below which the error
+  /// is 97.5 % of the time. For more than that the target is below the goal.
+  [[nodiscard]] double target() const {
+    const double relative = std::log(probe_.stated_adaptive.factor) / 2 / normal_95;
+    return goal_.error * std::exp(-std::max(quantile_ - normal_95, 0.0) * relative);
+  }
+
  private:
   /// What to aim at, so that a value off by a factor of standard deviation `relative` stays below
   /// `most` as surely as is asked for.
@@ -107,13 +115,6 @@ class Chooser {
       samples = std::max(samples, sampler.uniform.samples_for(aim));
     }
     return samples;
-  }
-
-  /// Passes end when the upper end of the stated interval meets the target, below which the error
-  /// is 97.5 % of the time. For more than that the target is below the goal.
-  [[nodiscard]] double target() const {
-    const double relative = std::log(probe_.stated_adaptive.factor) / 2 / normal_95;
-    return goal_.error * std::exp(-std::max(quantile_ - normal_95, 0.0) * relative);
   }
 
   [[nodiscard]] static double pilot_of(double samples) {
@@ -193,22 +194,9 @@ class Chooser {
   const double pixels_;
 };
 
-/// A picture of single-precision numbers is off by as much, whatever the samples: half an ulp of a
-/// mean, evenly spread, at the middle of a binade.
-double rounding_error(double mean_radiance) {
-  return mean_radiance * 0x1p-23 / std::sqrt(12.0) / 1.5;
-}
-
 std::string error_option(double error) { return "--error " + number_cell(error) + ": "; }
 
-void check_reachable(const Probe& probe, const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
-  const double rounding = rounding_error(probe.mean_radiance);
-  if (goal.error < 2 * rounding) {
-    throw InputError(error_option(goal.error) +
-                     "the picture's own rounding to single precision is an error of " +
-                     formatted("%.1e", rounding) + ": ask for " + formatted("%.1e", 2 * rounding) +
-                     " or more");
-  }
+void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
   double best = INFINITY;
   for (const SamplerProbe& sampler : samplers) {
     best = std::min(best, sampler.adaptive.at(most_samples));
@@ -242,7 +230,9 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
                      duration_text(chooser.least().wall) + ": allow more");
   }
   if (goal.error > 0) {
-    check_reachable(probe, probe.samplers, goal);
+    check_above_rounding("--error", goal.error, probe.largest_radiance,
+                         chooser.target() / goal.error);
+    check_samples(probe.samplers, goal);
   }
   std::vector<Choice> all;
   for (const SamplerProbe& sampler : probe.samplers) {

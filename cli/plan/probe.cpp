@@ -216,13 +216,13 @@ class Prober {
     rays_ = rays_of(*render_);
     const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
     result_.collect = times * effort_of_collecting(render_->framebuffer);
-    const Effort first = finish(*render_, request_.image.extension()).effort;
-    const Finished finished = finish(*render_, request_.image.extension());
+    const Effort first = finish(*render_, request_.image.extension());
+    const Effort finished = finish(*render_, request_.image.extension());
     // The first time libraries are loaded, which larger pictures take no longer for.
-    const Effort loading = first - finished.effort;
+    const Effort loading = first - finished;
     result_.finish =
-        times * finished.effort + Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
-    result_.mean_radiance = finished.mean_radiance;
+        times * finished + Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
+    result_.largest_radiance = render_->largest_radiance;
   }
 
   /// Segments of a path.

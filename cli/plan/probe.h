@@ -43,11 +43,11 @@ struct Probe {
   Effort finish;                       ///< of all that is done once the picture is traced
   UpperBound stated_uniform;
   UpperBound stated_adaptive;
-  double mean_radiance = 0;
-  double timing_doubt = 0;    ///< standard error of times / times, from how they varied
-  std::uint64_t pixels = 0;   ///< that were traced
-  std::uint64_t samples = 0;  ///< likewise
-  double seconds = 0;         ///< that it took
+  double largest_radiance = 0;  ///< that a sample of the scene can have
+  double timing_doubt = 0;      ///< standard error of times / times, from how they varied
+  std::uint64_t pixels = 0;     ///< that were traced
+  std::uint64_t samples = 0;    ///< likewise
+  double seconds = 0;           ///< that it took
 };
 
 /// Traces parts of the picture, as its render would. None if `stop` was set meanwhile. Throws

@@ -128,6 +128,15 @@ class Refusals(CliTest):
         self.refused("render", self.scene, *output, "--width", "65536", "--height", "65536",
                      mentions="--width, --height: ")
 
+    def test_targets_below_the_rounding_of_a_picture_are_refused_with_the_least_that_is_possible(self):
+        for command in (["render", "-o", self.path("a.png")], ["submit"]):
+            for option in ("--target-error", "--target-half-width"):
+                self.refused(*command, self.scene, option, "1e-9", mentions=option + " 1e-09: ")
+                self.refused(*command, self.scene, option, "4.5e-8", mentions="ask for 4.6e-08 or more")
+        self.refused("plan", self.scene, "--error", "4.5e-8", mentions="--error 4.5e-08: ")
+        coarse = ["--width", "8", "--height", "8", "--spp", "2"]
+        self.rendered(*coarse, "--target-error", "4.6e-8")
+
     def test_other_programs_words_for_the_version_are_answered_with_this_ones(self):
         for word in ("version", "-v", "-V"):
             result = run(word)

@@ -214,7 +214,8 @@ class Problems(WebCase):
             (folder / "scene.json").write_text(json.dumps(SCENE))
             for options, words in (({"spp": 0}, ["--spp=0"]), ({"sampler": "sobel"}, ["--sampler=sobel"]),
                                    ({"width": 65536, "height": 65536}, ["--width=65536", "--height=65536"]),
-                                   ({"target_error": -1}, ["--target-error=-1"])):
+                                   ({"target_error": -1}, ["--target-error=-1"]),
+                                   ({"target_error": 1e-9}, ["--target-error=1e-9"])):
                 said = subprocess.run([BIN / "parray", "submit", "scene.json", *words], cwd=folder, text=True,
                                       capture_output=True).stderr.strip().removeprefix("parray: ")
                 answer = farm.post_form(("scene", None, json.dumps(SCENE)), ("options", None, json.dumps(options)))

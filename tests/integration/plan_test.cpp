@@ -96,7 +96,7 @@ Probe simple_probe(std::vector<Sampler> samplers) {
   Probe probe;
   probe.fixed = {1, 1};
   probe.finish = {2, 2};
-  probe.mean_radiance = 1;
+  probe.largest_radiance = 1;
   for (const Sampler sampler : samplers) {
     const double exponent = sampler == Sampler::sobol ? 0.1 : 0;
     const std::vector<MeasuredError> measured = {{1, 1, 0.01}};
@@ -261,7 +261,8 @@ std::string refusal(PlanGoal goal) {
 }
 
 TEST_CASE("what cannot be reached is refused, with what can be") {
-  CHECK(refusal({1e-9, 0}).find("single precision") != std::string::npos);
+  CHECK(refusal({1e-9, 0}).find("32-bit numbers") != std::string::npos);
+  CHECK(refusal({1e-9, 0}).find("ask for 4.6e-08 or more") != std::string::npos);
   // 1 / 2^24^0.6 = 4.7e-5
   CHECK(refusal({4e-5, 0}).find("ask for 5.1e-05") != std::string::npos);
   CHECK(refusal({1e-4, 0}).empty());

@@ -160,7 +160,7 @@ class Plan(unittest.TestCase):
         self.assertLess(best["error"]["value"], 1e-6)
 
     def test_an_error_beyond_single_precision_is_refused(self):
-        self.refused(["--error 1e-09", "single precision", "or more"], "--error", 1e-9)
+        self.refused(["--error 1e-09", "32-bit numbers", "or more"], "--error", 1e-9)
 
     def test_an_error_that_takes_too_many_samples_is_refused(self):
         self.refused(["--error 1e-06", "16777216 samples a pixel", "or more"], "--error", 1e-6)

@@ -1,0 +1,41 @@
+#include "common/adaptive/rounding_limit.h"
+
+#include <cmath>
+#include <string>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+/// Standard deviation of rounding a number of this size to 32 bits: an error evenly spread over an
+/// ulp, in the middle of a binade.
+double rounding_error(double radiance) { return radiance * 0x1p-23 / std::sqrt(12.0) / 1.5; }
+
+/// With two digits, rounded up, so that the number that is printed is accepted.
+std::string rounded_up(double value) {
+  const double scale = std::pow(10.0, 1 - std::floor(std::log10(value)));
+  return number_text(std::ceil(value * scale) / scale);
+}
+
+}  // namespace
+
+void check_above_rounding(std::string_view option, double error, double largest_radiance,
+                          double share) {
+  const double rounding = rounding_error(largest_radiance);
+  const double least = 2 * rounding / share;
+  if (error <= 0 || error >= least) return;
+  throw InputError(std::string(option) + " " + number_text(error) +
+                   ": rounding a picture of this scene to 32-bit numbers is an error of " +
+                   rounded_up(rounding) + ", whatever --precision: ask for " + rounded_up(least) +
+                   " or more");
+}
+
+void check_targets(const StopSettings& settings, double largest_radiance) {
+  if (!settings.passes.empty()) return;
+  check_above_rounding("--target-error", settings.target_error, largest_radiance);
+  check_above_rounding("--target-half-width", settings.target_half_width, largest_radiance);
+}
+
+}  // namespace parray
