@@ -150,8 +150,12 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
        "(default: 300)");
   size("--dpi", ranges::dpi, settings_.dpi, "N",
        "Pixels an inch in print, for sizes and the file's metadata");
-  command.flag("--no-labels", none_, "None of the labels that the scene asks for")
+  command
+      .on_off("--labels", of_scene_,
+              "off: none of the labels that the scene asks for, only those of other options "
+              "(default: on)")
       .group(labels_group);
+  command.renamed("--no-labels", "--labels off");
 }
 
 std::string LabelOptions::first_given() const {
@@ -172,8 +176,10 @@ std::optional<std::uint32_t> LabelOptions::printed_width() const {
 
 LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t width) const {
   LabelSettings labels = of_scene;
-  if (none_) labels.legend = labels.scale_bar = labels.time_stamp = labels.cell = false;
-  if (none_) labels.text.clear();
+  if (!of_scene_.value_or(true)) {
+    labels.legend = labels.scale_bar = labels.time_stamp = labels.cell = false;
+    labels.text.clear();
+  }
   labels.legend |= settings_.legend;
   labels.scale_bar |= settings_.scale_bar;
   labels.time_stamp |= settings_.time_stamp;

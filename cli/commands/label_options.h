@@ -36,7 +36,7 @@ class LabelOptions {
   [[nodiscard]] std::optional<std::uint32_t> printed_width() const;
 
   LabelSettings settings_;
-  bool none_ = false;  ///< of the scene's
+  std::optional<bool> of_scene_;  ///< whether the labels that the scene asks for are drawn
 };
 
 /// What a picture of a scene is finished with, and what its file and report say of it: legends,

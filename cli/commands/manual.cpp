@@ -61,7 +61,7 @@ normal, albedo, sphere and cost are traced for them, with the camera rays and pa
   radiance
 
 # Transparent pictures
-`--transparent`, or `transparent` of the scene's `image`, leaves the background out. Alpha is the
+`--transparent on`, or `transparent` of the scene's `image`, leaves the background out. Alpha is the
 share of a pixel's camera rays that meet something, over all its samples; an EXR file has
 premultiplied colours and channel `A`, a PNG file unassociated 8-bit RGBA. A portrait has no ground
 then. The sky behind gives back the opaque picture, whose hash, `image_sha256`, and error stay in the

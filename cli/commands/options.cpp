@@ -192,11 +192,9 @@ void RenderOptions::add_limits_to(Command& command) {
         "The best picture that X seconds allow, from start to end, writing included; the report's "
         "`passes` repeat it");
   command
-      .option(
-          "--adaptive", [this](const std::string& text) { adaptive_ = text == "on"; },
-          "More samples where there is more noise (default: on with one of the limits above, off "
-          "without)")
-      .one_of({"on", "off"})
+      .on_off("--adaptive", adaptive_,
+              "More samples where there is more noise (default: on with one of the limits above, "
+              "off without)")
       .group(limits_group);
   command
       .option(

@@ -182,7 +182,7 @@ class SeriesRun {
                                               request_.render, request_.priority, change_of(frame));
       refuse_transparency(submission,
                           "frames of a series keep their background: render single ones, or add "
-                          "--opaque");
+                          "--transparent off");
       submission.max_failures = request_.max_failures;
       submission.series = token_;
       submission.frame = frame;

@@ -67,7 +67,7 @@ int submit(const SubmitCommand& command) {
   if (outputs.image.empty()) {
     refuse_transparency(submission,
                         "the background is taken out by whoever has the scene and writes the "
-                        "picture: add --wait -o IMAGE, or --opaque");
+                        "picture: add --wait -o IMAGE, or --transparent off");
     say_unfinished(file.finish, submission.name, "add --wait -o IMAGE.png to have them");
   }
   submission.max_failures = command.max_failures;

@@ -15,13 +15,11 @@ class ViewOptions {
   /// Takes this from a recipe instead of from the scene.
   void follow(bool transparent) { followed_ = transparent; }
 
-  /// Whether the background is left out of the picture, where the scene says `of_scene`. Throws
-  /// InputError where both options are given.
+  /// Whether the background is left out of the picture, where the scene says `of_scene`.
   [[nodiscard]] bool transparent(bool of_scene) const;
 
  private:
-  bool transparent_ = false;
-  bool opaque_ = false;
+  std::optional<bool> transparent_;
   std::optional<bool> followed_;
 };
 

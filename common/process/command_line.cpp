@@ -46,8 +46,11 @@ std::string about_extra(const CLI::App& app, const CLI::App& command, const std:
 /// "--spp: 1 required N missing" and "--spp: At Most 1 required but received 2", in other words.
 std::string about_mismatch(const std::string& message) {
   const std::string option = message.substr(0, message.find(':'));
-  const bool missing = message.ends_with("missing");
-  return option + (missing ? " needs a value after it" : " may be given only once");
+  if (!message.ends_with("missing")) return option + " may be given only once";
+  const std::size_t type = message.find("required ") + 9;
+  const std::string values = message.substr(type, message.rfind(' ') - type);
+  const bool known = values.find('|') != std::string::npos;
+  return option + " needs a value after it" + (known ? ": " + values : "");
 }
 
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
@@ -95,6 +98,7 @@ Option& Option::required(bool is_required) {
 }
 
 Option& Option::type_name(const std::string& name) {
+  option_->type_name(name);
   text_->value = name;
   return *this;
 }
@@ -146,8 +150,7 @@ Option& Option::one_of(const std::vector<std::string>& known) {
 Option& Option::words(const std::vector<std::string>& words, bool list) {
   text_->words = words;
   text_->list = list;
-  text_->value = list ? "WORD,..." : joined(words, "|");
-  return *this;
+  return type_name(list ? "WORD,..." : joined(words, "|"));
 }
 
 Option& Option::completes(Completes what) {
@@ -220,6 +223,17 @@ Option Command::number(const std::string& names, double& target, double least, d
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) {
   return added(app_->add_flag(names, target), names, "", description);
+}
+
+Option Command::on_off(const std::string& name, std::optional<bool>& target,
+                       const std::string& description) {
+  return option(
+             name, [&target](const std::string& text) { target = text == "on"; }, description)
+      .one_of({"on", "off"});
+}
+
+void Command::renamed(const std::string& old, const std::string& now) {
+  app_->add_flag_callback(old, [old, now] { throw CLI::ValidationError(old + " is now " + now); });
 }
 
 void Command::example(const std::string& command, const std::string& about) {

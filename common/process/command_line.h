@@ -91,6 +91,11 @@ class Command {
   Option number(const std::string& names, double& target, double least, double most,
                 const std::string& description);
   Option flag(const std::string& names, bool& target, const std::string& description);
+  /// A switch with the values on and off. The target stays empty where it is not given.
+  Option on_off(const std::string& name, std::optional<bool>& target,
+                const std::string& description);
+  /// A spelling of earlier versions: an error that names what to write `now`, as "--labels off".
+  void renamed(const std::string& old, const std::string& now);
 
   /// A command to copy, and what it does. One that is not understood fails --describe, and with it
   /// the build.

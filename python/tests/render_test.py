@@ -98,6 +98,8 @@ class Options(Test):
 
     def test_an_unknown_keyword_names_the_nearest(self):
         self.refused(TypeError, "no option 'widht': did you mean width?", parray.render, SCENE, widht=3)
+        self.refused(TypeError, "no_labels is now labels=False", parray.render, SCENE, no_labels=True)
+        self.refused(TypeError, "opaque is now transparent=False", parray.render, SCENE, opaque=True)
 
     def test_camera_and_sky_replace_members_of_a_scene(self):
         changed = {**SCENE, "camera": {**SCENE["camera"], "vfov": 50}, "sky": {"zenith": [1, 0, 0]}}
@@ -120,6 +122,9 @@ class Options(Test):
         self.assertEqual(picture.report["transparent"]["covered"] > 0, True)
         self.assertEqual(float(picture.channels["A"].max()), 1)
         self.assertNotIn("A", parray.render(SCENE, transparent=False, **SMALL).channels)
+        transparent = {**SCENE, "image": {**SCENE.get("image", {}), "transparent": True}}
+        self.assertIn("A", parray.render(transparent, **SMALL).channels)
+        self.assertNotIn("A", parray.render(transparent, transparent=False, **SMALL).channels)
 
     def test_a_portrait_whose_camera_or_material_changes_is_framed_for_its_size_all_the_same(self):
         positions, radii, _ = cloud()

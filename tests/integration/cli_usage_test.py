@@ -41,9 +41,9 @@ LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
 RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
                   "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
                   "--target-error", "--target-half-width", "--time-limit", "--passes",
-                  "--transparent", "--opaque"]
+                  "--transparent"]
 LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
-                 "--width-mm", "--dpi", "--no-labels"]
+                 "--width-mm", "--dpi", "--labels"]
 FINISHING_OPTIONS = ["--outline", "--depth-cue"]
 PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--material", "--radius", "--select", "--slice", "--hide",
                     "--color-by", "--colormap", "--range", "--view", "--style", "--projection"]
@@ -157,6 +157,13 @@ class Refusals(CliTest):
             self.refused("render", self.scene, *output, option, value, mentions=hint)
         self.refused("render", self.scene, *output, "--widht", "5", mentions="--width")
         self.refused("rendr", self.scene, *output, mentions="render")
+
+    def test_old_spellings_are_refused_with_the_new_ones(self):
+        for command in (["render", "-o", self.path("a.png")], ["submit"]):
+            self.refused(*command, self.scene, "--no-labels", mentions="parray: --no-labels is now --labels off;")
+            self.refused(*command, self.scene, "--opaque", mentions="parray: --opaque is now --transparent off;")
+        self.refused("render", self.scene, "-o", self.path("a.png"), "--transparent",
+                     mentions="--transparent needs a value after it: on|off;")
 
     def test_missing_and_surplus_arguments_are_refused_with_the_help_to_read(self):
         output = ["-o", self.path("a.png")]

@@ -79,7 +79,7 @@ class Labels(CliTest):
         self.render(scene=self.path("l.json"), name="by-scene.png")
         self.assertEqual(self.pixels("by-scene.png"), self.pixels("by-option.png"))
         self.render(scene=self.scene, name="plain.png")
-        self.render("--no-labels", scene=self.path("l.json"), name="none.png")
+        self.render("--labels", "off", scene=self.path("l.json"), name="none.png")
         self.assertEqual(self.pixels("none.png"), self.pixels("plain.png"))
         self.render("--text", "more", scene=self.path("l.json"), name="more.png")
         self.assertEqual(read_text(self.path("more.png"))["parray:finished"], "legend, text")

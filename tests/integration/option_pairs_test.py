@@ -31,7 +31,7 @@ OPTIONS = {
     "--threads": [None, "1", "3"],
     "--preview": [None, "preview.png"],
     "-o": ["x.png", "x.exr", "x.exr --aov samples", "x.exr --aov half-width", "x.exr --aov depth,cost",
-           "x.exr --denoise", "x.png --transparent", "x.exr --denoise --transparent"],
+           "x.exr --denoise", "x.png --transparent on", "x.exr --denoise --transparent on"],
     "--depth-cue": [None, "on", "1"],
     "--report": [None, "report.json"],
 }

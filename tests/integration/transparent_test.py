@@ -46,7 +46,7 @@ class Files(TransparentTest):
                         ["--precision", "f64"]):
             with self.subTest(options=options):
                 report, opaque = self.picture(*options)
-                cut, values = self.picture("--transparent", *options, name="b.exr")
+                cut, values = self.picture("--transparent", "on", *options, name="b.exr")
                 self.assertEqual(cut["image_sha256"], report["image_sha256"])
                 self.assertEqual(cut["error"], report["error"])
                 self.check_completed(values, opaque)
@@ -60,8 +60,8 @@ class Files(TransparentTest):
                 self.assertNotIn("transparent", report)
 
     def test_a_png_has_the_same_colours_unassociated(self):
-        _, values = self.picture("--transparent")
-        self.rendered("--transparent", name="b.png")
+        _, values = self.picture("--transparent", "on")
+        self.rendered("--transparent", "on", name="b.png")
         pixels = read_rgba(self.path("b.png"))
         for place, (*colour, code) in enumerate(pixels):
             alpha = values["A"][place]
@@ -73,14 +73,14 @@ class Files(TransparentTest):
     def test_a_scene_asks_for_it_and_an_option_leaves_the_background_in(self):
         self.scene.write_text(json.dumps({**FLOATING, "image": {**SCENE["image"], "transparent": True}}))
         self.assertIn("A", self.picture()[1])
-        self.assertNotIn("A", self.picture("--opaque")[1])
+        self.assertNotIn("A", self.picture("--transparent", "off")[1])
         converted = self.path("c.json")
         self.said("convert", self.scene, converted)
         self.assertIs(json.loads(converted.read_text())["image"]["transparent"], True)
 
     def test_a_denoised_picture_is_completed_by_the_sky_as_well(self):
         _, opaque = self.picture("--denoise")
-        report, values = self.picture("--denoise", "--transparent", "--aov", "depth", name="b.exr")
+        report, values = self.picture("--denoise", "--transparent", "on", "--aov", "depth", name="b.exr")
         self.assertIn("Z", values)
         for c, sky in zip("RGB", SKY):
             for colour, alpha, whole in zip(values[c], values["A"], opaque[c]):
@@ -91,7 +91,7 @@ class Files(TransparentTest):
     def test_a_portrait_has_no_ground(self):
         atoms = self.path("atoms.xyz")
         atoms.write_text("3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
-        result = run("render", atoms, "-q", "-o", self.path("a.png"), "--transparent", "--width", "40",
+        result = run("render", atoms, "-q", "-o", self.path("a.png"), "--transparent", "on", "--width", "40",
                      "--height", "30", "--spp", "4")
         self.assertEqual(result.returncode, 0, result.stderr)
         pixels = read_rgba(self.path("a.png"))
@@ -107,15 +107,15 @@ class Checks(TransparentTest):
         for name, options in (("a.exr", []), ("a.png", []), ("b.exr", ["--passes", "38400,5000"]),
                               ("c.exr", ["--width", "200", "--height", "100", "--passes", "1250"])):
             with self.subTest(name=name):
-                self.rendered("--transparent", *options, name=name)
+                self.rendered("--transparent", "on", *options, name=name)
                 self.assertIn("is that of its pixels; not checked", self.said("verify", self.path(name)))
                 said = self.said("verify", self.path(name), self.scene, "--all")
                 self.assertIn("right: ", said)
                 self.assertIn("traced again to the same bits", said)
 
     def test_wrong_colours_and_wrong_alpha_are_found(self):
-        self.rendered("--transparent")
-        _, values = self.picture("--transparent")
+        self.rendered("--transparent", "on")
+        _, values = self.picture("--transparent", "on")
         inside = values["A"].index(1)
         for channel in ("A", "G"):
             def change(channels, channel=channel):
@@ -126,13 +126,13 @@ class Checks(TransparentTest):
             self.assertIn("1 differ", said)
 
     def test_a_picture_is_made_again_by_its_recipe(self):
-        _, values = self.picture("--transparent", "--seed", "9")
+        _, values = self.picture("--transparent", "on", "--seed", "9")
         _, again = self.picture("--like", self.path("a.exr"), name="b.exr")
         self.assertEqual(again, values)
         self.assertIn("identical", self.said("compare", self.path("a.exr"), self.path("b.exr")))
 
     def test_pictures_with_and_without_background_are_not_compared(self):
-        self.rendered("--transparent")
+        self.rendered("--transparent", "on")
         self.rendered(name="b.exr")
         self.before = self.files()
         for pair in (("a.exr", "b.exr"), ("b.exr", "a.exr")):
@@ -141,29 +141,27 @@ class Checks(TransparentTest):
 
 class Who(TransparentTest):
     def test_a_farms_picture_is_the_same(self):
-        _, expected = self.picture("--transparent")
+        _, expected = self.picture("--transparent", "on")
         with Farm() as farm:
             farm.start_worker("one")
             result = farm.client("submit", self.scene, "--wait", "-q", "-o", self.path("b.exr"),
-                                 "--transparent")
+                                 "--transparent", "on")
             self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(read_exr(self.path("b.exr"))[0], expected)
 
     @unittest.skipIf(why_not(), why_not())
     def test_a_picture_of_parray_mpi_is_the_same(self):
-        _, expected = self.picture("--transparent")
-        with MpiRun(2, self.scene, "--threads", "1", "--transparent", picture="a.exr") as job:
+        _, expected = self.picture("--transparent", "on")
+        with MpiRun(2, self.scene, "--threads", "1", "--transparent", "on", picture="a.exr") as job:
             job.finish()
             self.assertEqual(read_exr(job.picture)[0], expected)
 
     def test_who_writes_no_picture_refuses_in_one_line(self):
-        self.refused("submit", self.scene, "--transparent", mentions="add --wait -o IMAGE, or --opaque")
-        self.refused("submit", self.scene, "--transparent", "--wait", mentions="--opaque")
-        self.refused("submit", self.scene, "--transparent", "--frames", "1-2",
+        self.refused("submit", self.scene, "--transparent", "on", mentions="add --wait -o IMAGE, or --transparent off")
+        self.refused("submit", self.scene, "--transparent", "on", "--wait", mentions="--transparent off")
+        self.refused("submit", self.scene, "--transparent", "on", "--frames", "1-2",
                      mentions="--transparent is for one picture")
-        self.refused("fetch", "1", "-o", self.path("a.png"), "--transparent", mentions="--transparent")
-        self.refused("render", self.scene, "-o", self.path("a.png"), "--transparent", "--opaque",
-                     mentions="give one of them")
+        self.refused("fetch", "1", "-o", self.path("a.png"), "--transparent", "on", mentions="--transparent")
 
 
 if __name__ == "__main__":

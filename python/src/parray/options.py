@@ -80,7 +80,6 @@ class RenderOptions(PictureOptions, total=False):
     threads: int
     denoise: bool
     transparent: bool
-    opaque: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
     # Drawn on the PNG picture.
@@ -95,7 +94,7 @@ class RenderOptions(PictureOptions, total=False):
     font_size: float
     width_mm: float
     dpi: float
-    no_labels: bool
+    labels: bool
 
 
 class SubmitOptions(PictureOptions, total=False):
@@ -115,7 +114,8 @@ OF_SCENE = ("elements", "camera", "sky", "material", *OF_PORTRAIT)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip
-_FLAGS = ("denoise", "transparent", "opaque", "legend", "scale_bar", "time_stamp", "cell", "no_labels")
+_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
+_RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -141,6 +141,8 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
     """What makes the scene, and the rest; None is as good as not given. TypeError for a name that is no option."""
     known = names_of(options)
     for name in given:
+        if name in _RENAMED:
+            raise TypeError(f"{name} is now {_RENAMED[name]}")
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"

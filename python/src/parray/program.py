@@ -131,14 +131,14 @@ def render(
     legend, scale_bar, unit, time_stamp, cell, text   drawn on the PNG picture, what is shown and saved as .png
     outline, depth_cue        done to it: True, False, or how much
     font_size, width_mm, dpi  its size in print
-    no_labels True: none of the labels that a scene asks for
+    labels    False: none of the labels that a scene asks for
     aov       extra channels, see Picture.channels: "depth,normal" or a list
     like      a picture file of ParRay: the same picture again
     progress  False: show none; a function: called with a Progress, up to five times a second; otherwise a bar, at a
               terminal or in a notebook
 
     width, height, spp, max_depth, seed, sampler, precision, target_error, target_half_width, time_limit, adaptive,
-    passes, denoise, transparent, opaque, accelerator, isa, schedule, row_order, threads: as `parray render --help` has them.
+    passes, denoise, transparent, accelerator, isa, schedule, row_order, threads: as `parray render --help` has them.
 
     Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C ends the program, too.
     """
