@@ -157,10 +157,12 @@ class Denoiser {
   /// A half with each degree of smoothing.
   [[nodiscard]] Grades smoothed(std::size_t half) const {
     Grades grades{radiance_planes(width_, height_), radiance_planes(width_, height_)};
+    const char* const plain = features_.plain_sky.empty() ? nullptr : features_.plain_sky.data();
     FilterPlanes planes{.width = static_cast<int>(width_),
                         .height = static_cast<int>(height_),
                         .stride = static_cast<std::ptrdiff_t>(noise_.stride()),
-                        .noise = noise_.row(0)};
+                        .noise = noise_.row(0),
+                        .plain = plain};
     for (std::size_t c = 0; c < 3; ++c) {
       planes.radiance[c] = halves_[half][c].row(0);
       for (std::size_t grade = 0; grade < filter_grades; ++grade) {
@@ -198,14 +200,7 @@ class Denoiser {
   [[nodiscard]] Radiance filtered(std::size_t half) const {
     Grades grades = smoothed(half);
     mix(grades, halves_[half], halves_[1 - half]);
-    Radiance& mixture = grades.back();
-    for (std::size_t i = 0; i < features_.plain_sky.size(); ++i) {
-      if (features_.plain_sky[i] == 0) continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        mixture[c].row(i / width_)[i % width_] = halves_[half][c].row(i / width_)[i % width_];
-      }
-    }
-    return std::move(mixture);
+    return std::move(grades.back());
   }
 
   /// Makes of the coarser grade the mixture of it, the finer one and the half that brings the

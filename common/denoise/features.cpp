@@ -57,7 +57,7 @@ class FeatureRows {
 
   /// Once fill() has seen all rows.
   void refine(std::uint32_t y, std::vector<FirstHit>& hits) {
-    const SampleRange many{0, many_steady_samples};
+    const SampleRange more{few_steady_samples, many_steady_samples};
     for (std::uint32_t begin = 0; begin < width_;) {
       std::uint32_t end = begin;
       while (end < width_ && !one_sphere(y, end)) ++end;
@@ -65,14 +65,10 @@ class FeatureRows {
         const std::size_t pixel = std::size_t{y} * width_ + end;
         features_.plain_sky[pixel] = spheres_[pixel] == no_sphere ? 1 : 0;
       }
-      if (begin < end) look(*steady_tracer_, {y, begin, end}, many, hits);
+      if (begin < end) look(*steady_tracer_, {y, begin, end}, more, hits);
       for (std::uint32_t x = begin; x < end; ++x) {
-        const auto pixel =
-            std::span(hits).subspan(std::size_t{x - begin} * many.count(), many.count());
-        put(features_.steady, y, x, mean_of(pixel, 0, 1));
-        const bool sky =
-            std::ranges::all_of(pixel, [](const FirstHit& hit) { return hit.sphere == no_sphere; });
-        features_.plain_sky[std::size_t{y} * width_ + x] = sky ? 1 : 0;
+        refine_pixel(y, x,
+                     std::span(hits).subspan(std::size_t{x - begin} * more.count(), more.count()));
       }
       begin = end + 1;
     }
@@ -138,6 +134,21 @@ class FeatureRows {
       spheres_[std::size_t{y} * width_ + x] = one ? pixel.front().sphere : several_spheres;
       put(features_.steady, y, x, mean_of(pixel, 0, 1));
     }
+  }
+
+  /// `hits` are those of the samples beyond the few.
+  void refine_pixel(std::uint32_t y, std::uint32_t x, std::span<const FirstHit> hits) {
+    const Values more = mean_of(hits, 0, 1);
+    constexpr double share = static_cast<double>(few_steady_samples) / many_steady_samples;
+    for (std::size_t j = 0; j < feature_count; ++j) {
+      float& value = features_.steady[j].row(y)[x];
+      value = static_cast<float>(share * value + (1 - share) * more[j]);
+    }
+    const std::size_t pixel = std::size_t{y} * width_ + x;
+    const bool sky =
+        spheres_[pixel] == no_sphere &&
+        std::ranges::all_of(hits, [](const FirstHit& hit) { return hit.sphere == no_sphere; });
+    features_.plain_sky[pixel] = sky ? 1 : 0;
   }
 
   /// Whether all samples of a pixel and of those around it have met the same sphere.

@@ -45,16 +45,23 @@ inline Camera moved(Camera camera, const Vec3d& origin) {
 
 /// Of a camera ray that meets nothing.
 template <typename Real>
-FirstHit first_sky(const Ray<Real>& ray) {
-  return {no_sphere, 0, vec_cast<double>(ray.direction), {}};
+void set_sky(const Ray<Real>& ray, FirstHit& first) {
+  first.sphere = no_sphere;
+  first.distance = 0;
+  first.direction = vec_cast<double>(ray.direction);
+  first.normal = {};
 }
 
-/// `sphere` is the one of `hit`, the first along a camera ray.
+/// `sphere` is the one of `hit`, the first along a camera ray. Sets fields one by one: copying the
+/// whole stalls, because its parts have just been stored.
 template <typename Real>
-FirstHit first_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere) {
+void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere,
+             FirstHit& first) {
   const Vec3<Real> outward = normal_at(ray, sphere, hit.leaving);
-  return {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
-          vec_cast<double>(hit.leaving ? -outward : outward)};
+  first.sphere = hit.sphere;
+  first.distance = static_cast<double>(hit.t);
+  first.direction = vec_cast<double>(ray.direction);
+  first.normal = vec_cast<double>(hit.leaving ? -outward : outward);
 }
 
 }  // namespace parray

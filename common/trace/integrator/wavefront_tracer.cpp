@@ -171,21 +171,12 @@ class WavefrontTracer final : public PathTracer {
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override {
     Space space;
-    SampleBatch batch;
-    batch.y = run.y;
-    for (std::size_t first = 0; first < hits.size(); first += SampleBatch::most) {
-      batch.count =
-          static_cast<std::uint32_t>(std::min<std::size_t>(hits.size() - first, SampleBatch::most));
-      for (std::uint32_t i = 0; i < batch.count; ++i) {
-        batch.column[i] = run.x_begin + static_cast<std::uint32_t>((first + i) / samples.count());
-        batch.sample[i] = samples.begin + static_cast<std::uint32_t>((first + i) % samples.count());
-      }
+    auto first = hits.begin();
+    for_batches(run, RunSamples(samples), [&](const SampleBatch& batch) {
       kernels_.begin(tables_, batch, space);
       kernels_.find(tables_, space);
-      for (std::uint32_t i = 0; i < batch.count; ++i) {
-        hits[first + i] = found(space, i);
-      }
-    }
+      for (std::uint32_t i = 0; i < batch.count; ++i) set_found(space, i, *first++);
+    });
   }
 
  private:
@@ -209,14 +200,14 @@ class WavefrontTracer final : public PathTracer {
   }
 
   /// What find() has found for a path.
-  FirstHit found(const Space& space, std::uint32_t i) const {
+  void set_found(const Space& space, std::uint32_t i, FirstHit& first) const {
     const std::uint32_t slot = space.queries.slot[i];
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
-    if (slot == no_sphere) return first_sky(ray);
+    if (slot == no_sphere) return set_sky(ray, first);
     const Hit<Real> hit{space.queries.t[i], tables_.bvh.labels.index(slot),
                         space.queries.leaving[i] != 0};
-    return first_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot));
+    set_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot), first);
   }
 
   StartSpheres start_;

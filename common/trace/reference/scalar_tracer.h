@@ -47,8 +47,11 @@ class ScalarTracer final : public PathTracer {
       const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
       const Ray<Real> ray = camera_ray(x, run.y, s);
       const Hit<Real> hit = first_of(ray, x, run.y, sides);
-      hits[i] = hit.sphere == no_sphere ? first_sky(ray)
-                                        : first_hit(ray, hit, scene_.spheres[hit.sphere]);
+      if (hit.sphere == no_sphere) {
+        set_sky(ray, hits[i]);
+      } else {
+        set_hit(ray, hit, scene_.spheres[hit.sphere], hits[i]);
+      }
     }
   }
 
