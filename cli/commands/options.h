@@ -61,8 +61,6 @@ class RenderOptions {
   void add_to(Command& command);
   /// --width and --height alone, under that heading.
   void add_size_to(Command& command, const std::string& group);
-  /// A limit of time is given.
-  [[nodiscard]] bool has_time_limit() const { return time_limit_ > 0; }
   [[nodiscard]] bool has_size() const { return width_ || height_; }
   /// The picture's width where --width is not given, its height in proportion where --height is
   /// not.

@@ -6,6 +6,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/time_reserve.h"
 #include "cli/farm/embedded.h"
 #include "cli/output/denoising.h"
 #include "common/base/cpu_count.h"
@@ -53,9 +54,10 @@ int render(const RenderCommand& command) {
       threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();
   if (submission.settings.time_limit > 0) {
+    TimeShare share = whole_limit(outputs, submission.settings,
+                                  [&] { return to_seconds(clock.now() - started); });
     submission.reserved_seconds =
-        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
-                     [&] { return to_seconds(clock.now() - started); });
+        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
   }
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));

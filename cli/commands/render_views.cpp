@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/commands/rendering.h"
+#include "cli/commands/time_reserve.h"
 #include "cli/farm/embedded.h"
 #include "cli/output/denoising.h"
 #include "cli/output/sheet.h"
@@ -18,6 +19,8 @@
 #include "common/input/particles/packed_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_ranges.h"
 
 namespace parray {
 namespace {
@@ -40,7 +43,6 @@ void check(const ViewsRequest& request, const OutputPaths& outputs) {
   if (request.following.shows_picture()) refuse("--preview and --display show one picture");
   if (!request.following.on_end.empty()) refuse("--on-end is of one picture");
   if (!request.render.like().empty()) refuse("--like is of one picture");
-  if (request.render.has_time_limit()) refuse("--time-limit is for one picture");
   if (request.render.portrait().has_view()) refuse("--view is one of them");
   if (request.scene == standard_input_argument) {
     throw InputError(
@@ -65,19 +67,26 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings) {
                    " pixels, too many: use a smaller --width and --height");
 }
 
+/// For putting the pictures of a sheet together.
+double joining_seconds(const PictureSize& sheet) {
+  constexpr double a_pixel = 20e-9;
+  return a_pixel * static_cast<double>(sheet.width * sheet.height);
+}
+
 /// Renders the views, each as a job of one farm in this process.
 class Views {
  public:
-  explicit Views(const ViewsRequest& request, const OutputPaths& outputs)
+  Views(const ViewsRequest& request, const OutputPaths& outputs, Time started)
       : request_(request),
         outputs_(outputs),
+        started_(started),
         farm_(request.threads,
               [this](const std::string& scene_id) { return denoised_judge(extra_, scene_id); }),
         link_(farm_.connect()),
         client_(*link_, clock_, embedded_client(farm_)) {}
 
-  /// One of them. `count`: how many there are to be.
-  void add(View view, std::size_t count) {
+  void add(View view) {
+    const Time begin = clock_.now();
     RenderOptions render = request_.render;
     render.portrait().look_from(view);
     OutputPaths outputs = outputs_;
@@ -85,13 +94,15 @@ class Views {
     Submission submission =
         load_for_outputs(request_.scene, render, 50, request_.output, outputs, file);
     check_isa(submission.settings.isa);
-    layout_ = sheet_layout(count, submission.settings.width, submission.settings.height);
+    layout_ =
+        sheet_layout(request_.views.size(), submission.settings.width, submission.settings.height);
     check_size(layout_, submission.settings);
     if (outputs.denoise) ask_for_denoising(submission.settings, true);
     extra_ = extra_channels(outputs.aovs, submission.settings, submission.scene,
                             static_cast<int>(request_.threads), outputs.transparent,
                             needs_of(outputs.finishing));
     extra_.accelerators = farm_.accelerators();
+    if (submission.settings.time_limit > 0) share_time(begin, submission, outputs);
     const JobId job = client_.submit(std::move(submission));
     wait_until_done(client_, job, request_.following);
     Picture picture = fetch_picture(client_, job, outputs);
@@ -105,10 +116,35 @@ class Views {
   void stop() { stop_interrupted(farm_); }
   [[nodiscard]] Image sheet() const { return sheet_of(shown_, layout_); }
   [[nodiscard]] const json& reports() const { return reports_; }
+  [[nodiscard]] double elapsed() const { return to_seconds(clock_.now() - started_); }
+  /// Seconds that the whole command may take; 0: as many as it needs.
+  [[nodiscard]] double limit() const { return limit_; }
 
  private:
+  /// Gives this view and each that follows the same part of the time that is left, so that what a
+  /// view leaves unused goes to the next. `begin`: when work on this view began.
+  void share_time(Time begin, Submission& submission, OutputPaths& outputs) {
+    RenderSettings& settings = submission.settings;
+    limit_ = settings.time_limit;
+    const PictureSize sheet{sheet_width(layout_, settings.width),
+                            sheet_height(layout_, settings.height), 0};
+    share_.name = "--time-limit " + number_cell(limit_);
+    share_.parts = static_cast<double>(request_.views.size() - shown_.size());
+    share_.elsewhere = to_seconds(begin - started_) + writing_seconds(outputs, sheet, limit_) +
+                       joining_seconds(sheet);
+    share_.seconds = (limit_ - share_.elsewhere) / share_.parts;
+    share_.elapsed = [this, begin] { return to_seconds(clock_.now() - begin); };
+    settings.time_limit = std::max(share_.seconds, ranges::time_limit.least);
+    const double lacking = settings.time_limit - share_.seconds;
+    submission.reserved_seconds = lacking + reserve_time(share_, outputs, settings, extra_,
+                                                         scene_identity(*submission.scene));
+  }
+
   const ViewsRequest& request_;
   const OutputPaths& outputs_;
+  const Time started_;
+  double limit_ = 0;
+  TimeShare share_;  ///< of the view that is being rendered
   SteadyClock clock_;
   ExtraChannels extra_;  ///< of the view that is being rendered
   EmbeddedFarm farm_;
@@ -120,7 +156,7 @@ class Views {
 };
 
 /// Writes sheet and report, and says so.
-int deliver_sheet(const Views& views, const OutputPaths& outputs, double seconds) {
+int deliver_sheet(const Views& views, const OutputPaths& outputs) {
   const Image sheet = views.sheet();
   ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
   std::string hashes;
@@ -133,7 +169,10 @@ int deliver_sheet(const Views& views, const OutputPaths& outputs, double seconds
     nonfinite += report.at("nonfinite_samples").get<std::uint64_t>();
   }
   if (outputs.dpi > 0) metadata.emplace_back(dpi_key, outputs.dpi);
-  write_image(outputs.image, sheet, metadata, {}, check_interrupted);
+  const double writing = write_seconds(outputs.image, {sheet.width, sheet.height, 0}, false);
+  const bool fast = views.limit() > 0 && views.elapsed() + writing > views.limit();
+  write_image(outputs.image, sheet, metadata, {}, check_interrupted, fast);
+  const double seconds = views.elapsed();
   if (!outputs.report.empty()) {
     const json report = {{"width", sheet.width},
                          {"height", sheet.height},
@@ -171,20 +210,19 @@ std::vector<View> views_from(const std::string& text) {
 }
 
 int render_views(const ViewsRequest& request) {
-  const SteadyClock clock;
-  const Time started = clock.now();
+  const Time started = SteadyClock().now();
   const OutputPaths outputs = request.output.paths(request.following);
   check_outputs(outputs, request.scene);
   check(request, outputs);
   const DeferredInterrupts deferred;
-  Views views(request, outputs);
+  Views views(request, outputs, started);
   try {
-    for (const View view : request.views) views.add(view, request.views.size());
+    for (const View view : request.views) views.add(view);
   } catch (const Interrupted&) {
     views.stop();
     throw;
   }
-  return deliver_sheet(views, outputs, to_seconds(clock.now() - started));
+  return deliver_sheet(views, outputs);
 }
 
 }  // namespace parray

@@ -10,7 +10,6 @@
 #include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/printing.h"
-#include "cli/output/ending_cost.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
@@ -140,71 +139,6 @@ void check_isa(Isa isa) {
                      ": this processor does not have it: use " + std::string(name_of(best_isa())) +
                      ", its best, or auto");
   }
-}
-
-namespace {
-
-/// What begins and ends the command, whatever is done to the picture. Seconds.
-double fixed_seconds(const OutputPaths& outputs, const RenderSettings& settings) {
-  // Before `main`, and when the process ends, whose memory has to be given back.
-  constexpr double outside = 0.02;
-  constexpr double outside_a_pixel = 8e-9;
-  constexpr double finishing_a_pixel = 150e-9;
-  constexpr double map_a_pixel = 100e-9;
-  const std::size_t channels =
-      (settings.adaptive ? 1U : 0U) + (outputs.transparent ? 1U : 0U) + (outputs.denoise ? 3U : 0U);
-  const PictureSize size{settings.width, settings.height, channels};
-  const auto pixels = static_cast<double>(size.width * size.height);
-  const auto writing = [&](const std::filesystem::path& file, bool fast) {
-    return file.empty() ? 0 : write_seconds(file, size, fast);
-  };
-  const double image = writing(outputs.image, false);
-  const bool haste = image > settings.time_limit / 10;
-  return outside + outside_a_pixel * pixels + (haste ? writing(outputs.image, true) : image) +
-         writing(outputs.preview, false) + writing(outputs.error_map, false) +
-         (outputs.error_map.empty() ? 0 : map_a_pixel * pixels) +
-         (outputs.finishing.empty() ? 0 : finishing_a_pixel * pixels);
-}
-
-std::string limit_text(const RenderSettings& settings) {
-  return "parray: --time-limit " + number_cell(settings.time_limit) + ": ";
-}
-
-void say_left_out(const RenderSettings& settings, const char* what, double seconds) {
-  std::cerr << limit_text(settings) + what + " takes about " + duration_text(seconds) +
-                   " more: left out\n";
-}
-
-}  // namespace
-
-double reserve_time(OutputPaths& outputs, RenderSettings& settings, ExtraChannels& extra,
-                    const std::string& scene_id, const std::function<double()>& elapsed) {
-  constexpr double most = 0.85;  // of the limit: the rest is for tracing
-  const EndingCost cost = extra.scene ? ending_cost(extra, scene_id) : EndingCost();
-  const double limit = settings.time_limit;
-  const double ending = ending_times(settings, 0, 0).total;  // which others reserve
-  double reserved = elapsed() + fixed_seconds(outputs, settings);
-  const auto add_if_it_fits = [&](double needed) {
-    const bool fits = reserved + ending + needed <= most * limit;
-    reserved += fits ? needed : 0;
-    return fits;
-  };
-  if (outputs.denoise && !add_if_it_fits(cost.denoising)) {
-    say_left_out(settings, "denoising", cost.denoising);
-    outputs.denoise = extra.denoise = settings.replicates = settings.target_denoised = false;
-    extra.settings = settings;
-  }
-  if (cost.channels > 0 && !add_if_it_fits(cost.channels)) {
-    say_left_out(settings, "tracing extra channels", cost.channels);
-    outputs.aovs = extra.aovs = extra.for_finishing = {};
-    std::erase_if(outputs.finishing, [](const FinishingStep& step) { return !step.needs.empty(); });
-  }
-  if (reserved + ending > limit) {
-    std::cerr << limit_text(settings) + "loading and writing alone take about " +
-                     duration_text(reserved + ending) + ": as little as possible is traced\n";
-  }
-  const double left = std::max(limit - reserved - ending, 0.0);
-  return reserved + left * cost.background_share / (1 + cost.background_share);
 }
 
 /// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.

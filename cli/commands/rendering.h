@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -53,13 +52,6 @@ void check_isa(Isa isa);
 /// Shows a job's progress on stderr, and its picture where one is to follow, until it is done.
 /// Throws RunError when it fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const Following& following);
-
-/// Of a time limit, the seconds that are needed beside the coordinator's part: those that have
-/// `elapsed`, and what follows tracing. Denoising, and then extra channels with the steps that need
-/// them, are left out of `outputs`, `settings` and `extra` where they do not fit; a line on stderr
-/// says so. Writing is done in haste if it would take more than a tenth of all.
-double reserve_time(OutputPaths& outputs, RenderSettings& settings, ExtraChannels& extra,
-                    const std::string& scene_id, const std::function<double()>& elapsed);
 
 /// The picture of a job that is done, with the statistics that `outputs` are to hold.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);

@@ -7,6 +7,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
+#include "cli/commands/time_reserve.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
@@ -77,9 +78,10 @@ int submit(const SubmitCommand& command) {
       extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus(),
                      outputs.transparent, needs_of(outputs.finishing));
   if (command.wait && !outputs.none() && submission.settings.time_limit > 0) {
+    TimeShare share = whole_limit(outputs, submission.settings,
+                                  [] { return 0.0; });  // the limit counts from the first lease
     submission.reserved_seconds =
-        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
-                     [] { return 0.0; });  // the limit counts from the first lease
+        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
   }
   FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();

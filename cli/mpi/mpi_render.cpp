@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "cli/commands/rendering.h"
+#include "cli/commands/time_reserve.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/mpi_report.h"
 #include "cli/mpi/watchdog.h"
@@ -202,9 +203,10 @@ MpiJob load_job(const MpiOptions& options, const MpiWorld& world,
     ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
                                          static_cast<int>(threads_for(world, options, false)),
                                          outputs.transparent, needs_of(outputs.finishing));
+    TimeShare share = whole_limit(outputs, submission.settings,
+                                  [&] { return to_seconds(SteadyClock().now() - started); });
     submission.reserved_seconds =
-        reserve_time(outputs, submission.settings, extra, scene_identity(*submission.scene),
-                     [&] { return to_seconds(SteadyClock().now() - started); });
+        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
   }
   const bool named = !options.state.empty();
   kept = std::make_unique<CheckpointedJob>(
