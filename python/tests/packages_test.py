@@ -1,6 +1,6 @@
 """With the real ASE, MDAnalysis, OVITO, pip, mypy and Jupyter, none of which Debian's Python has.
 
-    python3 -m venv DIR && DIR/bin/pip install ase MDAnalysis ovito mypy nbclient ipykernel setuptools
+    python3 -m venv DIR && DIR/bin/pip install ase MDAnalysis ovito mypy nbclient ipykernel flit_core
     PARRAY_PACKAGES_PYTHON=DIR/bin/python ctest --preset release -R python.packages
 """
 
@@ -153,15 +153,17 @@ class Types(Test):
         self.assertIn("parray.picture.Error", done.stdout)
 
 
-@needs("pip", "setuptools")
+@needs("pip", "flit_core")
 class Installed(Test):
-    def test_pip_installs_it_with_its_types(self):
-        """From a copy: building leaves files beside the sources."""
+    def test_pip_installs_it_with_its_types_and_leaves_nothing_beside_the_sources(self):
         import shutil
-        copy = shutil.copytree(PYTHON, self.folder / "python", ignore=shutil.ignore_patterns("*.egg-info", "build"))
+        unwanted = shutil.ignore_patterns("*.egg-info", "build", "__pycache__")
+        copy = shutil.copytree(PYTHON, self.folder / "python", ignore=unwanted)
+        before = sorted(copy.rglob("*"))
         target = self.folder / "target"
         subprocess.run([sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation",
                         "--target", target, copy], check=True, capture_output=True)
+        self.assertEqual(sorted(copy.rglob("*")), before)
         self.assertTrue((target / "parray/py.typed").exists())
         done = subprocess.run([sys.executable, "-c", "import parray; print(parray.__file__, parray.__version__)"],
                               env={**os.environ, "PYTHONPATH": str(target)}, capture_output=True, text=True, check=True)
