@@ -77,7 +77,7 @@ UpperBound stated_high(const FramebufferView& state, double pixels) {
 /// The error of `state`; where there is no noise, the smallest that sums can show.
 Stage stage_of(const FramebufferView& state) {
   const ErrorEstimate error = estimate_rmse(state);
-  const double least = state.largest_radiance / RadianceScale::one / 2;
+  const double least = RadianceScale(state.largest_radiance).mean(1, 1) / 2;
   if (error.rmse < least) {
     return {0, least, 0, {}};
   }

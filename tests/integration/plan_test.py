@@ -159,6 +159,15 @@ class Plan(unittest.TestCase):
         self.assertLess(best["samples_per_pixel"]["value"], 33)
         self.assertLess(best["error"]["value"], 1e-6)
 
+    def test_a_scene_without_light_needs_hardly_a_sample(self):
+        with tempfile.TemporaryDirectory() as folder:
+            dark = pathlib.Path(folder) / "dark.json"
+            sky = {"horizon": [0, 0, 0], "zenith": [0, 0, 0]}
+            dark.write_text(json.dumps({**json.loads((SCENES / "furnace.json").read_text()), "sky": sky}))
+            best = self.plan("--error", 0.001, scene=dark)["recommended"]
+        self.assertLess(best["samples_per_pixel"]["value"], 33)
+        self.assertLess(best["error"]["value"], 1e-6)
+
     def test_an_error_beyond_single_precision_is_refused(self):
         self.refused(["--error 1e-09", "32-bit numbers", "or more"], "--error", 1e-9)
 
