@@ -27,7 +27,7 @@ void place(const ShownPicture& picture, std::size_t left, std::size_t top, Image
 }  // namespace
 
 SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t height) {
-  constexpr double wanted = 1.5;
+  constexpr double wanted = 2;
   const auto all = static_cast<std::uint32_t>(count);
   SheetLayout best;
   double least = 0;

@@ -16,7 +16,7 @@ struct SheetLayout {
   std::uint32_t gap = 0;  ///< pixels between two pictures
 };
 
-/// Of `count` pictures (> 0): as many columns as make the sheet nearest to 3 by 2, empty places
+/// Of `count` pictures (> 0): as many columns as make the sheet nearest to 2 by 1, empty places
 /// counting against it; gaps of a 200th of a picture's height, and at least 2 pixels.
 SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t height);
 

@@ -25,7 +25,10 @@ TEST_CASE("columns are as many as make the sheet's shape agreeable") {
     return std::pair(layout.columns, layout.rows);
   };
   CHECK(shape(1, 1200, 900) == std::pair(1U, 1U));
+  CHECK(shape(2, 1200, 800) == std::pair(2U, 1U));
   CHECK(shape(3, 1200, 900) == std::pair(3U, 1U));  // no place is empty
+  CHECK(shape(3, 1200, 800) == std::pair(3U, 1U));
+  CHECK(shape(3, 1920, 1080) == std::pair(3U, 1U));
   CHECK(shape(4, 1200, 900) == std::pair(2U, 2U));
   CHECK(shape(6, 1200, 900) == std::pair(3U, 2U));
   CHECK(shape(3, 400, 1200) == std::pair(3U, 1U));
