@@ -53,6 +53,7 @@ int render(const RenderCommand& command) {
   EmbeddedFarm farm(
       threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
   extra.accelerators = farm.accelerators();
+  if (outputs.denoise && !command.following.quiet) say_whether_denoising_pays(extra);
   if (submission.settings.time_limit > 0) {
     TimeShare share = whole_limit(outputs, submission.settings,
                                   [&] { return to_seconds(clock.now() - started); });

@@ -13,6 +13,7 @@
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
+#include "cli/plan/denoising_worth.h"
 #include "common/adaptive/rounding_limit.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
@@ -139,6 +140,12 @@ void check_isa(Isa isa) {
                      ": this processor does not have it: use " + std::string(name_of(best_isa())) +
                      ", its best, or auto");
   }
+}
+
+void say_whether_denoising_pays(const ExtraChannels& extra) {
+  const auto tracer = tracer_of(extra, scene_identity(*extra.scene));
+  const auto worth = denoising_worth(*tracer, *extra.scene, extra.settings, extra.threads);
+  if (worth && !worth->pays()) std::cerr << "parray: " + denoising_does_not_pay(*worth) + "\n";
 }
 
 /// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.

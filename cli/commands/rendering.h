@@ -19,6 +19,10 @@ namespace parray {
 /// decides on passes can.
 void ask_for_denoising(RenderSettings& settings, bool can_judge);
 
+/// Says on stderr if denoising is not expected to pay (cli/plan/denoising_worth.h), after tracing a
+/// part of the picture. Builds the accelerator, or takes that of `extra`.
+void say_whether_denoising_pays(const ExtraChannels& extra);
+
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes
 /// it. `rest`, if not null, becomes what was loaded, of its scene
 /// the camera alone. Throws InputError.

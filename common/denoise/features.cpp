@@ -25,9 +25,10 @@ FeaturePlanes planes_of(const RenderSettings& settings) {
 /// Features of one picture. Rows are filled independently: threads share none.
 class FeatureRows {
  public:
-  FeatureRows(const PathTracer& tracer, const Scene& scene, const RenderSettings& settings,
-              std::uint32_t samples)
+  FeatureRows(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
+              const RenderSettings& settings, std::uint32_t samples)
       : tracer_(tracer),
+        steady_tracer_(steady),
         scene_(scene),
         width_(settings.width),
         samples_(std::min(samples, own_feature_samples) / 2 * 2),
@@ -37,11 +38,7 @@ class FeatureRows {
         spheres_(std::size_t{settings.width} * settings.height),
         features_{{planes_of(settings), planes_of(settings)},
                   planes_of(settings),
-                  std::vector<char>(spheres_.size())} {
-    PictureSettings other = settings.picture();
-    other.seed = ~settings.seed;
-    steady_tracer_ = make_path_tracer(tracer.accelerator(), scene.camera, other);
-  }
+                  std::vector<char>(spheres_.size())} {}
 
   /// `hits` is the calling thread's.
   void fill(std::uint32_t y, std::vector<FirstHit>& hits) {
@@ -65,7 +62,7 @@ class FeatureRows {
         const std::size_t pixel = std::size_t{y} * width_ + end;
         features_.plain_sky[pixel] = spheres_[pixel] == no_sphere ? 1 : 0;
       }
-      if (begin < end) look(*steady_tracer_, {y, begin, end}, more, hits);
+      if (begin < end) look(steady_tracer_, {y, begin, end}, more, hits);
       for (std::uint32_t x = begin; x < end; ++x) {
         refine_pixel(y, x,
                      std::span(hits).subspan(std::size_t{x - begin} * more.count(), more.count()));
@@ -125,7 +122,7 @@ class FeatureRows {
 
   void look_few(std::uint32_t y, std::vector<FirstHit>& hits) {
     const SampleRange few{0, few_steady_samples};
-    look(*steady_tracer_, {y, 0, width_}, few, hits);
+    look(steady_tracer_, {y, 0, width_}, few, hits);
     for (std::uint32_t x = 0; x < width_; ++x) {
       const auto pixel = std::span(hits).subspan(std::size_t{x} * few.count(), few.count());
       const bool one = std::all_of(pixel.begin(), pixel.end(), [&](const FirstHit& hit) {
@@ -190,6 +187,7 @@ class FeatureRows {
   }
 
   const PathTracer& tracer_;
+  const PathTracer& steady_tracer_;
   const Scene& scene_;
   std::uint32_t width_;
   std::uint32_t samples_;
@@ -198,7 +196,6 @@ class FeatureRows {
   /// Depth at which rays begin. Parallel ones may begin at surfaces that are as large in the
   /// picture as any: one over their depth is not to dwarf all others.
   double begin_;
-  std::unique_ptr<PathTracer> steady_tracer_;
   /// That all of the few steady samples of a pixel have met.
   std::vector<std::uint32_t> spheres_;
   Features features_;
@@ -227,10 +224,24 @@ void for_rows(const RenderSettings& settings, int threads,
 
 }  // namespace
 
+std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
+                                          const RenderSettings& settings) {
+  PictureSettings other = settings.picture();
+  other.seed = ~settings.seed;
+  return make_path_tracer(tracer.accelerator(), scene.camera, other);
+}
+
 Features trace_features(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands) {
-  FeatureRows rows(tracer, scene, settings, samples);
+  return trace_features(tracer, *steady_tracer(tracer, scene, settings), scene, settings, samples,
+                        threads, between_bands);
+}
+
+Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
+                        const RenderSettings& settings, std::uint32_t samples, int threads,
+                        const std::function<void()>& between_bands) {
+  FeatureRows rows(tracer, steady, scene, settings, samples);
   const auto fill = [&](std::uint32_t y, std::vector<FirstHit>& hits) { rows.fill(y, hits); };
   const auto refine = [&](std::uint32_t y, std::vector<FirstHit>& hits) { rows.refine(y, hits); };
   for_rows(settings, threads, between_bands, fill);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "common/denoise/plane.h"
@@ -45,5 +46,14 @@ inline constexpr std::uint32_t many_steady_samples = 64;
 Features trace_features(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
+
+/// The same, where `steady` traces the steady features: steady_tracer(), or a part of it.
+Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
+                        const RenderSettings& settings, std::uint32_t samples, int threads,
+                        const std::function<void()>& between_bands = {});
+
+/// Traces samples that the picture of `tracer` does not have.
+std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
+                                          const RenderSettings& settings);
 
 }  // namespace parray

@@ -7,7 +7,7 @@ import unittest
 
 from cli_usage_test import CliTest
 from exr import read_exr
-from farm import Farm, run
+from farm import SOURCE, Farm, run
 from mpi import MpiRun, why_not
 
 RGB = ("R", "G", "B")
@@ -94,6 +94,17 @@ class Denoise(CliTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("denoising takes about", result.stderr)
         self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
+
+    def test_a_line_says_where_denoising_is_not_expected_to_pay(self):
+        scenes = SOURCE / "scenes" / "regression"
+        options = ["-o", self.path("a.png"), "--width", "300", "--height", "200", "--spp", "8", "--denoise"]
+        result = run("render", scenes / "ball-lens.json", *options)
+        self.assertRegex(result.stderr, r"parray: --denoise is not expected to pay: 8 samples a pixel, denoised, have an "
+                                        r"error of about 0\.0\d+; in the same time \d+ samples without it have 0\.0\d+\n")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for more in (scenes / "coated-ball.json",), (scenes / "ball-lens.json", "-q"):
+            with self.subTest(more=more):
+                self.assertNotIn("expected to pay", run("render", *more, *options).stderr)
 
     def test_extra_channels_that_do_not_fit_into_a_time_limit_are_left_out_and_said(self):
         large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
