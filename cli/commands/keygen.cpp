@@ -78,7 +78,7 @@ void add_keygen(CommandLine& line, Action& chosen) {
       .needs(name);
   command
       .number("--share", options->share, least_share, largest_share,
-              "Their part of the farm where several want it, against 1 of others")
+              "Relative share when several users compete (others have 1)")
       .needs(name);
   command.option("--remove", options->removed, "Take a key off the list, at once and for ever")
       .type_name("NAME")

@@ -42,10 +42,10 @@ std::vector<std::uint64_t> whole_numbers(const std::string& text) {
 
 /// An option with a few known words. `read` throws InputError for any other.
 template <typename Value>
-void add_choice(Command& command, const std::string& name, const std::vector<std::string>& words,
-                Value (*read)(std::string_view), std::optional<Value>& target,
-                const std::string& description, const std::string& group) {
-  command
+Option add_choice(Command& command, const std::string& name, const std::vector<std::string>& words,
+                  Value (*read)(std::string_view), std::optional<Value>& target,
+                  const std::string& description, const std::string& group) {
+  return command
       .option(
           name, [read, &target](const std::string& text) { target = read(text); }, description)
       .words(words)
@@ -164,16 +164,20 @@ void RenderOptions::add_picture_to(Command& command) {
 }
 
 void RenderOptions::add_work_to(Command& command) {
-  add_choice(command, "--accelerator", {"auto", "linear", "bvh", "octree"}, accelerator_from,
-             accelerator_, "How spheres are searched; octree: of 1986, to compare with",
-             work_group);
+  add_choice(
+      command, "--accelerator", {"auto", "linear", "bvh", "octree"}, accelerator_from, accelerator_,
+      "How spheres are searched; octree is a slow historical method, for comparison", work_group)
+      .special();
   add_choice(command, "--isa", {"auto", "scalar", "avx2", "avx512", "neon"}, isa_from, isa_,
-             "Instruction set to trace with; auto: the best that a machine has", work_group);
+             "Instruction set to trace with; auto: the best that a machine has", work_group)
+      .special();
   add_choice(command, "--schedule", {"static", "guided", "factoring", "weighted"}, schedule_from,
-             schedule_, "How rows are dealt out to workers (default: weighted)", work_group);
+             schedule_, "How rows are dealt out to workers (default: weighted)", work_group)
+      .special();
   add_choice(command, "--row-order", {"auto", "sequential", "interleaved"}, row_order_from,
              row_order_, "In which order rows are dealt out; auto: interleaved with weighted",
-             work_group);
+             work_group)
+      .special();
 }
 
 void RenderOptions::add_limits_to(Command& command) {
@@ -182,12 +186,11 @@ void RenderOptions::add_limits_to(Command& command) {
     add_real_number(command, name, range, target, description).group(limits_group);
   };
   limit("--target-error", ranges::target_error, target_error_,
-        "Until the picture's RMSE, as estimated, is at most X, in linear radiance; if it is "
-        "denoised, that of the denoised picture");
-  limit(
-      "--target-half-width", ranges::target_error, target_half_width_,
-      "Until the 95 % intervals of 99 % of all values, a channel of a pixel each, reach at most X "
-      "to either side");
+        "Stop when the estimated RMSE of the picture, denoised or not, is at most X, in linear "
+        "radiance");
+  limit("--target-half-width", ranges::target_error, target_half_width_,
+        "Stop when 99 % of all pixel values (each channel) are known to within +-X, with 95 % "
+        "confidence");
   limit("--time-limit", ranges::time_limit, time_limit_,
         "The best picture that X seconds allow, from start to end, writing included; the report's "
         "`passes` repeat it");
@@ -199,18 +202,18 @@ void RenderOptions::add_limits_to(Command& command) {
   command
       .option(
           "--passes", [this](const std::string& text) { passes_ = whole_numbers(text); },
-          "Samples of each pass, of all pixels together, as the report of another render has them: "
-          "the "
-          "same picture again")
+          "Repeat a time-limited render: the list `passes` from its report")
       .type_name("N,N...")
+      .special()
       .group(limits_group);
 }
 
 void RenderOptions::add_like_to(Command& command) {
   command
       .option("--like", like_,
-              "All that decides the bits as the recipe in this picture's file has it: the same "
-              "picture again; with no other option of this group or the next")
+              "Reproduce PICTURE bit for bit, using the settings stored in it. Excludes all other "
+              "options "
+              "of this group and the next")
       .type_name("PICTURE")
       .completes(Completes::files)
       .group(settings_group)
@@ -350,8 +353,9 @@ void OutputOptions::add_aov_to(Command& command) {
 void OutputOptions::add_denoise_to(Command& command) {
   command
       .flag("--denoise", denoise_,
-            "Take away noise by what the pixels around show, and say what error is left; an EXR "
-            "file keeps the picture as its samples make it in channels raw.R, raw.G, raw.B")
+            "Denoise the picture, and state the remaining error; an EXR file keeps the picture as "
+            "traced "
+            "in channels raw.R, raw.G, raw.B")
       .group(output_group)
       .needs(image_option_);
 }
@@ -369,8 +373,9 @@ void add_following(Command& command, Following& following) {
       .group(output_group)
       .one_of({"bar", "lines", "json"});
   command
-      .option("--preview", following.preview,
-              "Picture file that shows what there is, and ends as the picture")
+      .option(
+          "--preview", following.preview,
+          "Keep FILE updated with the unfinished picture; at the end it is a copy of the result")
       .type_name("FILE")
       .completes(Completes::files)
       .group(output_group)

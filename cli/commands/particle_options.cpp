@@ -113,7 +113,8 @@ void ParticleOptions::add_filter_to(Command& command) {
   command
       .option(
           "--hide", [this](const std::string& text) { filter_.hide = hide_from(text); },
-          "Leave these out, beside virtual sites, which none shows too (default: virtual)")
+          "Hide these classes. Virtual sites are always hidden, except with `none` (default: "
+          "virtual)")
       .words(classes, true)
       .group(particles_group);
 }

@@ -262,7 +262,7 @@ void add_verify(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
       [options](std::uint64_t value) { options->seed = value; },
-      "Pick the same pixels as another time (default: nobody knows which)");
+      "Seed of the choice of pixels (default: random)");
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
       command, "--threads", 1, most_threads,

@@ -95,7 +95,8 @@ void add_workers(CommandLine& line, Action& chosen) {
               "drain: no more leases for it, those that it has are traced; readmit: it gets "
               "leases again, whether it was drained or quarantined")
       .one_of({"drain", "readmit"});
-  command.option("NAME", options->name, "Which one; it counts for those that come later, too");
+  command.option("NAME", options->name,
+                 "Worker name; it also applies to workers of that name that connect later");
   command.flag("--host", options->host, "NAME is a host: all workers there");
   add_json(command, options->as_json);
   options->farm.add_to(command);

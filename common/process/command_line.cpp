@@ -158,6 +158,11 @@ Option& Option::completes(Completes what) {
   return *this;
 }
 
+Option& Option::special() {
+  text_->special = true;
+  return *this;
+}
+
 Option& Option::needs(const Option& other) {
   option_->needs(other.option_);
   if (!other.text_->required) text_->with = other.text_->names.back();
@@ -284,6 +289,7 @@ Command CommandLine::command(const std::string& name, const std::string& descrip
 void CommandLine::add_help_command() {
   Command help = command("help", "Print the help of a command, or the list of all");
   help.option("COMMAND", topic_, "Which one").completes(Completes::commands);
+  help.flag("--all", all_options_, "Options for experiments, too");
   help.example(text_->name + " help " + program_.commands.front().word(), "as --help after it");
 }
 
@@ -304,7 +310,7 @@ std::string CommandLine::help() const { return help_text(description(), help_col
 /// Throws UsageError.
 std::string CommandLine::help_of(const std::string& name) const {
   for (const CommandText& command : description().commands) {
-    if (command.word() == name) return help_text(command, help_columns());
+    if (command.word() == name) return help_text(command, help_columns(), all_options_);
   }
   throw UsageError(unknown_command(*root_, name) + "; see `" + root_->get_name() + " help`");
 }

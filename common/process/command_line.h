@@ -54,6 +54,8 @@ class Option {
   /// with commas between.
   Option& words(const std::vector<std::string>& words, bool list = false);
   Option& completes(Completes what);
+  /// For experiments: --help of a command leaves it out, `help COMMAND --all` shows it.
+  Option& special();
   /// Makes sense only beside `other`.
   Option& needs(const Option& other);
 
@@ -153,7 +155,8 @@ class CommandLine : public Command {
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;
   std::string heading_ = "Commands";
-  std::string topic_;  ///< of the help command
+  std::string topic_;         ///< of the help command
+  bool all_options_ = false;  ///< likewise
 };
 
 }  // namespace parray

@@ -26,6 +26,7 @@ struct OptionText {
   Completes completes = Completes::nothing;
   bool required = false;
   bool repeats = false;
+  bool special = false;  ///< for experiments: in the help of `help COMMAND --all` only
 
   [[nodiscard]] bool is_argument() const { return names.empty(); }
   /// "-o, --output IMAGE".

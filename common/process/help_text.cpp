@@ -34,19 +34,19 @@ std::string notes(const OptionText& option) {
   return text;
 }
 
-std::string options_text(const CommandText& command, std::size_t columns) {
+std::string options_text(const CommandText& command, std::size_t columns, bool all) {
   std::string text;
   for (const OptionText& option : command.options) {
     if (option.is_argument()) text += entry(option.shown(), notes(option), columns);
   }
   if (!text.empty()) text += "\n";
   for (const std::string& heading : command.headings()) {
-    text += heading + ":\n";
+    std::string options;
     for (const OptionText& option : command.options) {
-      if (option.heading != heading || option.is_argument()) continue;
-      text += entry(option.shown(), notes(option), columns);
+      if (option.heading != heading || option.is_argument() || (option.special && !all)) continue;
+      options += entry(option.shown(), notes(option), columns);
     }
-    text += "\n";
+    if (!options.empty()) text += heading + ":\n" + options + "\n";
   }
   return text;
 }
@@ -86,15 +86,22 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
   return lines;
 }
 
-std::string help_text(const CommandText& command, std::size_t columns) {
-  return head_text(command, false, columns) + options_text(command, columns) +
-         examples_text(command, columns) + "More: man " + command.page() + "\n";
+std::string help_text(const CommandText& command, std::size_t columns, bool all) {
+  const bool has_more = !all && std::ranges::any_of(command.options, &OptionText::special);
+  const std::string word = command.word();
+  const std::string program = command.name.substr(0, command.name.size() - word.size());
+  return head_text(command, false, columns) + examples_text(command, columns) +
+         options_text(command, columns, all) +
+         wrapped("More: man " + command.page() +
+                     (has_more ? ", " + program + "help " + word + " --all" : ""),
+                 0, columns) +
+         "\n";
 }
 
 std::string help_text(const ProgramText& program, std::size_t columns) {
   const CommandText& self = program.self;
   if (program.commands.empty()) {
-    return help_text(self, columns);
+    return help_text(self, columns, true);
   }
   std::string text = head_text(self, true, columns);
   for (const std::string& heading : program.headings()) {
@@ -104,7 +111,7 @@ std::string help_text(const ProgramText& program, std::size_t columns) {
     }
     text += "\n";
   }
-  return text + options_text(self, columns) + examples_text(self, columns) +
+  return text + options_text(self, columns, true) + examples_text(self, columns) +
          wrapped("More: " + self.name + " help COMMAND, man " + self.page() +
                      ". Exit status: " + exit_statuses + ".",
                  0, columns) +

@@ -9,9 +9,9 @@
 namespace parray {
 
 /// Of the whole program; of one of its commands. Lines have at most `columns` characters, where
-/// words and examples allow.
+/// words and examples allow. `all`: with the options for experiments.
 std::string help_text(const ProgramText& program, std::size_t columns);
-std::string help_text(const CommandText& command, std::size_t columns);
+std::string help_text(const CommandText& command, std::size_t columns, bool all = false);
 
 /// How wide a help may be: COLUMNS if it is a number, else the width of the terminal behind stdout,
 /// else 80; 40 at least, and 100 at most, beyond which lines are hard to read.

@@ -428,7 +428,7 @@ class Failures(CliTest):
 class Talk(CliTest):
     def test_every_command_lists_every_option(self):
         for command, options in OPTIONS.items():
-            text = run(command, "--help").stdout
+            text = run("help", command, "--all").stdout
             for option in options:
                 self.assertIn(option, text, command)
             known = {*options, "--help", "--wait"}

@@ -100,7 +100,7 @@ class Help(PagesTest):
         for columns, widest in (("60", 60), ("80", 80), ("500", 100), ("", 80), ("7", 40)):
             for command in ("render", "submit", "tradeoff"):
                 text = run(command, "--help", env={"COLUMNS": columns}).stdout
-                body = text.split("Examples:\n")[0]
+                body = re.sub(r"(?s)Examples:\n.*?\n\n", "", text)
                 for line in body.splitlines():
                     if len(line.split()) > 2 and not line.endswith(":"):
                         self.assertLessEqual(len(line), widest, line)
@@ -123,13 +123,20 @@ class Help(PagesTest):
             self.assertEqual(text, run(word, "-h").stdout)
             self.assertIn("Examples:\n  parray " + word, text)
             self.assertIn("More: man parray-" + word, text)
+        special = "--accelerator", "--isa", "--schedule", "--row-order", "--passes"
+        text = run("help", "render").stdout
+        self.assertIn("More: man parray-render, parray help render --all", text)
+        self.assertLess(text.index("Examples:"), text.index("--width"))
+        for name in special:
+            self.assertNotIn(name, text)
+            self.assertIn(name, run("help", "render", "--all").stdout)
         wrong = run("help", "rendr")
         self.assertEqual((wrong.returncode, wrong.stdout), (2, ""))
         self.assertEqual(wrong.stderr, "parray: unknown command 'rendr': did you mean render?; "
                                        "see `parray help`\n")
 
     def test_a_half_width_is_said_to_be_of_channels_as_it_is_counted(self):
-        self.assertIn("99 % of all values, a channel of a pixel each",
+        self.assertIn("99 % of all pixel values (each channel)",
                       re.sub(r"\s+", " ", run("help", "render").stdout))
 
     def test_no_help_says_a_thing_twice(self):
