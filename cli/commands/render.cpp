@@ -90,7 +90,7 @@ void add_render(CommandLine& line, Action& chosen) {
   command
       .option(
           "--views", [options](const std::string& text) { options->views = views_from(text); },
-          "Several views, as front,top,iso, beside and below each other in one PNG picture; "
+          "Several views, as front,top,iso, in one PNG picture: three side by side, more in rows; "
           "--width and --height are those of each")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")
