@@ -3,6 +3,7 @@
 
 import json
 import os
+import pathlib
 import re
 import shlex
 import subprocess
@@ -52,6 +53,20 @@ class Quick(ReadmeTest):
         rmse, low, high = (f"{float(kept['parray:error:' + name]):.3g}" for name in ("rmse", "low", "high"))
         self.assertIn(f"got **{rmse}**,<br>{low} to {high} with 95 %", README)
         self.assertEqual(float(kept["parray:target_error"]), 0.01)
+
+    def test_files_that_are_not_shipped_are_said_to_stand_for_the_readers_own(self):
+        own = re.search(r"In what follows (.*?) stand for your own files", README, re.DOTALL).group(1)
+        for line in re.findall(r"^    (?:\$ |mpirun -n 64 )?(parray.*)$", README, re.MULTILINE):
+            words = shlex.split(line, comments=True)
+            read = [word for before, word in zip(words, words[1:]) if before not in ("-o", "--error-map")]
+            for word in read:
+                is_file = pathlib.PurePath(word).suffix in (".json", ".pdb", ".xtc", ".lammpstrj", ".xyz")
+                if is_file and not (SOURCE / word).exists():
+                    self.assertIn(f"`{word}`", own, line)
+
+    def test_the_programs_are_put_into_the_path_before_the_first_command_that_uses_them(self):
+        setting = '    export PATH="$PWD/build/release/bin:$PATH"'
+        self.assertLess(README.index(setting), README.index("    $ parray "))
 
 
 class Long(ReadmeTest):
