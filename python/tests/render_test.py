@@ -89,7 +89,7 @@ class Options(Test):
     def test_every_option_of_render_has_a_keyword(self):
         """But for those that say where files go, which the package does itself; --radius, which is `radii`; and --views,
         which makes a sheet of several pictures, none of which has an error of its own."""
-        text = command_line("render", "--help").stdout
+        text = command_line("help", "render", "--all").stdout
         options = set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z-]+)", text))
         own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--display", "--on-end", "--error-map",
                "--radius", "--views"}

@@ -138,7 +138,7 @@ def render(
               terminal or in a notebook
 
     width, height, spp, max_depth, seed, sampler, precision, target_error, target_half_width, time_limit, adaptive,
-    passes, denoise, transparent, accelerator, isa, schedule, row_order, threads: as `parray render --help` has them.
+    passes, denoise, transparent, accelerator, isa, schedule, row_order, threads: as `parray help render --all` has them.
 
     Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C ends the program, too.
     """
