@@ -172,25 +172,39 @@ double UpperBound::of(double rmse, double samples) const {
   return std::sqrt(factor * rmse * rmse + unseen / samples);
 }
 
+namespace {
+
+/// Samples that passes will want of the next one. `samples` and the result: of a pixel.
+double wanted(const TargetLaws& laws, double samples, double share, bool placed) {
+  const auto lacking = [&](double total) { return lacking_for_error(total, samples); };
+  const bool may_place = laws.placing_pays && samples >= pilot_samples;
+  const double even = lacking(samples / share);
+  if (!placed && (!may_place || even < samples / 2)) return even;
+  const ModelError& model = laws.placed.model();
+  return lacking(model.samples_for(model.at(samples) * std::sqrt(share)));
+}
+
+}  // namespace
+
 Forecast forecast_target(const TargetLaws& laws, double target, double most_samples) {
   Forecast now{std::min<double>(first_samples, most_samples), 0, 1, 0};
-  for (;; ++now.passes) {
-    const bool placed = now.samples >= pilot_samples;
-    const ErrorModel& law = placed ? laws.placed : laws.even;
-    now.rmse = law.at(now.samples);
+  for (bool placed = false;; ++now.passes) {
+    now.rmse = (placed ? laws.placed : laws.even).at(now.samples);
     const double high = (placed ? laws.stated_placed : laws.stated_even).of(now.rmse, now.samples);
     if (high <= target || now.samples >= most_samples) {
       return now;
     }
     const double share = share_to_go_for(target * target / (high * high), laws.sampler);
-    const double total = law.model().samples_for(law.model().at(now.samples) * std::sqrt(share));
-    const double most = placed ? most_samples : std::min<double>(most_samples, pilot_samples);
     const double lacking =
-        std::min(lacking_for_error(total, now.samples), most_samples - now.samples);
+        std::min(wanted(laws, now.samples, share, placed), most_samples - now.samples);
     const auto traced = static_cast<std::uint64_t>(now.samples * unit);
     const std::uint64_t more = part_of(static_cast<std::uint64_t>(lacking * unit) + 1, traced);
+    const bool piloted = now.samples >= pilot_samples;
+    placed = placed || (laws.placing_pays && piloted && more >= traced / 2);
     now.decisions += placed && !is_little(more, traced) ? 1 : 0;
+    const double most = piloted ? most_samples : std::min<double>(most_samples, pilot_samples);
     now.samples = std::min(now.samples + static_cast<double>(more) / unit, most);
+    if (!placed) now.samples = std::min(std::ceil(now.samples), most);
   }
 }
 

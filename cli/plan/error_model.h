@@ -111,11 +111,13 @@ struct UpperBound {
 
 /// How the error of a picture goes that is to meet a target.
 struct TargetLaws {
-  const ErrorModel& even;    ///< up to pilot_samples
-  const ErrorModel& placed;  ///< from there on
+  const ErrorModel& even;    ///< while every pixel has the same number of samples
+  const ErrorModel& placed;  ///< once samples go where the noise is
   UpperBound stated_even;
   UpperBound stated_placed;
   Sampler sampler = Sampler::independent;
+  /// Whether samples are ever placed: from pilot_samples on, by a pass of half of them at least.
+  bool placing_pays = true;
 };
 
 /// Where adaptive passes end that go on until the stated error meets `target`: the sizes of passes

@@ -12,7 +12,11 @@ namespace parray {
 void forget_memory();
 
 /// What a coordinator takes to check and merge what was traced.
-Effort effort_of_collecting(const Framebuffer& traced);
+struct Collecting {
+  Effort again;     ///< in every pass
+  Effort touching;  ///< once: memory is touched for the first time
+};
+Collecting effort_of_collecting(const Framebuffer& traced);
 
 /// What comes after the last sample, done for nothing: estimates, hashes, and a file with
 /// this extension in the system's directory for temporary files. Throws RunError.

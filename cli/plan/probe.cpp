@@ -215,13 +215,15 @@ class Prober {
     variance_ = variance_of(render_->state(), look.rmse);
     rays_ = rays_of(*render_);
     const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
-    result_.collect = times * effort_of_collecting(render_->framebuffer);
+    const Collecting collecting = effort_of_collecting(render_->framebuffer);
+    result_.collect = times * collecting.again;
+    result_.collect.wall /= request_.threads;  // others trace meanwhile
     const Effort first = finish(*render_, request_.image.extension());
     const Effort finished = finish(*render_, request_.image.extension());
     // The first time libraries are loaded, which larger pictures take no longer for.
     const Effort loading = first - finished;
-    result_.finish =
-        times * finished + Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
+    result_.finish = times * (finished + collecting.touching) +
+                     Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
     result_.largest_radiance = render_->largest_radiance;
   }
 
@@ -245,12 +247,14 @@ class Prober {
     return (main_.sampler == Sampler::sobol ? 0.3 : 0.6) * wanted;
   }
 
-  /// Vec4 times as many samples after each, until time or use ends.
+  /// Half as many again after the first, because evenly spread points lose at once what a power of
+  /// two gains them; then four times as many after each, until time or use ends.
   [[nodiscard]] std::vector<double> adaptive_passes() const {
     const double each = 1.3 * sample_.wall * pixels_of_part();
     const double most = std::min(adaptive_depth(), seconds_left() / each);
-    std::vector<double> passes = {pilot_samples};
-    for (double total = pilot_samples; passes.size() < 2 || total < 0.7 * most;) {
+    double total = 1.5 * pilot_samples;
+    std::vector<double> passes = {pilot_samples, total - pilot_samples};
+    while (passes.size() < 3 || total < 0.7 * most) {
       const double next = std::clamp(most, 2 * total, 4 * total);
       passes.push_back(next - total);
       total = next;
@@ -322,34 +326,50 @@ class Prober {
     // Again, with memory that was touched before, as in all passes but the first.
     const Effort again = effort_now();
     Placement placement(state, settings);
+    result_.placing_pays = !placement.is_even(more);
+    static_cast<void>(placement.counts(more));
+    result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
     if (request_.error > 0) {
       settings.passes.clear();
       settings.target_error = ranges::target_error.least;
+      const Effort looking = effort_now();
       next_pass_size(state, settings, 1, placement);
+      // Of a large picture it looks at as many pixels as of this part.
+      result_.pass = result_.pass + (effort_now() - looking);
     }
-    static_cast<void>(placement.counts(more));
-    result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
   }
 
   // ---- What it says --------------------------------------------------------------------------
 
+  /// Of passes that give every pixel the same.
+  [[nodiscard]] ErrorModel even_law(const std::vector<Stage>& stages) const {
+    return {ModelError::uniform(std::sqrt(variance_)), measured(stages),
+            prior_of(main_.sampler, sobol_uniform),
+            main_.sampler == Sampler::sobol ? Spread::points : Spread::smooth};
+  }
+
   void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive) {
-    SamplerProbe found{
-        main_.sampler,
-        ErrorModel(ModelError::uniform(std::sqrt(variance_)), measured(uniform),
-                   prior_of(main_.sampler, sobol_uniform),
-                   main_.sampler == Sampler::sobol ? Spread::points : Spread::smooth),
-        ErrorModel(*adaptive_model_, measured(adaptive), prior_of(main_.sampler, sobol_adaptive)),
-        {},
-        {}};
+    SamplerProbe found{main_.sampler,
+                       even_law(uniform),
+                       result_.placing_pays ? ErrorModel(*adaptive_model_, measured(adaptive),
+                                                         prior_of(main_.sampler, sobol_adaptive))
+                                            : even_law(adaptive),
+                       {},
+                       {}};
     std::vector<TracedPass> equal = passes_of(uniform);
     equal.push_back(adaptive.front().pass);
     times_ = fit_pass_times(equal);
     found.uniform_sample = cost_scale_ * times_.sample;
-    found.adaptive_sample =
-        cost_scale_ * sample_effort(passes_of({adaptive.begin() + 1, adaptive.end()}), times_.pass);
-    result_.collect = result_.collect + pixels_ / pixels_of_part() * times_.pass;
+    found.adaptive_sample = found.uniform_sample;
+    if (result_.placing_pays) {
+      const std::vector<Stage> later(adaptive.begin() + 1, adaptive.end());
+      found.adaptive_sample = cost_scale_ * sample_effort(passes_of(later), times_.pass);
+    }
+    // Some of a pass's time is the same for any number of pixels, some grows with them. How much
+    // does cannot be told from passes of one size: the mean of both.
+    const double times = (1 + pixels_ / pixels_of_part()) / 2;
+    result_.collect = result_.collect + times * times_.pass;
     result_.timing_doubt = times_.doubt;
     result_.samplers.push_back(std::move(found));
   }

@@ -43,6 +43,7 @@ struct Probe {
   Effort finish;                       ///< of all that is done once the picture is traced
   UpperBound stated_uniform;
   UpperBound stated_adaptive;
+  bool placing_pays = true;     ///< adaptive passes place samples by noise
   double largest_radiance = 0;  ///< that a sample of the scene can have
   double timing_doubt = 0;      ///< standard error of times / times, from how they varied
   std::uint64_t pixels = 0;     ///< that were traced

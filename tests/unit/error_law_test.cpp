@@ -160,6 +160,24 @@ TEST_CASE("a target that needs little more than the pilot takes two more passes,
   CHECK(forecast.rmse < 1 / std::sqrt(64.0));
 }
 
+TEST_CASE("while samples are not placed, passes go by the even law and add whole samples") {
+  const ErrorModel even = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const ErrorModel better = law_of(1, {{32, 0.5 / std::sqrt(32.0), 0.01}}, {0, 0});
+  const auto forecast = [&](double target, bool pays) {
+    return forecast_target({even, better, {}, {}, Sampler::independent, pays}, target, 1e6);
+  };
+  // Where placing never pays, and where a pass lacks too few samples to place them.
+  for (const Forecast& one :
+       {forecast(1 / std::sqrt(200.0), false), forecast(1 / std::sqrt(40.0), true)}) {
+    CHECK(one.decisions == 0);
+    CHECK(one.samples == std::floor(one.samples));
+    CHECK(one.rmse == Approx(1 / std::sqrt(one.samples)));
+  }
+  const Forecast placed = forecast(1 / std::sqrt(200.0), true);
+  CHECK(placed.decisions > 0);
+  CHECK(placed.samples < 100);
+}
+
 TEST_CASE("passes to a far target grow as the render's own, and end just beyond it") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_with(law, 0.01);
