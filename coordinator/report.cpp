@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/adaptive/passes.h"
 #include "common/adaptive/replicates.h"
 #include "common/image/image.h"
 #include "common/image/lattice.h"
@@ -118,10 +119,10 @@ PictureDetail kept_detail(const WorkSettings& settings) {
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed) {
   constexpr double resolving = 70e-9;  // of one pixel: its mean, its part of the hash, its memory
   constexpr double stating = 130e-9;
-  constexpr double deciding = 70e-9;  // on the samples of an adaptive pass
+  constexpr double deciding = 70e-9;  // where an adaptive pass's samples go, from the pilot on
   const auto pixels = static_cast<double>(std::uint64_t{settings.width} * settings.height);
-  const bool adaptive = settings.adaptive && static_cast<double>(samples) >= 2 * pixels;
-  return {elapsed + resolving * pixels, 0, adaptive ? deciding * pixels : 0, stating * pixels};
+  const bool placed = settings.adaptive && static_cast<double>(samples) >= pilot_samples * pixels;
+  return {elapsed + resolving * pixels, 0, placed ? deciding * pixels : 0, stating * pixels};
 }
 
 ShownImage shown_image(const JobPicture& picture) {
