@@ -4,7 +4,7 @@
 #include <cstdint>
 
 /// The inner loops of the filter: a weighted linear regression of the radiance around a pixel on
-/// its features, as common/denoise/filter.h describes it. Compiled once for each instruction set,
+/// its features, as common/denoise/denoise.h describes it. Compiled once for each instruction set,
 /// in a namespace of its own; the same bits from each, because no lane knows of another.
 namespace parray {
 
