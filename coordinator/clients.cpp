@@ -6,10 +6,12 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "common/adaptive/rounding_limit.h"
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "common/scene/largest_radiance.h"
 #include "common/scene/scene_bytes.h"
 #include "coordinator/coordinator.h"
 #include "coordinator/submit_token.h"
@@ -125,7 +127,9 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
-      job.spheres = scene.scene()->spheres.size();  // or it is no scene at all
+      const auto decoded = scene.scene();  // or it is no scene at all
+      job.spheres = decoded->spheres.size();
+      check_targets(job.record.settings, largest_radiance(*decoded));
       if (store != nullptr) {
         store->put_scene(job.record.scene, scene.bytes().data.view());
         store->put_job(job.record);
@@ -136,6 +140,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Submit& m) {
       return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); },
               {}};
     } catch (const DecodeError& error) {
+      accepted->refusal = error.what();
+    } catch (const InputError& error) {
       accepted->refusal = error.what();
     } catch (const StorageFull& error) {
       accepted->refusal = error.what();

@@ -77,6 +77,19 @@ TEST_CASE("a job beyond the memory that there is is refused at submit, with the 
   CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
 }
 
+TEST_CASE("a target that rounding puts out of reach is refused, whatever client asks for it") {
+  Service service(service_options());
+  RenderSettings settings = many_leases();
+  settings.samples_per_pixel = 1 << 20;
+  settings.target_error = 1e-9;
+  const auto error = service.ask<msg::Error>(service.submission(small_scene(), settings));
+  CHECK(error.status == 2);
+  CHECK(contains(error.message, "--target-error 1e-09: rounding a picture of this scene"));
+  CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
+  settings.target_error = 1e-3;
+  CHECK(service.submit(small_scene(), settings) > 0);
+}
+
 TEST_CASE("without a store, scenes that wait leave room for every job's picture, or are refused") {
   CoordinatorOptions options = service_options();
   Scene large = small_scene();
