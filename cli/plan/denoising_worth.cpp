@@ -97,11 +97,12 @@ DenoisingWorth foresee_denoising(const DenoisingProbe& probe, const RenderSettin
 std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Scene& scene,
                                               const RenderSettings& settings, int threads) {
   constexpr std::uint64_t most_pixels = 24576;
-  constexpr std::uint64_t least_pixels = 4 * 32 * 32;
+  constexpr std::uint64_t least_pixels = 4096;
   const std::uint64_t pixels =
       std::min(std::uint64_t{settings.width} * settings.height / 5, most_pixels);
-  if (pixels < least_pixels || !settings.passes.empty() || settings.samples_per_pixel < 2)
+  if (pixels < least_pixels || !settings.passes.empty() || settings.samples_per_pixel < 2) {
     return {};
+  }
   const Probed probed = probe_part(tracer, scene, settings, threads, pixels);
   if (!(probed.probe.raw > 0)) return {};
   return foresee_denoising(probed.probe, settings, settings.time_limit / probed.seconds_a_sample);

@@ -37,6 +37,8 @@ struct WindowRow {
   Float radiance[3][window];
 };
 
+/// Of a tile's pixel (x, y), by row.
+PARRAY_INLINE std::ptrdiff_t place(int x, int y) { return std::ptrdiff_t{y} * tile_width + x; }
 PARRAY_INLINE int smaller(int a, int b) { return a < b ? a : b; }
 
 /// exp(-x) for x >= 0 as (1 - x / 16)^16, which is 0 from 16 on.
@@ -86,7 +88,7 @@ PARRAY_INLINE void compare_patches(const FilterPlanes& planes, int x, int y, int
   }
   for (int j = 0; j < tile_height; ++j) {
     for (int i = 0; i < tile_width; i += lanes) {
-      (sum_of_five(columns[j] + i, 1) * Float(share)).store(distances + j * tile_width + i);
+      (sum_of_five(columns[j] + i, 1) * Float(share)).store(distances + place(i, j));
     }
   }
 }
@@ -101,7 +103,7 @@ PARRAY_INLINE void cut_off(const FilterPlanes& planes, int x, int y, int dx, int
     const bool row_inside = y + j + dy >= 0 && y + j + dy < planes.height;
     for (int i = 0; i < tile_width; ++i) {
       const bool inside = row_inside && x + i + dx >= 0 && x + i + dx < planes.width;
-      if (!inside) distances[j * tile_width + i] = beyond;
+      if (!inside) distances[place(i, j)] = beyond;
     }
   }
 }
@@ -238,8 +240,8 @@ PARRAY_INLINE void filter_pixels(const FilterPlanes& planes, std::ptrdiff_t at,
     load_row(planes, at, dy, row);
     for (int grade = 0; grade < filter_grades; ++grade) {
       Float weights[window];
-      weigh_row(distances + (dy + filter_reach) * window * tile_size, by_noise, scale[grade],
-                weights);
+      weigh_row(distances + std::ptrdiff_t{dy + filter_reach} * window * tile_size, by_noise,
+                scale[grade], weights);
       add_row(row, weights, sums[grade]);
     }
   }
@@ -292,7 +294,7 @@ void filter_tile(const FilterPlanes& planes, int x, int y, float* scratch) {
     for (int i = 0; i < columns; i += lanes) {
       const Run run{x + i, y + j, smaller(lanes, columns - i)};
       if (keep_plain(planes, run) == run.count) continue;
-      filter_pixels(planes, (y + j) * planes.stride + x + i, scratch + j * tile_width + i);
+      filter_pixels(planes, (y + j) * planes.stride + x + i, scratch + place(i, j));
       keep_plain(planes, run);
     }
   }

@@ -51,7 +51,7 @@ struct JobRecord {
   std::string flag;    ///< what was found wrong with results, and mended; empty: nothing
   /// Number of the latest conviction whose machine's results were set back; see Convictions.
   std::uint64_t convictions = 0;
-  double share = 1;    ///< of its user
+  double share = 1;                ///< of its user
   std::uint32_t max_failures = 0;  ///< 0: the coordinator's
   std::string series{};            ///< its client's name for the series; empty: no frame of one
   JobId series_id = 0;             ///< the series' number among those of jobs
