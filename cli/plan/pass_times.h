@@ -13,7 +13,7 @@ struct TracedPass {
 };
 
 /// time = pass + samples * sample
-struct PassTimes {
+struct FittedPassTimes {
   Effort pass;
   Effort sample;
   double doubt = 0;  ///< standard error of times / times, on the wall
@@ -22,7 +22,7 @@ struct PassTimes {
 /// From two passes or more, by least squares of relative errors. What a pass takes whatever its
 /// samples is told from what samples take by processor time, which other programs disturb less;
 /// processors that were busy with those make all of it longer alike.
-PassTimes fit_pass_times(std::span<const TracedPass> passes);
+FittedPassTimes fit_pass_times(std::span<const TracedPass> passes);
 
 /// A sample's, of passes that have the same `pass`.
 Effort sample_effort(std::span<const TracedPass> passes, Effort pass);

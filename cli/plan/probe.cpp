@@ -424,7 +424,7 @@ class Prober {
   double rays_ = 0;         ///< of a sample, likewise
   double error_scale_ = 1;  ///< the picture's error / the part's
   double cost_scale_ = 1;   ///< of a sample, likewise
-  PassTimes times_;         ///< of the main sampler, on the part
+  FittedPassTimes times_;   ///< of the main sampler, on the part
   Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
   Effort counting_;         ///< what counting the next pass's samples takes
   Probe result_;

@@ -76,7 +76,7 @@ TEST_CASE("what a pass takes is told from what its samples take") {
   for (const double samples : {100.0, 400.0, 1000.0}) {
     passes.push_back({samples, {2 * (2 + 0.01 * samples), 2 + 0.01 * samples}});
   }
-  const PassTimes times = fit_pass_times(passes);
+  const FittedPassTimes times = fit_pass_times(passes);
   CHECK(times.pass.cpu == Approx(2));
   CHECK(times.pass.wall == Approx(4));
   CHECK(times.sample.cpu == Approx(0.01));
