@@ -58,9 +58,7 @@ class Chooser {
 
   [[nodiscard]] Choice uniform(const SamplerProbe& sampler) const {
     const double exactly =
-        goal_.error > 0
-            ? enough(sampler)
-            : affordable(sampler.uniform_sample, surely(goal_.seconds, time_doubt(goal_.seconds)));
+        goal_.error > 0 ? enough(sampler) : affordable(sampler.uniform_sample, surely_in_time());
     // Replicates are halves; a picture of less than two samples a pixel does not know its error.
     const double even = 2 * (goal_.error > 0 ? std::ceil(exactly / 2) : std::floor(exactly / 2));
     Choice choice;
@@ -98,6 +96,13 @@ class Chooser {
   /// Of the logarithm of a command's `seconds`.
   [[nodiscard]] double time_doubt(double seconds) const {
     return std::hypot(probe_.timing_doubt, starting_doubt / seconds);
+  }
+
+  /// Seconds to aim at. What is doubtful about them depends on how many they are.
+  [[nodiscard]] double surely_in_time() const {
+    double aim = goal_.seconds;
+    for (int step = 0; step < 20; ++step) aim = surely(goal_.seconds, time_doubt(aim));
+    return aim;
   }
 
   /// How much shorter tracing is on the farm.
