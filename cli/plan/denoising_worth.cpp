@@ -1,7 +1,6 @@
 #include "cli/plan/denoising_worth.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "cli/farm/direct_render.h"
@@ -57,15 +56,19 @@ struct Probed {
   double seconds_a_sample = 0;  ///< of all the picture's pixels
 };
 
-Probed probe_part(const PathTracer& tracer, const Scene& scene, const RenderSettings& whole,
-                  int threads, std::uint64_t pixels) {
+/// None: tracing took longer than a twentieth of the time limit, or a second.
+std::optional<Probed> probe_part(const PathTracer& tracer, const Scene& scene,
+                                 const RenderSettings& whole, int threads, std::uint64_t pixels) {
   constexpr PartOfPicture::Tile tile{32, 32};
   const PartOfPicture part(tracer, whole.width, whole.height, pixels, tile);
   const auto steady = steady_tracer(tracer, scene, whole);
   const PartOfPicture steady_part(*steady, whole.width, whole.height, pixels, tile);
   const RenderSettings settings = part_settings(whole, part);
-  const std::atomic<bool> never = false;
-  const auto traced = render_directly(part, scene, settings, threads, never);
+  const double longest = whole.time_limit > 0 ? whole.time_limit / 20 : 1;
+  const double end = effort_now().wall + longest;
+  const StopWatch late([end] { return effort_now().wall > end; });
+  const auto traced = render_directly(part, scene, settings, threads, late.stop());
+  if (!traced) return {};
   const Effort began = effort_now();
   const Features features =
       trace_features(part, steady_part, scene, settings, settings.samples_per_pixel, threads);
@@ -75,8 +78,8 @@ Probed probe_part(const PathTracer& tracer, const Scene& scene, const RenderSett
   const double all = static_cast<double>(whole.width) * whole.height;
   const double times = all / (static_cast<double>(part.width()) * part.height());
   const double a_sample = std::max(traced->seconds, 1e-6) / samples;
-  return {{samples, estimate_rmse(traced->state()).rmse, denoised.rmse, took / a_sample},
-          a_sample * times};
+  return Probed{{samples, estimate_rmse(traced->state()).rmse, denoised.rmse, took / a_sample},
+                a_sample * times};
 }
 
 }  // namespace
@@ -103,9 +106,9 @@ std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Sc
   if (pixels < least_pixels || !settings.passes.empty() || settings.samples_per_pixel < 2) {
     return {};
   }
-  const Probed probed = probe_part(tracer, scene, settings, threads, pixels);
-  if (!(probed.probe.raw > 0)) return {};
-  return foresee_denoising(probed.probe, settings, settings.time_limit / probed.seconds_a_sample);
+  const auto probed = probe_part(tracer, scene, settings, threads, pixels);
+  if (!probed || !(probed->probe.raw > 0)) return {};
+  return foresee_denoising(probed->probe, settings, settings.time_limit / probed->seconds_a_sample);
 }
 
 std::string denoising_does_not_pay(const DenoisingWorth& worth) {

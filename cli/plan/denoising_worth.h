@@ -9,9 +9,9 @@
 
 namespace parray {
 
-/// What some pixels of a picture tell: with `samples` a pixel, and by the clock.
+/// Measured on some pixels of a picture.
 struct DenoisingProbe {
-  double samples = 0;
+  double samples = 0;   ///< a pixel
   double raw = 0;       ///< RMSE before denoising
   double denoised = 0;  ///< RMSE after it
   /// Samples a pixel that could be traced while the picture is denoised.
@@ -40,7 +40,8 @@ DenoisingWorth foresee_denoising(const DenoisingProbe& probe, const RenderSettin
                                  double limit_samples);
 
 /// Traces and denoises tiles of the picture, at most a fifth of its pixels. None: the picture is
-/// too small for that, or its passes are given. `tracer` was made for `scene` and `settings`.
+/// too small for that, tracing them takes too long, or the picture's passes are given. `tracer` was
+/// made for `scene` and `settings`.
 std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Scene& scene,
                                               const RenderSettings& settings, int threads);
 

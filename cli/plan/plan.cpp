@@ -16,8 +16,8 @@ namespace parray {
 namespace {
 
 constexpr double most_samples = limits::max_samples_per_pixel;
-/// Of a time limit, what a render uses, and the standard deviation of its logarithm: 95 % use 0.90
-/// to 0.99 (16 renders of 16 scenes). None ended later.
+/// The share of its time limit that a render uses, and the standard deviation of its logarithm.
+/// Measured on 16 scenes: 95 % of renders use 0.90 to 0.99 of it.
 constexpr double used_limit = 0.945;
 constexpr double limit_doubt = 0.022;
 /// Standard deviation of the log of the samples with which passes meet a target, whatever is known

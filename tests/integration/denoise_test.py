@@ -106,6 +106,18 @@ class Denoise(CliTest):
             with self.subTest(more=more):
                 self.assertNotIn("expected to pay", run("render", *more, *options).stderr)
 
+    def test_foreseeing_whether_denoising_pays_keeps_a_time_limit_where_samples_are_slow(self):
+        white = {"type": "diffuse", "albedo": [0.999] * 3}
+        scene = {"version": 1, "camera": {"look_from": [0, 0, 0], "look_at": [0, 0, -1], "vfov": 60},
+                 "render": {"max_depth": 5000}, "sky": {"horizon": [1, 1, 1], "zenith": [1, 1, 1]},
+                 "materials": {"white": white}, "spheres": [{"center": [0, 0, 0], "radius": 10, "material": "white"}]}
+        self.path("slow.json").write_text(json.dumps(scene))
+        report = self.path("slow-report.json")
+        result = run("render", self.path("slow.json"), "-o", self.path("slow.png"), "--width", "600", "--height", "400",
+                     "--denoise", "--time-limit", "1", "--report", report)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertLess(json.loads(report.read_text())["seconds"]["total"], 6)  # 15 s without a bound
+
     def test_extra_channels_that_do_not_fit_into_a_time_limit_are_left_out_and_said(self):
         large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
         result = run("render", self.scene, "-o", self.path("a.exr"), "--aov", "depth,normal", *large)
