@@ -212,8 +212,7 @@ void RenderOptions::add_like_to(Command& command) {
   command
       .option("--like", like_,
               "Reproduce PICTURE bit for bit, using the settings stored in it. Excludes all other "
-              "options "
-              "of this group and the next")
+              "options of this group and the next")
       .type_name("PICTURE")
       .completes(Completes::files)
       .group(settings_group)
@@ -354,8 +353,7 @@ void OutputOptions::add_denoise_to(Command& command) {
   command
       .flag("--denoise", denoise_,
             "Denoise the picture, and state the remaining error; an EXR file keeps the picture as "
-            "traced "
-            "in channels raw.R, raw.G, raw.B")
+            "traced in channels raw.R, raw.G, raw.B")
       .group(output_group)
       .needs(image_option_);
 }

@@ -42,7 +42,7 @@ TimeShare whole_limit(const OutputPaths& outputs, const RenderSettings& settings
 }
 
 double writing_seconds(const OutputPaths& outputs, const PictureSize& size, double limit) {
-  // Before `main`, and when the process ends, whose memory has to be given back.
+  // The system starts the process before `main`, and frees its memory at the end.
   constexpr double outside = 0.02;
   constexpr double outside_a_pixel = 8e-9;
   const auto pixels = static_cast<double>(size.width * size.height);

@@ -19,7 +19,7 @@ struct TimeShare {
   double parts = 1;                   ///< such shares that are left of the limit, this one included
   double elsewhere = 0;               ///< seconds of the limit that no share has
 
-  // What a line on stderr has said. It holds for all later pictures of the command.
+  // Set once stderr has a line about it; later pictures of the command follow without a line.
   bool without_denoising = false;
   bool without_channels = false;
   bool without_time = false;  ///< for tracing

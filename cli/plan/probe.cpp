@@ -334,7 +334,7 @@ class Prober {
       settings.target_error = ranges::target_error.least;
       const Effort looking = effort_now();
       next_pass_size(state, settings, 1, placement);
-      // Of a large picture it looks at as many pixels as of this part.
+      // Not scaled up: a decision on a large picture reads no more pixels than this part has.
       result_.pass = result_.pass + (effort_now() - looking);
     }
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
@@ -366,8 +366,8 @@ class Prober {
       const std::vector<Stage> later(adaptive.begin() + 1, adaptive.end());
       found.adaptive_sample = cost_scale_ * sample_effort(passes_of(later), times_.pass);
     }
-    // Some of a pass's time is the same for any number of pixels, some grows with them. How much
-    // does cannot be told from passes of one size: the mean of both.
+    // Part of a pass's time is fixed, and part grows with the pixels. Passes of one size do not
+    // tell them apart, so this takes the mean of both cases.
     const double times = (1 + pixels_ / pixels_of_part()) / 2;
     result_.collect = result_.collect + times * times_.pass;
     result_.timing_doubt = times_.doubt;
