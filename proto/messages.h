@@ -201,7 +201,7 @@ struct JournalData {
   std::uint64_t request = 0;
   nlohmann::json job;
   nlohmann::json report;  ///< of a job that is done
-  Bulk journal;           ///< coordinator/journal.h
+  Bulk journal;           ///< coordinator/jobs/journal.h
 };
 struct ListWorkers {
   std::uint64_t request = 0;

@@ -1,11 +1,11 @@
 // What a job's journal says: was everything merged once, and what other farms would have taken.
-#include "cli/audit/audit.h"
+#include "cli/check/audit/audit.h"
 
 #include <array>
 #include <iostream>
 #include <memory>
 
-#include "cli/audit/replay.h"
+#include "cli/check/audit/replay.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"

@@ -3,18 +3,18 @@
 #include <memory>
 #include <optional>
 
+#include "cli/check/compare/difference_image.h"
+#include "cli/check/compare/flip.h"
+#include "cli/check/compare/metrics.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/compare/difference_image.h"
-#include "cli/compare/flip.h"
-#include "cli/compare/metrics.h"
 #include "cli/output/delivery.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/transparency.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/image_file.h"
-#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {

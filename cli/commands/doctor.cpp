@@ -1,10 +1,10 @@
 #include <iostream>
 #include <memory>
 
+#include "cli/check/doctor/doctor_checks.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/doctor/doctor_checks.h"
 #include "cli/output/text.h"
 #include "common/process/stop_signal.h"
 #include "proto/clock.h"

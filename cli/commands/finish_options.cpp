@@ -4,8 +4,8 @@
 #include <iostream>
 
 #include "cli/commands/options.h"
-#include "cli/output/depth_cue.h"
-#include "cli/output/outline.h"
+#include "cli/output/postprocess/depth_cue.h"
+#include "cli/output/postprocess/outline.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"

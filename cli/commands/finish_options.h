@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
+#include "cli/input/scene_file/finish.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/output/delivery.h"
-#include "common/input/finish.h"
-#include "common/input/scene_file.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings.h"
 

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "cli/commands/options.h"
-#include "cli/labels/labels.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/output/labels/labels.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/input/formats/format_table.h"
 #include "common/scene/limits.h"
 
 namespace parray {

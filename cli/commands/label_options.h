@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "cli/input/scene_file/label_settings.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/output/delivery.h"
-#include "common/input/label_settings.h"
-#include "common/input/scene_file.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings.h"
 

@@ -3,13 +3,13 @@
 #include <filesystem>
 
 #include "cli/commands/printing.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/expand.h"
+#include "cli/input/particles/packed_file.h"
+#include "cli/input/view/portrait_scene.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/input/formats/format_table.h"
-#include "common/input/particles/expand.h"
-#include "common/input/particles/packed_file.h"
-#include "common/input/portrait/portrait_scene.h"
 
 namespace parray {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "cli/commands/options.h"
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 
 namespace parray {
 

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "cli/commands/options.h"
+#include "cli/input/particles/particle_text.h"
+#include "cli/input/select/selection_parser.h"
+#include "cli/input/view/portrait_scene.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
-#include "common/input/particles/particle_text.h"
-#include "common/input/portrait/portrait_scene.h"
-#include "common/input/selection/selection_parser.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "common/input/particle_source.h"
+#include "cli/input/scene_file/particle_source.h"
 #include "common/process/command_line.h"
 
 namespace parray {

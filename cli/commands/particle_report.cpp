@@ -4,9 +4,9 @@
 #include <array>
 
 #include "cli/commands/printing.h"
+#include "cli/input/particles/particle_summary.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
-#include "common/input/particles/particle_summary.h"
 
 namespace parray {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 
 /// What `parray validate` says of a file of particles.
 namespace parray {

@@ -1,4 +1,4 @@
-#include "cli/plan/plan.h"
+#include "cli/measure/plan/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,11 +18,11 @@
 #include "cli/commands/rendering.h"
 #include "cli/commands/suggestion.h"
 #include "cli/farm/direct_render.h"
+#include "cli/output/picture/image_file.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_ranges.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/input/portrait/portrait.h"
+#include "cli/input/view/portrait.h"
 #include "common/process/command_line.h"
 
 namespace parray {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "cli/farm/client.h"
-#include "common/input/scene_file.h"
-#include "common/scene/duplicates.h"
+#include "cli/input/scene_file/duplicates.h"
+#include "cli/input/scene_file/scene_file.h"
 
 /// What the commands print, on stdout but for warnings.
 namespace parray {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/commands/options.h"
-#include "common/input/portrait/view.h"
+#include "cli/input/view/view.h"
 
 /// `parray render --views`: a file of particles from several sides, in one picture.
 namespace parray {
@@ -24,8 +24,9 @@ struct ViewsRequest {
 std::vector<View> views_from(const std::string& text);
 
 /// Renders one view after the other on this machine, finishes each and writes them as one PNG
-/// picture (cli/output/sheet.h), with a report of each. Returns the program's exit status: 0, or 1
-/// if samples were not finite. Throws InputError where something asked for is one picture's.
+/// picture (cli/output/postprocess/sheet.h), with a report of each. Returns the program's exit
+/// status: 0, or 1 if samples were not finite. Throws InputError where something asked for is one
+/// picture's.
 int render_views(const ViewsRequest& request);
 
 }  // namespace parray

@@ -19,8 +19,8 @@ namespace parray {
 /// decides on passes can.
 void ask_for_denoising(RenderSettings& settings, bool can_judge);
 
-/// Says on stderr if denoising is not expected to pay (cli/plan/denoising_worth.h), after tracing a
-/// part of the picture. Builds the accelerator, or takes that of `extra`.
+/// Says on stderr if denoising is not expected to pay (cli/measure/plan/denoising_worth.h), after
+/// tracing a part of the picture. Builds the accelerator, or takes that of `extra`.
 void say_whether_denoising_pays(const ExtraChannels& extra);
 
 /// Loads a scene, lays the options over its settings, decides what was left automatic and encodes

@@ -14,12 +14,12 @@
 
 #include "cli/commands/end_command.h"
 #include "cli/commands/rendering.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/scene_file/camera_path.h"
 #include "cli/output/progress.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
-#include "common/input/camera_path.h"
-#include "common/input/formats/format_table.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {

@@ -1,7 +1,7 @@
 #include <iostream>
 #include <memory>
 
-#include "cli/audit/time_spent.h"
+#include "cli/check/audit/time_spent.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"

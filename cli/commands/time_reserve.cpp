@@ -6,7 +6,7 @@
 
 #include "cli/output/ending_cost.h"
 #include "cli/output/text.h"
-#include "coordinator/report.h"
+#include "coordinator/jobs/report.h"
 
 namespace parray {
 namespace {

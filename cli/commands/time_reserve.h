@@ -5,7 +5,7 @@
 
 #include "cli/output/delivery.h"
 #include "cli/output/extra_channels.h"
-#include "common/image/image_file.h"
+#include "cli/output/picture/image_file.h"
 
 /// What a command with --time-limit keeps of its time for all that is not tracing.
 namespace parray {

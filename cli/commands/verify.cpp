@@ -6,17 +6,17 @@
 #include <optional>
 #include <random>
 
+#include "cli/check/verify/against_scene.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/output/denoising.h"
+#include "cli/output/picture/transparency.h"
 #include "cli/output/text.h"
-#include "cli/verify/against_scene.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/transparency.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"

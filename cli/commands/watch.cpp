@@ -5,7 +5,7 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/rendering.h"
-#include "common/image/image_file.h"
+#include "cli/output/picture/image_file.h"
 
 namespace parray {
 namespace {

@@ -13,7 +13,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "coordinator/report.h"
+#include "coordinator/jobs/report.h"
 
 namespace parray {
 namespace {

@@ -10,11 +10,11 @@
 #include <optional>
 #include <string>
 
+#include "cli/output/picture/channels.h"
 #include "common/adaptive/error_estimate.h"
-#include "common/image/channels.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
-#include "coordinator/limits.h"
+#include "coordinator/loop/limits.h"
 #include "coordinator/store/job_record.h"
 #include "proto/link.h"
 #include "proto/messages.h"
@@ -151,7 +151,7 @@ class Client {
   /// What there is of the picture of a job that may not be done.
   Image fetch_partial(JobId job);
 
-  /// What has been merged into a job's picture; see coordinator/journal.h.
+  /// What has been merged into a job's picture; see coordinator/jobs/journal.h.
   struct JobJournal {
     nlohmann::json job;
     nlohmann::json report;  ///< of a job that is done; else empty

@@ -6,7 +6,7 @@
 
 #include "common/adaptive/pass_controller.h"
 #include "common/scene/largest_radiance.h"
-#include "coordinator/result_collector.h"
+#include "coordinator/leases/result_collector.h"
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
 

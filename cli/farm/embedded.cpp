@@ -17,7 +17,7 @@
 
 #include "common/base/error.h"
 #include "common/trace/selfcheck/fingerprint.h"
-#include "coordinator/coordinator.h"
+#include "coordinator/loop/coordinator.h"
 #include "proto/inproc_link.h"
 #include "worker/team.h"
 #include "worker/worker.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cli/farm/client.h"
-#include "coordinator/job_picture.h"
+#include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/disk_store.h"
 #include "proto/clock.h"
 

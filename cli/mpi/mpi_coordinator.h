@@ -12,8 +12,8 @@
 #include "cli/mpi/transport.h"
 #include "cli/output/preview.h"
 #include "cli/output/progress.h"
-#include "coordinator/report.h"
-#include "coordinator/window_collector.h"
+#include "coordinator/jobs/report.h"
+#include "coordinator/leases/window_collector.h"
 #include "worker/lease_runner.h"
 
 namespace parray {

@@ -6,17 +6,17 @@
 #include <string>
 #include <utility>
 
-#include "cli/labels/font.h"
 #include "cli/output/error_map.h"
 #include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
+#include "cli/output/labels/font.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/partial_file.h"
+#include "cli/output/picture/transparency.h"
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/image/image_file.h"
-#include "common/image/partial_file.h"
-#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "cli/farm/client.h"
-#include "cli/output/finishing.h"
+#include "cli/output/postprocess/postprocessing.h"
 
 namespace parray {
 

@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
+#include "cli/output/denoise/denoise.h"
 #include "cli/output/extra_channels.h"
+#include "cli/output/picture/image_file.h"
 #include "common/adaptive/passes.h"
-#include "common/denoise/denoise.h"
-#include "common/image/image_file.h"
 
 namespace parray {
 
@@ -31,8 +31,8 @@ struct DenoisedSoFar {
 /// that denoise_picture() need not do it again. Refers to `extra`, whose scene has that identity.
 PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 
-/// Denoises a picture that has come with its replicates (common/denoise/denoise.h): its image is
-/// the denoised one then, and the raw one is in channels raw.R, raw.G, raw.B. Its report gets
+/// Denoises a picture that has come with its replicates (cli/output/denoise/denoise.h): its image
+/// is the denoised one then, and the raw one is in channels raw.R, raw.G, raw.B. Its report gets
 /// `denoised`: `rmse`, `low`, `high` and `image_sha256` of the denoised picture, and
 /// `seconds.denoise`; `image_sha256` and `error` stay those of the raw picture. A picture in which
 /// a pixel has less than 2 samples stays as it is, and stderr says so. Throws Interrupted.

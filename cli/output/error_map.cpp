@@ -6,12 +6,12 @@
 #include <string>
 #include <string_view>
 
-#include "cli/labels/canvas.h"
-#include "cli/labels/font.h"
-#include "cli/labels/round_numbers.h"
+#include "cli/output/labels/canvas.h"
+#include "cli/output/labels/font.h"
+#include "cli/output/labels/round_numbers.h"
+#include "cli/output/picture/color_map.h"
+#include "cli/output/picture/image_file.h"
 #include "cli/output/text.h"
-#include "common/image/color_map.h"
-#include "common/image/image_file.h"
 #include "common/process/stop_signal.h"
 
 namespace parray {

@@ -46,7 +46,7 @@ constexpr double error_map_letters(std::uint32_t width) {
 
 /// The map, and below it a legend: the colours from left to right with the half-widths at their
 /// ends and in the middle, and the colour of what is unknown. Wider than the picture where the
-/// legend is. Throws RunError when the letters' font is not there (cli/labels/font.h).
+/// legend is. Throws RunError when the letters' font is not there (cli/output/labels/font.h).
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
 /// Writes the map of a picture that has come with its statistics as PNG, whose text says what the

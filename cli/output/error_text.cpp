@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/output/text.h"
-#include "coordinator/report.h"
+#include "coordinator/jobs/report.h"
 
 namespace parray {
 

@@ -5,13 +5,13 @@
 #include <numeric>
 #include <utility>
 
+#include "cli/output/channel_tracing.h"
 #include "cli/output/denoising.h"
+#include "cli/output/picture/transparency.h"
 #include "cli/output/recipe.h"
 #include "common/base/error.h"
-#include "common/image/transparency.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/largest_radiance.h"
-#include "common/trace/integrator/extra_channels.h"
 #include "common/trace/tracer.h"
 #include "proto/clock.h"
 

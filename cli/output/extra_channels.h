@@ -4,7 +4,7 @@
 #include <string>
 
 #include "cli/farm/client.h"
-#include "common/image/channels.h"
+#include "cli/output/picture/channels.h"
 #include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
 
@@ -47,10 +47,10 @@ void add_sample_counts(Picture& picture);
 
 /// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
 /// the names of those that are written, if any, and `seconds.aovs`. Denoises it first, if asked,
-/// and then takes its background out (common/image/transparency.h): the image is premultiplied
-/// then, channel A its alpha, and the report gets `transparent`: `image_sha256`, that of what the
-/// file shows, and `covered`, the mean of alpha; and `seconds.transparent`. Throws Interrupted (see
-/// common/process/stop_signal.h).
+/// and then takes its background out (cli/output/picture/transparency.h): the image is
+/// premultiplied then, channel A its alpha, and the report gets `transparent`: `image_sha256`, that
+/// of what the file shows, and `covered`, the mean of alpha; and `seconds.transparent`. Throws
+/// Interrupted (see common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/image/image_file.h"
+#include "cli/output/picture/image_file.h"
 
 namespace parray {
 

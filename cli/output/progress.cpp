@@ -13,7 +13,7 @@
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
-#include "coordinator/report.h"
+#include "coordinator/jobs/report.h"
 
 namespace parray {
 namespace {

@@ -8,10 +8,10 @@
 #include <span>
 #include <string_view>
 
+#include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
-#include "common/image/transparency.h"
 
 namespace parray {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cli/farm/client.h"
-#include "common/image/image_file.h"
+#include "cli/output/picture/image_file.h"
 #include "common/scene/settings.h"
 
 /// Everything that decides the bits of a picture, kept inside its file: whoever has the scene can

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
-#include "coordinator/coordinator.h"
 #include "coordinator/disputes/merged.h"
 #include "coordinator/disputes/undoing.h"
+#include "coordinator/loop/coordinator.h"
 
 namespace parray {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "coordinator/machine_id.h"
+#include "coordinator/loop/machine_id.h"
 
 namespace parray {
 

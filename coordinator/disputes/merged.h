@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/coordinator.h"
+#include "coordinator/loop/coordinator.h"
 
 namespace parray {
 

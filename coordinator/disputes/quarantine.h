@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/machine_id.h"
+#include "coordinator/loop/machine_id.h"
 
 namespace parray {
 

@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "coordinator/helper_program.h"
+#include "coordinator/loop/helper_program.h"
 #include "proto/messages.h"
 #include "proto/stream_frames.h"
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "coordinator/disputes/convictions.h"
-#include "coordinator/job_picture.h"
+#include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/store.h"
 
 namespace parray {

@@ -14,7 +14,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "coordinator/helper_program.h"
+#include "coordinator/loop/helper_program.h"
 
 namespace parray::http {
 namespace {

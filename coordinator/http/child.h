@@ -38,7 +38,7 @@ struct ChildEnd {
   std::string message;     ///< the last line that it has written on stderr
 };
 
-/// Runs parray-http-child (cli/http_child/main.cpp) beside everything else: at low priority,
+/// Runs parray-http-child (cli/scene_sandbox/main.cpp) beside everything else: at low priority,
 /// without any file, socket or lock of this process. Any thread.
 class ChildRunner {
  public:

@@ -16,8 +16,8 @@
 #include "coordinator/http/assets.h"
 #include "coordinator/http/guard.h"
 #include "coordinator/http/server.h"
-#include "coordinator/limits.h"
-#include "coordinator/log_budget.h"
+#include "coordinator/jobs/log_budget.h"
+#include "coordinator/loop/limits.h"
 
 namespace parray::http {
 namespace {

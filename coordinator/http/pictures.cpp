@@ -11,7 +11,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/image/picture_bytes.h"
-#include "coordinator/work_map.h"
+#include "coordinator/jobs/work_map.h"
 
 namespace parray::http {
 namespace {

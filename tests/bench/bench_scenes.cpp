@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "common/input/scene_file.h"
-#include "common/input/scene_sections.h"
+#include "cli/input/scene_file/scene_file.h"
+#include "cli/input/scene_file/scene_sections.h"
 #include "common/math/philox.h"
 
 namespace parray::bench {

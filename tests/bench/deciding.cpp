@@ -7,8 +7,8 @@
 #include <string>
 
 #include "cli/farm/direct_render.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/adaptive/error_estimate.h"
-#include "common/input/scene_file.h"
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "cli/farm/direct_render.h"
+#include "cli/input/scene_file/scene_file.h"
+#include "cli/output/denoise/denoise.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
-#include "common/denoise/denoise.h"
-#include "common/input/scene_file.h"
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"

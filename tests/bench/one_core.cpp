@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"

@@ -11,7 +11,7 @@
 
 #include "cli/mpi/mpi_world.h"
 #include "cli/mpi/rank_messages.h"
-#include "coordinator/window_collector.h"
+#include "coordinator/leases/window_collector.h"
 #include "proto/mpi_window.h"
 #include "tests/bench/bench.h"
 #include "worker/task_thread.h"

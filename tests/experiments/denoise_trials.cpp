@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "cli/output/denoise/denoise.h"
 #include "common/adaptive/pixel_noise.h"
 #include "common/adaptive/replicates.h"
-#include "common/denoise/denoise.h"
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"

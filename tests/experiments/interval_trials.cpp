@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/adaptive/error_intervals.h"
+#include "cli/measure/tradeoff/error_intervals.h"
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "tests/support/coverage.h"

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/math/float_mode.h"
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"

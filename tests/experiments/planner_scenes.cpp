@@ -6,7 +6,7 @@
 #include <iostream>
 #include <string>
 
-#include "common/input/scene_writer.h"
+#include "cli/input/scene_file/scene_writer.h"
 #include "tests/support/extreme_scenes.h"
 
 int main(int argc, char** argv) {

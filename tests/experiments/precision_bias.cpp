@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
-#include "common/input/scene_file.h"
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"

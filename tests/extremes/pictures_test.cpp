@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/sample_scenes.h"

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
-#include "common/input/scene_file.h"
 #include "common/scene/requirements.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"

@@ -1,7 +1,7 @@
 #include <array>
 
+#include "cli/input/view/portrait_scene.h"
 #include "common/base/error.h"
-#include "common/input/portrait/portrait_scene.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_particles.h"

@@ -1,8 +1,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "cli/output/picture/image_file.h"
 #include "common/base/error.h"
-#include "common/image/image_file.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/temporary_directory.h"
 

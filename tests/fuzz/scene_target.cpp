@@ -2,9 +2,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "cli/input/scene_file/scene_file.h"
+#include "cli/input/scene_file/scene_writer.h"
 #include "common/base/error.h"
-#include "common/input/scene_file.h"
-#include "common/input/scene_writer.h"
 #include "tests/fuzz/target.h"
 
 namespace parray::fuzz {

@@ -1,8 +1,8 @@
+#include "cli/input/color/particle_coloring.h"
+#include "cli/input/select/particle_filter.h"
+#include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/input/coloring/particle_coloring.h"
-#include "common/input/selection/particle_filter.h"
-#include "common/input/selection/selection.h"
 #include "tests/fuzz/target.h"
 
 namespace parray::fuzz {

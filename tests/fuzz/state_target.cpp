@@ -3,7 +3,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/base/bytes.h"
 #include "common/image/image.h"
-#include "coordinator/job_picture.h"
+#include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/row_log.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/sample_scenes.h"

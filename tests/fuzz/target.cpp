@@ -7,7 +7,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "coordinator/job_picture.h"
+#include "coordinator/jobs/job_picture.h"
 
 namespace parray::fuzz {
 

@@ -1,5 +1,5 @@
 // The journal of real jobs: whatever happens to a farm, every cell is merged once.
-#include "cli/audit/audit.h"
+#include "cli/check/audit/audit.h"
 
 #include <doctest/doctest.h>
 

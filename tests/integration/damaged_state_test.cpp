@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "coordinator/picture_file.h"
+#include "coordinator/jobs/picture_file.h"
 #include "coordinator/replica/replica.h"
 #include "coordinator/replica/replicated_store.h"
 #include "coordinator/store/disk_store.h"

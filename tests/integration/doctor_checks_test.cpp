@@ -1,6 +1,6 @@
 // The checks of `parray doctor`: each passes here, and each fails for the fault that it is there to
 // find.
-#include "cli/doctor/doctor_checks.h"
+#include "cli/check/doctor/doctor_checks.h"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -17,16 +17,16 @@
 #include <thread>
 #include <utility>
 
-#include "cli/doctor/floating_point.h"
-#include "cli/doctor/libraries.h"
-#include "cli/doctor/machine.h"
-#include "cli/doctor/messages.h"
-#include "cli/doctor/mpi_trial.h"
-#include "cli/doctor/scratch.h"
-#include "cli/doctor/sphere_errors.h"
-#include "cli/doctor/tracing.h"
+#include "cli/check/doctor/floating_point.h"
+#include "cli/check/doctor/libraries.h"
+#include "cli/check/doctor/machine.h"
+#include "cli/check/doctor/messages.h"
+#include "cli/check/doctor/mpi_trial.h"
+#include "cli/check/doctor/scratch.h"
+#include "cli/check/doctor/sphere_errors.h"
+#include "cli/check/doctor/tracing.h"
+#include "cli/child_process/child_process.h"
 #include "cli/output/processor.h"
-#include "cli/process/child_process.h"
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/process/stop_signal.h"

@@ -1,4 +1,4 @@
-#include "common/image/image_file.h"
+#include "cli/output/picture/image_file.h"
 
 #include <doctest/doctest.h>
 #include <sys/resource.h>
@@ -14,9 +14,9 @@
 #include <random>
 #include <stdexcept>
 
+#include "cli/output/picture/partial_file.h"
+#include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
-#include "common/image/partial_file.h"
-#include "common/image/transparency.h"
 #include "tests/support/message_of.h"
 #include "tests/support/temporary_directory.h"
 

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "cli/farm/client.h"
-#include "coordinator/report.h"
+#include "coordinator/jobs/report.h"
 #include "coordinator/store/disk_store.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"

@@ -1,4 +1,4 @@
-#include "cli/plan/plan.h"
+#include "cli/measure/plan/plan.h"
 
 #include <doctest/doctest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/plan/part_of_picture.h"
-#include "cli/plan/pass_times.h"
+#include "cli/measure/plan/part_of_picture.h"
+#include "cli/measure/plan/pass_times.h"
 #include "common/base/error.h"
 #include "tests/support/sample_scenes.h"
 

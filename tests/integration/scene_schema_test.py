@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The JSON schema of scenes takes what the reader takes and refuses what it refuses.
 
-The reader's half of the agreement is tests/unit/scene_reader_test.cpp, over the same cases.
+The reader's half of the agreement is tests/unit/cli/input/scene_file/scene_reader_test.cpp, over the same cases.
 """
 
 import copy
@@ -37,7 +37,7 @@ class SceneSchema(unittest.TestCase):
     def setUpClass(cls):
         cls.schema = load("scenes/schema/scene.v1.schema.json")
         cls.validator = jsonschema.Draft7Validator(cls.schema)
-        cls.cases = load("tests/unit/scene_cases.json")
+        cls.cases = load("tests/unit/cli/input/scene_file/scene_cases.json")
 
     def document(self, case):
         if "document" in case:

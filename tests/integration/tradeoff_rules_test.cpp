@@ -3,12 +3,12 @@
 #include <cmath>
 #include <set>
 
+#include "cli/measure/tradeoff/answer.h"
+#include "cli/measure/tradeoff/findings.h"
+#include "cli/measure/tradeoff/gnuplot.h"
+#include "cli/measure/tradeoff/journal.h"
+#include "cli/measure/tradeoff/reference.h"
 #include "cli/output/processor.h"
-#include "cli/tradeoff/answer.h"
-#include "cli/tradeoff/findings.h"
-#include "cli/tradeoff/gnuplot.h"
-#include "cli/tradeoff/journal.h"
-#include "cli/tradeoff/reference.h"
 #include "common/scene/limits.h"
 
 namespace parray::tradeoff {

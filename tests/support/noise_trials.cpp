@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/input/scene_file.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/requirements.h"
 #include "tests/support/dice.h"
 

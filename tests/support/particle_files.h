@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
+#include "cli/input/particles/particles.h"
 #include "common/base/error.h"
-#include "common/input/particles/particles.h"
 #include "tests/support/message_of.h"
 #include "tests/support/packed.h"
 #include "tests/support/temporary_directory.h"

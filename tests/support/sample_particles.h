@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "common/input/particles/elements.h"
-#include "common/input/particles/particles.h"
+#include "cli/input/particles/elements.h"
+#include "cli/input/particles/particles.h"
 #include "common/scene/limits.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/sample_molecules.h"

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "coordinator/coordinator.h"
+#include "coordinator/loop/coordinator.h"
 #include "proto/zmq_link.h"
 
 namespace parray::test {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "cli/audit/audit.h"
-#include "coordinator/coordinator.h"
+#include "cli/check/audit/audit.h"
+#include "coordinator/loop/coordinator.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_referee.h"

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "cli/audit/audit.h"
+#include "cli/check/audit/audit.h"
 #include "common/image/image.h"
-#include "coordinator/coordinator.h"
+#include "coordinator/loop/coordinator.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/sample_scenes.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/scene/scene_bytes.h"
-#include "coordinator/scene_service.h"
+#include "coordinator/loop/scene_service.h"
 #include "proto/actor.h"
 #include "tests/support/sim_network.h"
 #include "worker/scene_exchange.h"

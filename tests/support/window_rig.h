@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/window_collector.h"
+#include "coordinator/leases/window_collector.h"
 #include "tests/support/dice.h"
 #include "tests/support/sample_scenes.h"
 #include "worker/window_source.h"

@@ -50,10 +50,6 @@ const Rules& room_may_include() {
       {"common/adaptive",
        {"common/base", "common/math", "common/image", "common/scene", "common/schedule"}},
       {"common/trace", {"common/base", "common/math", "common/scene", "common/image"}},
-      {"common/denoise",
-       {"common/base", "common/math", "common/scene", "common/image", "common/adaptive",
-        "common/trace"}},
-      {"common/input", {"common/base", "common/math", "common/scene", "common/image"}},
       {"proto", {"common/base", "common/math", "common/scene", "common/image", "common/schedule"}},
       {"worker",
        {"common/base", "common/math", "common/scene", "common/image", "common/schedule",
@@ -61,33 +57,50 @@ const Rules& room_may_include() {
       {"coordinator",
        {"common/base", "common/math", "common/scene", "common/image", "common/adaptive",
         "common/schedule", "common/trace", "common/process", "common/log"}},
-      {"cli/process", {}},
-      {"cli/farm", {}},
-      {"cli/labels", {}},
-      {"cli/output", {"cli/farm", "cli/labels"}},
-      {"cli/audit", {}},
-      {"cli/compare", {}},
-      {"cli/verify", {"cli/farm", "cli/output"}},
-      {"cli/tradeoff", {"cli/plan", "cli/output", "cli/farm", "cli/process"}},
-      {"cli/plan", {"cli/output", "cli/farm", "cli/audit"}},
-      {"cli/doctor", {"cli/output", "cli/process", "cli/farm"}},
+      {"cli/child_process", {}},
+      {"cli/output/picture", {}},
+      {"cli/input", {"cli/output/picture"}},
+      {"cli/farm", {"cli/output/picture"}},
+      {"cli/output/labels", {"cli/output/picture", "cli/input"}},
+      {"cli/output/postprocess",
+       {"cli/output/picture", "cli/input", "cli/farm", "cli/output/labels"}},
+      {"cli/output/denoise", {}},
+      {"cli/output",
+       {"cli/farm", "cli/input", "cli/output/picture", "cli/output/labels",
+        "cli/output/postprocess", "cli/output/denoise"}},
+      {"cli/check/audit", {}},
+      {"cli/check/compare", {"cli/output/picture"}},
+      {"cli/check/verify", {"cli/farm", "cli/input", "cli/output", "cli/output/picture"}},
+      {"cli/measure/plan",
+       {"cli/output", "cli/output/picture", "cli/output/denoise", "cli/farm", "cli/check/audit"}},
+      {"cli/measure/tradeoff",
+       {"cli/measure/plan", "cli/output", "cli/output/picture", "cli/output/denoise", "cli/farm",
+        "cli/child_process"}},
+      {"cli/check/doctor",
+       {"cli/output", "cli/output/picture", "cli/child_process", "cli/farm", "cli/input"}},
       {"cli/commands",
-       {"cli/farm", "cli/labels", "cli/output", "cli/audit", "cli/compare", "cli/verify",
-        "cli/plan", "cli/tradeoff", "cli/doctor"}},
-      {"cli/http_child", {"cli/farm", "cli/output", "cli/commands"}},
+       {"cli/farm", "cli/input", "cli/output", "cli/output/picture", "cli/output/labels",
+        "cli/output/postprocess", "cli/output/denoise", "cli/check/audit", "cli/check/compare",
+        "cli/check/verify", "cli/check/doctor", "cli/measure/plan", "cli/measure/tradeoff"}},
+      {"cli/scene_sandbox",
+       {"cli/farm", "cli/input", "cli/output", "cli/output/picture", "cli/commands"}},
       {"cli/referee", {}},
-      {"cli/mpi", {"cli/farm", "cli/output", "cli/commands"}}};
+      {"cli/mpi",
+       {"cli/farm", "cli/input", "cli/output", "cli/output/picture", "cli/output/postprocess",
+        "cli/commands"}}};
   return rules;
 }
 
-/// "common/trace" of "common/trace/bvh/a.h", "proto" of "proto/a.h".
+std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
+
+/// The innermost room that a file lies in: "common/trace" of "common/trace/bvh/a.h". Files in no
+/// room get their top folder.
 std::string room_of(const std::string& path) {
-  const std::string folder = path.substr(0, path.find('/'));
-  if (folder != "common" && folder != "cli") {
-    return folder;
+  for (std::size_t end = path.rfind('/'); end != std::string::npos && end > 0;
+       end = path.rfind('/', end - 1)) {
+    if (room_may_include().contains(path.substr(0, end))) return path.substr(0, end);
   }
-  const std::size_t end = path.find('/', folder.size() + 1);
-  return end == std::string::npos ? folder : path.substr(0, end);
+  return folder_of(path);
 }
 
 bool room_allows(const std::string& file, const std::string& name) {
@@ -117,8 +130,6 @@ int level_in_tracer(const std::string& path) {
 }
 
 bool in_tracer(const std::string& path) { return path.starts_with(tracer_folder); }
-
-std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
 
 /// What #include directives of a file name, with their quotes or angles.
 std::vector<std::string> includes_of(const SourceFile& file) {
@@ -180,19 +191,19 @@ Problems problems_of(const SourceFile& file) {
       problems.push_back(file.path + " is impure: " + include);
     }
     if (name.find("OpenImageIO") != std::string::npos &&
-        file.path != "common/image/image_codec.cpp") {
+        file.path != "cli/output/picture/image_codec.cpp") {
       problems.push_back(file.path + " may not include OpenImageIO");
     }
-    if (name.starts_with("OpenEXR/") && file.path != "common/image/exr_codec.cpp") {
+    if (name.starts_with("OpenEXR/") && file.path != "cli/output/picture/exr_codec.cpp") {
       problems.push_back(file.path + " may not include OpenEXR");
     }
-    if (name == "png.h" && file.path != "common/image/png_file.cpp") {
+    if (name == "png.h" && file.path != "cli/output/picture/png_file.cpp") {
       problems.push_back(file.path + " may not include libpng");
     }
-    if (name == "ft2build.h" && file.path != "cli/labels/font.cpp") {
+    if (name == "ft2build.h" && file.path != "cli/output/labels/font.cpp") {
       problems.push_back(file.path + " may not include FreeType");
     }
-    if (name.starts_with("gemmi/") && file.path != "common/input/formats/gemmi_seam.cpp") {
+    if (name.starts_with("gemmi/") && file.path != "cli/input/formats/gemmi_seam.cpp") {
       problems.push_back(file.path + " may not include gemmi");
     }
     if (in_tracer(file.path) && in_tracer(name) &&
@@ -282,28 +293,28 @@ TEST_CASE("every quoted include names a file that is there") {
 TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/a.h", "#include \"proto/link.h\""));
   CHECK(refuses("common/a/b.cpp", "#include \"worker/team.h\""));
-  CHECK(refuses("proto/a.h", "#include \"coordinator/job.h\""));
+  CHECK(refuses("proto/a.h", "#include \"coordinator/jobs/job.h\""));
   CHECK(refuses("coordinator/a.cpp", "#include \"worker/team.h\""));
   CHECK(refuses("coordinator/a.cpp", "#include \"cli/output/text.h\""));
-  CHECK(refuses("worker/a.cpp", "#include \"coordinator/job.h\""));
-  CHECK(refuses("worker/a.cpp", "  #  include   \"coordinator/job.h\"  // why"));
+  CHECK(refuses("worker/a.cpp", "#include \"coordinator/jobs/job.h\""));
+  CHECK(refuses("worker/a.cpp", "  #  include   \"coordinator/jobs/job.h\"  // why"));
   CHECK(refuses("cli/a.cpp", "#include \"tests/support/dice.h\""));
   CHECK(refuses("worker/a.cpp", "#include \"team.h\""));
   CHECK(refuses("worker/a.cpp", "#include \"../coordinator/job.h\""));
-  CHECK(refuses("worker/a.cpp", "#include <coordinator/job.h>"));
+  CHECK(refuses("worker/a.cpp", "#include <coordinator/jobs/job.h>"));
   CHECK(refuses("common/a.h", "#include <chrono>"));
   CHECK(refuses("common/a.h", "#include <thread>"));
   CHECK(refuses("common/a.h", "#include <sys/socket.h>"));
   CHECK(refuses("common/a.h", "#include <netinet/in.h>"));
   CHECK(refuses("common/image/image.cpp", "#include <OpenImageIO/imageio.h>"));
   CHECK(refuses("worker/a.cpp", "#include <OpenImageIO/imageio.h>"));
-  CHECK(refuses("common/image/image_file.cpp", "#include <png.h>"));
-  CHECK(refuses("cli/labels/labels.cpp", "#include <ft2build.h>"));
-  CHECK(refuses("cli/labels/a.h", "#include \"cli/output/text.h\""));
+  CHECK(refuses("cli/output/picture/image_file.cpp", "#include <png.h>"));
+  CHECK(refuses("cli/output/labels/labels.cpp", "#include <ft2build.h>"));
+  CHECK(refuses("cli/output/labels/a.h", "#include \"cli/output/text.h\""));
   CHECK(refuses("common/scene/a.cpp", "#include <gemmi/pdb.hpp>"));
-  CHECK(refuses("worker/a.cpp", "#include \"common/input/particles/particles.h\""));
-  CHECK(refuses("coordinator/a.cpp", "#include \"common/input/particles/expand.h\""));
-  CHECK(refuses("common/scene/a.cpp", "#include \"common/input/particles/particles.h\""));
+  CHECK(refuses("worker/a.cpp", "#include \"cli/input/particles/particles.h\""));
+  CHECK(refuses("coordinator/a.cpp", "#include \"cli/input/particles/expand.h\""));
+  CHECK(refuses("common/scene/a.cpp", "#include \"cli/input/particles/particles.h\""));
   CHECK(refuses("common/trace/ray.h", "#include \"common/trace/bvh/bvh_view.h\""));
   CHECK(refuses("common/trace/bvh/a.h", "#include \"common/trace/integrator/path.h\""));
   CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/reference/octree.h\""));
@@ -314,7 +325,7 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("proto/a.h", "#include \"common/trace/ray.h\""));
   CHECK(refuses("proto/a.h", "#include \"common/process/command_line.h\""));
   CHECK(refuses("cli/output/a.h", "#include \"cli/commands/options.h\""));
-  CHECK(refuses("cli/compare/a.h", "#include \"cli/output/text.h\""));
+  CHECK(refuses("cli/check/compare/a.h", "#include \"cli/output/text.h\""));
   CHECK(refuses("cli/commands/a.cpp", "#include <CLI/CLI.hpp>"));
   CHECK(refuses("stray/a.cpp", ""));
   CHECK(refuses("cli/a.cpp", std::string(500, '\n')));
@@ -327,13 +338,15 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(refuses("common/trace/selfcheck/a.h", "#include \"common/trace/tracer.h\""));
   CHECK_FALSE(refuses("proto/a.h", "#include \"common/b.h\"\n#include <chrono>"));
   CHECK_FALSE(refuses("worker/a.cpp", "#include \"proto/link.h\"\n#include <thread>"));
-  CHECK_FALSE(refuses("cli/a.cpp", "#include \"coordinator/job.h\"\n#include \"worker/team.h\""));
-  CHECK_FALSE(refuses("common/image/image_codec.cpp", "#include <OpenImageIO/imageio.h>"));
-  CHECK_FALSE(refuses("common/image/exr_codec.cpp", "#include <OpenEXR/ImfHeader.h>"));
-  CHECK_FALSE(refuses("common/input/particles/a.cpp", "#include \"common/input/json_value.h\""));
-  CHECK_FALSE(refuses("cli/compare/a.h", "#include \"common/image/image.h\""));
-  CHECK_FALSE(refuses("cli/a.cpp", "#include \"common/input/particles/expand.h\""));
-  CHECK_FALSE(refuses("common/input/formats/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
+  CHECK_FALSE(
+      refuses("cli/a.cpp", "#include \"coordinator/jobs/job.h\"\n#include \"worker/team.h\""));
+  CHECK_FALSE(refuses("cli/output/picture/image_codec.cpp", "#include <OpenImageIO/imageio.h>"));
+  CHECK_FALSE(refuses("cli/output/picture/exr_codec.cpp", "#include <OpenEXR/ImfHeader.h>"));
+  CHECK_FALSE(
+      refuses("cli/input/particles/a.cpp", "#include \"cli/input/scene_file/json_value.h\""));
+  CHECK_FALSE(refuses("cli/check/compare/a.h", "#include \"common/image/image.h\""));
+  CHECK_FALSE(refuses("cli/a.cpp", "#include \"cli/input/particles/expand.h\""));
+  CHECK_FALSE(refuses("cli/input/formats/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK_FALSE(refuses("common/a.h", "// the text #include \"proto/link.h\" in a comment"));
   CHECK_FALSE(refuses("cli/a.cpp", std::string(499, '\n')));
 }

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/window_collector.h"
+#include "coordinator/leases/window_collector.h"
 #include "tests/experiments/simulation/costs.h"
 #include "tests/experiments/simulation/sim_team.h"
 #include "tests/experiments/simulation/sim_window.h"

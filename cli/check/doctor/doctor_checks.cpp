@@ -1,0 +1,91 @@
+#include "cli/check/doctor/doctor_checks.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "cli/check/doctor/floating_point.h"
+#include "cli/check/doctor/libraries.h"
+#include "cli/check/doctor/machine.h"
+#include "cli/check/doctor/messages.h"
+#include "cli/check/doctor/mpi_trial.h"
+#include "cli/check/doctor/scratch.h"
+#include "cli/check/doctor/sphere_errors.h"
+#include "cli/check/doctor/tracing.h"
+#include "cli/child_process/child_process.h"
+#include "common/base/cpu_count.h"
+#include "common/trace/isa.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Time loopback_patience = seconds(3);  ///< for messages over loopback
+
+void add_tracing(std::vector<Check>& checks) {
+  for (const Isa isa : instruction_sets()) {
+    const std::string name(name_of(isa));
+    const TracerMaker make = tracers_of(isa);
+    checks.push_back({name + " picture", [make] { return check_picture(make); }});
+    checks.push_back({name + " furnaces", [make] { return check_furnaces(make); }});
+    checks.push_back({name + " self-hits", [make] { return check_self_hits(make); }});
+    checks.push_back({name + " scaling", [make] { return check_scaling(make); }});
+  }
+  constexpr std::uint64_t rays = 100'000;
+  checks.push_back({"sphere hits", [] { return check_hit_errors(worst_hit_errors(rays)); }});
+  const int threads = usable_cpus();
+  const TracerMaker best = tracers_of(Isa::automatic);
+  checks.push_back({"threads", [best, threads] { return check_threads(best, threads); }});
+  constexpr int times = 60;
+  checks.push_back({"repetition", [threads] {
+                      return check_repetition([] { return trace_fingerprint(); }, times, threads);
+                    }});
+}
+
+Finding check_mpi_here(const fs::path& directory) {
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  MpiTrial trial;
+  trial.mpirun = find_program("mpirun", path == nullptr ? "" : path);
+  trial.parray_mpi = program_directory() / "parray-mpi";
+  trial.directory = directory;
+  trial.image_sha256 = doctor_image_sha256(tracers_of(Isa::automatic), 1);
+  return check_mpi_trial(trial);
+}
+
+/// A check that needs the temporary directory.
+Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
+              Finding (*check)(const fs::path& directory)) {
+  return {name, [scratch, check] {
+            return scratch->made() ? check(scratch->path())
+                                   : skipped("needs the temporary directory", "");
+          }};
+}
+
+}  // namespace
+
+std::vector<Check> doctor_checks() {
+  const auto scratch = std::make_shared<Scratch>();
+  std::vector<Check> checks = {
+      {"processor", check_processor},
+      {"memory", check_memory},
+      {"temporary directory", [scratch] { return check_temporary_directory(*scratch); }},
+      {"current directory", [] { return check_current_directory("."); }},
+      {"shared memory", [] { return check_shared_memory(); }},
+      {"libraries", check_libraries},
+      {"float mode", [] { return check_float_mode(); }},
+      {"rounding", [] { return check_rounding(); }}};
+  add_tracing(checks);
+  checks.push_back(on_disk("pictures", scratch, check_pictures));
+  checks.push_back(on_disk("state", scratch, check_state));
+  checks.push_back({"messages", [] { return check_messages(loopback_patience); }});
+  checks.push_back(on_disk("keys", scratch, [](const std::filesystem::path& directory) {
+    return check_keys(loopback_patience, directory);
+  }));
+  checks.push_back(on_disk("mpi", scratch, check_mpi_here));
+  return checks;
+}
+
+}  // namespace parray

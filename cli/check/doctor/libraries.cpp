@@ -1,0 +1,120 @@
+#include "cli/check/doctor/libraries.h"
+
+#include <spdlog/version.h>
+#include <sqlite3.h>
+
+#include <bit>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <zmq.hpp>
+
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/srgb.h"
+#include "cli/output/text.h"
+#include "common/base/sha256.h"
+#include "coordinator/store/disk_store.h"
+
+namespace parray {
+namespace {
+
+std::string dotted(int major, int minor, int patch) {
+  return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+}
+
+std::string zmq_version_text() {
+  const auto [major, minor, patch] = zmq::version();
+  return dotted(major, minor, patch);
+}
+
+/// Values that a careless writer would change: halves would round them, a clamp would cut them.
+Image thorny_image() {
+  Image image{64, 32, {}};
+  const std::size_t values = 3UL * image.width * image.height;
+  image.rgb = {0.0F,
+               1.0F,
+               0x1.000002p0F,
+               1e-3F,
+               std::numeric_limits<float>::denorm_min(),
+               std::numeric_limits<float>::max(),
+               65504.5F,
+               1.0F / 3};
+  for (std::uint32_t i = 0; image.rgb.size() < values; ++i) {
+    image.rgb.push_back(static_cast<float>(i * 2654435761U) * 0x1p-30F);
+  }
+  return image;
+}
+
+/// Every value that a PNG can hold, three times a channel or so.
+Image byte_image() {
+  Image image{16, 16, {}};
+  for (int i = 0; i < 256 * 3; ++i) {
+    image.rgb.push_back(static_cast<float>(srgb_decode(static_cast<double>(i % 256) / 255)));
+  }
+  return image;
+}
+
+/// image_sha256 looks at the bits.
+bool comes_back(const std::filesystem::path& file, const Image& image) {
+  write_image(file, image, {{"Software", "ParRay"}});
+  const Image found = read_image(file).image;
+  return found.width == image.width && found.height == image.height &&
+         image_sha256(found) == image_sha256(image);
+}
+
+}  // namespace
+
+Finding check_libraries() {
+  const nlohmann::json versions = {
+      {"OpenEXR", exr_library_version()},
+      {"OpenImageIO", image_library_version()},
+      {"ZeroMQ", zmq_version_text()},
+      {"SQLite", sqlite3_libversion()},
+      {"nlohmann-json", dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                               NLOHMANN_JSON_VERSION_PATCH)},
+      {"spdlog", dotted(SPDLOG_VER_MAJOR, SPDLOG_VER_MINOR, SPDLOG_VER_PATCH)},
+      {"OpenMP", std::to_string(_OPENMP)}};  // the year and month of its specification
+  std::string text;
+  for (const auto& [name, version] : versions.items()) {
+    text += (text.empty() ? "" : ", ") + name + " " + version.get<std::string>();
+  }
+  Finding found = std::get<0>(zmq::version()) == ZMQ_VERSION_MAJOR
+                      ? passed(text)
+                      : failed(text + "; built for ZeroMQ " + std::to_string(ZMQ_VERSION_MAJOR),
+                               "build ParRay again with the libraries of this machine");
+  found.facts = versions;
+  return found;
+}
+
+Finding check_pictures(const std::filesystem::path& directory) {
+  const bool exr = comes_back(directory / "trial.exr", thorny_image());
+  const bool png = comes_back(directory / "trial.png", byte_image());
+  if (exr && png) return passed("EXR comes back with every bit, PNG with every byte");
+  return failed(std::string(exr ? "" : "EXR") + (exr || png ? "" : " and ") + (png ? "" : "PNG") +
+                    " come back changed",
+                "reinstall OpenImageIO (Debian: libopenimageio2.4) and OpenEXR");
+}
+
+Finding check_state(const std::filesystem::path& directory) {
+  const std::filesystem::path place = directory / "state";
+  const std::string bytes(100'000, 'x');
+  const std::string digest = sha256_hex(std::as_bytes(std::span(bytes)));
+  {
+    DiskStore store(place);
+    store.put_scene(digest, bytes);
+    JobRecord job;  // a scene that no unfinished job uses may be dropped
+    job.id = 1;
+    job.token = "doctor";
+    job.name = "doctor";
+    job.scene = digest;
+    store.put_job(job);
+    store.commit();
+  }
+  DiskStore store(place);
+  return store.scene(digest) == bytes
+             ? passed("committed and read again after closing")
+             : failed("what was committed is not there after closing",
+                      "use a local disk for --state: SQLite needs its locks and syncs to work");
+}
+
+}  // namespace parray

@@ -1,0 +1,128 @@
+#include "cli/check/doctor/machine.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <system_error>
+
+#include "cli/output/processor.h"
+#include "cli/output/text.h"
+#include "common/base/cgroup_limits.h"
+#include "common/base/cpu_count.h"
+#include "common/base/printable.h"
+#include "common/scene/requirements.h"
+#include "common/schedule/work_plan.h"
+#include "common/trace/isa.h"
+#include "proto/window.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of /proc/meminfo, in bytes; 0 if unknown.
+std::uint64_t memory_bytes(const std::string& key) {
+  std::ifstream file("/proc/meminfo");
+  constexpr std::uint64_t kibibyte = 1024;
+  return kibibyte * std::strtoull(value_of(file, key).c_str(), nullptr, 10);
+}
+
+/// Empty if a file can be made in `directory` and written to, else why not.
+std::string why_not_writable(const fs::path& directory) {
+  std::string name = (directory / ".parray-doctor-XXXXXX").string();
+  const int file = mkstemp(name.data());
+  if (file < 0) return std::generic_category().message(errno);
+  const bool written = write(file, "1", 1) == 1 && fsync(file) == 0;
+  const int error = errno;
+  close(file);
+  unlink(name.c_str());
+  return written ? "" : std::generic_category().message(error);
+}
+
+}  // namespace
+
+Finding check_processor() {
+  const std::string model = processor_model();
+  const auto cpus = static_cast<std::uint64_t>(usable_cpus());
+  nlohmann::json names = nlohmann::json::array();
+  std::string list;
+  for (const Isa isa : instruction_sets()) {
+    names.push_back(name_of(isa));
+    list += (list.empty() ? "" : ", ") + std::string(name_of(isa));
+  }
+  Finding found = passed(model + ", " + counted(cpus, "CPU") + " to use; kernels: " + list +
+                         "; auto picks " + std::string(name_of(best_isa())));
+  found.facts = {{"model", model},
+                 {"cpus", cpus},
+                 {"instruction_sets", names},
+                 {"automatic", name_of(best_isa())}};
+  return found;
+}
+
+Finding check_memory() {
+  const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
+  const std::uint64_t available = std::min(memory_bytes("MemAvailable"), total);
+  if (total == 0) return skipped("the system does not say how much there is", "");
+  const std::string text = bytes_text(available) + " available of " + bytes_text(total);
+  constexpr std::uint64_t enough = std::uint64_t{256} << 20;  // a few million spheres
+  Finding found = available >= enough
+                      ? passed(text)
+                      : warned(text, "end other programs before rendering large scenes");
+  found.facts = {{"total_bytes", total}, {"available_bytes", available}};
+  return found;
+}
+
+Finding check_temporary_directory(Scratch& scratch) {
+  const std::string remedy = "set TMPDIR to a directory that you may write to";
+  try {
+    scratch.make();
+  } catch (const std::exception& error) {
+    return failed(error.what(), remedy);
+  }
+  const std::string place = printable(scratch.path().parent_path().string(), 200);
+  const std::string problem = why_not_writable(scratch.path());
+  if (!problem.empty()) return failed(place + ": " + problem, remedy);
+  std::error_code ignored;
+  const auto space = fs::space(scratch.path(), ignored);
+  return passed(place + ", " + bytes_text(ignored ? 0 : space.available) + " free");
+}
+
+Finding check_current_directory(const fs::path& directory) {
+  const std::string problem = why_not_writable(directory);
+  return problem.empty() ? passed("writable")
+                         : warned(problem, "name another directory for pictures with -o");
+}
+
+std::uint64_t window_bytes() {
+  const RenderSettings settings = resolve_settings(requirements_of({}), {}).settings;
+  const WorkPlan plan(settings, {{{0, settings.samples_per_pixel}}, {}});
+  const auto ranks = static_cast<std::uint32_t>(usable_cpus());
+  constexpr std::uint64_t own_of_rank = 4 << 20;  // Open MPI's buffers (btl_vader_segment_size)
+  return WindowLayout(*plan.grid(), ranks).bytes() + ranks * own_of_rank;
+}
+
+Finding check_shared_memory(std::uint64_t available, std::uint64_t needed) {
+  const std::string text = bytes_text(available) + " free in /dev/shm; a picture of 1200 x 800 " +
+                           "under MPI takes " + bytes_text(needed);
+  Finding found = available >= needed
+                      ? passed(text)
+                      : warned(text,
+                               "give it more (mount -o remount,size=1g /dev/shm; in a container "
+                               "--shm-size=1g), or use parray-mpi --mode messages");
+  found.facts = {{"available_bytes", available}, {"needed_bytes", needed}};
+  return found;
+}
+
+Finding check_shared_memory() {
+  std::error_code problem;
+  const auto space = fs::space("/dev/shm", problem);
+  if (problem) {
+    return skipped("no /dev/shm: " + problem.message(), "parray-mpi --mode messages needs none");
+  }
+  return check_shared_memory(space.available, window_bytes());
+}
+
+}  // namespace parray

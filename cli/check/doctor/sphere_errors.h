@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "cli/check/doctor/check.h"
+#include "common/trace/sphere.h"
+
+/// How far from the surface the hits lie that sphere.h finds.
+namespace parray {
+
+/// Distance of the ray's origin from the centre, in radii.
+template <typename Wide, typename Real>
+Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
+  const Vec3<Real>& o = ray.origin;
+  const Vec3<Real>& c = sphere.center;
+  const Wide x = static_cast<Wide>(o.x) - c.x;
+  const Wide y = static_cast<Wide>(o.y) - c.y;
+  const Wide z = static_cast<Wide>(o.z) - c.z;
+  return std::sqrt(x * x + y * y + z * z) / sphere.radius;
+}
+
+/// Distance from the surface of the point at `t`, in units of ulp(S) radii of `Store`, with S the
+/// larger of 1 and the ray's distance from the centre in radii. `Wide` has several bits more than
+/// the type that `t` was computed in.
+template <typename Wide, typename Store, typename Real>
+double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real t) {
+  const auto along = [t](Real from, Real direction, Real center) {
+    return static_cast<Wide>(from) - static_cast<Wide>(center) +
+           static_cast<Wide>(t) * static_cast<Wide>(direction);
+  };
+  const Vec3<Real>& o = ray.origin;
+  const Vec3<Real>& d = ray.direction;
+  const Vec3<Real>& c = sphere.center;
+  const Wide x = along(o.x, d.x, c.x);
+  const Wide y = along(o.y, d.y, c.y);
+  const Wide z = along(o.z, d.z, c.z);
+  const Wide radius = sphere.radius;
+  const Wide reached = std::sqrt(x * x + y * y + z * z);
+  const Wide ulp = 2 * static_cast<Wide>(RealTraits<Store>::unit_roundoff) *
+                   std::max(Wide(1), distance_in_radii<Wide>(ray, sphere));
+  return static_cast<double>(std::abs(reached - radius) / radius / ulp);
+}
+
+/// The worst of many hits, in ulp(S) of f32, f32 and f64.
+struct HitErrors {
+  double f32 = 0;
+  double mixed = 0;
+  double f64 = 0;
+  std::uint64_t hits = 0;
+};
+
+/// Of `rays` random rays in each precision, at spheres whose radii span 24 decades.
+HitErrors worst_hit_errors(std::uint64_t rays);
+
+/// Whether they keep the bounds: 8 in f32 and f64, 2 in mixed.
+Finding check_hit_errors(const HitErrors& worst);
+
+}  // namespace parray

@@ -1,0 +1,167 @@
+#include "cli/check/verify/verified_picture.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "cli/output/denoising.h"
+#include "cli/output/picture/srgb.h"
+#include "cli/output/picture/transparency.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+/// Of a denoised picture, the one that its samples make is looked at.
+void take_raw(VerifiedPicture& picture) {
+  if (!picture.file.high_dynamic_range) {
+    throw InputError(picture.name +
+                     ": denoised, and a PNG has no room for the picture that its samples make: "
+                     "verify the EXR picture");
+  }
+  if (!picture.transparent() &&
+      image_sha256(picture.file.image) != picture.recipe.denoised_sha256) {
+    picture.damage = "denoised:image_sha256 is not that of its pixels";
+  }
+  auto raw = raw_image(picture.file);
+  if (!raw) {
+    throw InputError(picture.name +
+                     ": denoised, and its channels raw.R, raw.G, raw.B are gone: "
+                     "verify the picture as it was written");
+  }
+  picture.file.image = *std::move(raw);
+  picture.alpha.clear();  // it has its background
+}
+
+void take_alpha(VerifiedPicture& picture) {
+  const std::span<const float> alpha = alpha_of(picture.file.channels);
+  picture.alpha.assign(alpha.begin(), alpha.end());
+  if (!picture.file.high_dynamic_range) {
+    if (alpha.empty()) picture.alpha.assign(picture.pixels(), 1);  // that is how a PNG is read
+    return;
+  }
+  if (alpha.empty()) {
+    throw InputError(picture.name +
+                     ": transparent, and its channel A is gone: verify the picture as it was "
+                     "written");
+  }
+  if (transparent_sha256(picture.file.image, alpha) != picture.recipe.transparent_sha256) {
+    picture.damage = picture.hash() + " is not that of its pixels";
+  }
+}
+
+}  // namespace
+
+VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
+  VerifiedPicture picture{printable(file, 4096), read_image(file), {}};
+  picture.recipe = recipe_in(picture.file.metadata, picture.name);
+  if (!picture.file.high_dynamic_range && picture.recipe.pixels_sha256.empty()) {
+    throw InputError(picture.name +
+                     ": its recipe has no pixels_sha256: it was converted from an EXR "
+                     "picture, which can be verified");
+  }
+  if (!picture.recipe.finished.empty() && traced) {
+    throw InputError(picture.name + ": " + printable(picture.recipe.finished) +
+                     " was drawn on it after it was traced: verify the EXR picture, or leave the "
+                     "scene out");
+  }
+  if (!picture.recipe.transparent_sha256.empty()) take_alpha(picture);
+  if (!picture.recipe.denoised_sha256.empty()) take_raw(picture);
+  return picture;
+}
+
+namespace {
+
+/// Channel `samples`; null: there is none.
+const std::vector<std::uint32_t>* samples_in(const VerifiedPicture& picture) {
+  for (const Channel& channel : picture.file.channels) {
+    if (channel.name == samples_channel) {
+      return std::get_if<std::vector<std::uint32_t>>(&channel.values);
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string misfit_of(const VerifiedPicture& picture) {
+  const RenderSettings& settings = picture.recipe.settings;
+  const Image& image = picture.file.image;
+  if (image.width != settings.width || image.height != settings.height) {
+    return "it is not " + std::to_string(settings.width) + " x " + std::to_string(settings.height) +
+           " pixels, as its recipe says";
+  }
+  std::uint64_t samples = picture.pixels() * settings.samples_per_pixel;
+  if (!picture.recipe.equal_samples) {
+    const auto* const counts = samples_in(picture);
+    if (counts == nullptr) return "";
+    samples = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
+  }
+  if (samples == picture.recipe.samples) return "";
+  return "its pixels have " + std::to_string(samples) + " samples, not " +
+         std::to_string(picture.recipe.samples) + ", as its recipe says";
+}
+
+std::string damage_of(const VerifiedPicture& picture) {
+  if (!picture.damage.empty()) return picture.damage;
+  const Image& image = picture.file.image;
+  if (picture.file.high_dynamic_range) {
+    if (picture.transparent()) return "";  // take_alpha() has looked
+    if (image_sha256(image) == picture.recipe.image_sha256) return "";
+  } else {
+    const auto bytes =
+        picture.transparent() ? transparent_bytes(image.rgb, picture.alpha) : srgb_bytes(image.rgb);
+    if (sha256_hex(std::as_bytes(std::span(bytes))) == picture.recipe.pixels_sha256) return "";
+  }
+  return picture.hash() + " is not that of its pixels";
+}
+
+namespace {
+
+bool same_transparent(const VerifiedPicture& picture, const RetracedPixel& pixel) {
+  const std::array<float, 3> stored = picture.stored(pixel);
+  const float alpha = picture.alpha[std::size_t{pixel.y} * picture.file.image.width + pixel.x];
+  if (picture.file.high_dynamic_range) return stored == pixel.mean && alpha == pixel.alpha;
+  return transparent_bytes(stored, {&alpha, 1}) == transparent_bytes(pixel.mean, {&pixel.alpha, 1});
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture) {
+  if (picture.recipe.equal_samples) return {};
+  const auto* const counts = samples_in(picture);
+  if (counts == nullptr) {
+    throw InputError(picture.name + ": its pixels have different numbers of samples, and " +
+                     (picture.file.high_dynamic_range
+                          ? "channel samples, which says how many, is gone"
+                          : "PNG has no room to say how many") +
+                     ": parray render --like " + picture.name + " makes all of it again");
+  }
+  const std::uint32_t most = *std::max_element(counts->begin(), counts->end());
+  if (most > limits::max_samples_per_pixel) {
+    throw InputError(picture.name + ": channel samples has " + std::to_string(most) +
+                     "; a pixel has at most " + std::to_string(limits::max_samples_per_pixel));
+  }
+  return *counts;
+}
+
+bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel) {
+  if (picture.transparent()) return same_transparent(picture, pixel);
+  const std::array<float, 3> stored = picture.stored(pixel);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const bool equal =
+        picture.file.high_dynamic_range
+            ? std::bit_cast<std::uint32_t>(stored[c]) == std::bit_cast<std::uint32_t>(pixel.mean[c])
+            : srgb_byte(stored[c]) == srgb_byte(pixel.mean[c]);
+    if (!equal) return false;
+  }
+  return true;
+}
+
+}  // namespace parray

@@ -1,0 +1,68 @@
+#include "cli/input/color/legend.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+namespace parray {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json json_of(const Vec3d& color) { return {color.x, color.y, color.z}; }
+
+ordered_json json_of(const Legend& legend) {
+  ordered_json out = {{"title", legend.title}};
+  if (!legend.unit.empty()) out["unit"] = legend.unit;
+  if (!legend.stops.empty()) {
+    out["low"] = legend.low;
+    out["high"] = legend.high;
+    for (const Vec3d& stop : legend.stops) out["stops"].push_back(json_of(stop));
+  }
+  const std::size_t listed = std::min(legend.entries.size(), most_listed_entries);
+  for (const LegendEntry& entry : std::span(legend.entries).first(listed)) {
+    out["entries"].push_back(
+        {{"name", entry.name}, {"color", json_of(entry.color)}, {"count", entry.count}});
+  }
+  if (legend.entries.size() > listed) out["left_out"] = legend.entries.size() - listed;
+  return out;
+}
+
+/// Both speak of the same thing, by the same scale if they have one.
+bool alike(const Legend& a, const Legend& b) {
+  return a.title == b.title && a.unit == b.unit && a.low == b.low && a.high == b.high &&
+         a.stops == b.stops;
+}
+
+void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {
+  const auto same = std::find_if(entries.begin(), entries.end(), [&](const LegendEntry& entry) {
+    return entry.name == more.name && entry.color == more.color;
+  });
+  if (same == entries.end()) {
+    entries.push_back(std::move(more));
+  } else {
+    same->count += more.count;
+  }
+}
+
+}  // namespace
+
+void add_legend(std::vector<Legend>& legends, Legend more) {
+  if (more.empty()) return;
+  const auto there = std::find_if(legends.begin(), legends.end(),
+                                  [&](const Legend& legend) { return alike(legend, more); });
+  if (there == legends.end()) {
+    legends.push_back(std::move(more));
+    return;
+  }
+  for (LegendEntry& entry : more.entries) add_entry(there->entries, std::move(entry));
+}
+
+std::string legends_text(const std::vector<Legend>& legends) {
+  ordered_json list = ordered_json::array();
+  for (const Legend& legend : legends) list.push_back(json_of(legend));
+  return list.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace parray

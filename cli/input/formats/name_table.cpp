@@ -1,0 +1,59 @@
+#include "cli/input/formats/name_table.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cli/input/particles/element_mass.h"
+#include "cli/input/particles/guess_element.h"
+
+namespace parray {
+
+void NameTable::add(const NamedAtom& atom) {
+  names_.add(atom.name, place_);
+  types_.add(atom.type, place_);
+  residues_.add(atom.residue_name, place_);
+  chains_.add(atom.chain, place_);
+  residue_numbers_.push_back(atom.residue_number);
+  charges_.push_back(atom.charge);
+  masses_.push_back(atom.mass);
+}
+
+/// Lighter than any atom are virtual sites, and the shells of polarizable atoms, whose masses are
+/// less by that.
+std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) const {
+  constexpr double lightest = 1;
+  std::vector<std::uint8_t> elements = elements_of_masses(masses_);
+  std::uint64_t by_mass = 0;
+  std::uint64_t by_name = 0;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    by_mass += elements[i] != 0 ? 1 : 0;
+    if (elements[i] != 0 || masses_[i] < lightest) continue;
+    elements[i] = guess_element({residues_.column().of(i), names_.column().of(i)});
+    by_name += elements[i] != 0 ? 1 : 0;
+  }
+  if (by_mass > 0) facts.notes.push_back(masses_note(by_mass));
+  if (by_name > 0) {
+    facts.notes.push_back(
+        {"guessed_elements", by_name, "elements guessed from names of atoms and residues"});
+  }
+  return elements;
+}
+
+Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uint8_t> elements) {
+  if (masses_.empty()) place_.fail("no atoms: is this the right file?");
+  Particles particles;
+  particles.positions.resize(masses_.size());
+  if (elements.empty()) elements = guessed_elements(particles.facts);
+  const bool any = std::ranges::any_of(elements, [](std::uint8_t element) { return element != 0; });
+  if (any) particles.elements = std::move(elements);
+  particles.atom_names = names_.finish();
+  particles.types = types_.finish();
+  particles.residue_names = residues_.finish();
+  particles.chains = chains_.finish();
+  particles.residue_numbers = std::move(residue_numbers_);
+  if (request.wants("charge")) particles.numbers.push_back({"charge", std::move(charges_)});
+  if (request.wants("mass")) particles.numbers.push_back({"mass", std::move(masses_)});
+  return particles;
+}
+
+}  // namespace parray

@@ -1,0 +1,132 @@
+#include "cli/input/particles/elements.h"
+
+#include <array>
+#include <optional>
+
+#include "cli/input/particles/srgb8.h"
+
+namespace parray {
+namespace {
+
+/// Radii, angstrom, by source:
+///
+/// Main group: Mantina, Chamberlin, Valero, Cramer and Truhlar, J. Phys. Chem. A 113 (2009) 5806,
+/// table 12. They keep the radii of Bondi, J. Phys. Chem. 68 (1964) 441, where he gives one, take
+/// that of hydrogen from Rowland and Taylor, J. Phys. Chem. 100 (1996) 7384, and add the others.
+///
+/// Transition metals, lanthanides, actinides to Es: Alvarez, Dalton Trans. 42 (2013) 8617, table 1.
+/// He gives none for Pm: the mean of its neighbours stands there.
+///
+/// From Fm: nothing is published; 2.00.
+///
+/// Unknown: the radius of carbon, the commonest element of molecules, in a colour of no element.
+///
+/// Colours, 8-bit sRGB: the table of Jmol, "Jmol colors" (jmol.sourceforge.net/jscolors), which
+/// extends the convention of Corey, Pauling and Koltun. It ends at Mt, whose colour the elements
+/// beyond share.
+struct Row {
+  std::string_view symbol;
+  double radius;
+  std::uint32_t color;  ///< 0xRRGGBB
+};
+
+constexpr double unpublished = 2;
+
+constexpr std::array<Row, last_element + 1> periodic_table{{
+    {"X", 1.70, 0xA89078},         {"H", 1.10, 0xFFFFFF},         {"He", 1.40, 0xD9FFFF},
+    {"Li", 1.81, 0xCC80FF},        {"Be", 1.53, 0xC2FF00},        {"B", 1.92, 0xFFB5B5},
+    {"C", 1.70, 0x909090},         {"N", 1.55, 0x3050F8},         {"O", 1.52, 0xFF0D0D},
+    {"F", 1.47, 0x90E050},         {"Ne", 1.54, 0xB3E3F5},        {"Na", 2.27, 0xAB5CF2},
+    {"Mg", 1.73, 0x8AFF00},        {"Al", 1.84, 0xBFA6A6},        {"Si", 2.10, 0xF0C8A0},
+    {"P", 1.80, 0xFF8000},         {"S", 1.80, 0xFFFF30},         {"Cl", 1.75, 0x1FF01F},
+    {"Ar", 1.88, 0x80D1E3},        {"K", 2.75, 0x8F40D4},         {"Ca", 2.31, 0x3DFF00},
+    {"Sc", 2.58, 0xE6E6E6},        {"Ti", 2.46, 0xBFC2C7},        {"V", 2.42, 0xA6A6AB},
+    {"Cr", 2.45, 0x8A99C7},        {"Mn", 2.45, 0x9C7AC7},        {"Fe", 2.44, 0xE06633},
+    {"Co", 2.40, 0xF090A0},        {"Ni", 2.40, 0x50D050},        {"Cu", 2.38, 0xC88033},
+    {"Zn", 2.39, 0x7D80B0},        {"Ga", 1.87, 0xC28F8F},        {"Ge", 2.11, 0x668F8F},
+    {"As", 1.85, 0xBD80E3},        {"Se", 1.90, 0xFFA100},        {"Br", 1.83, 0xA62929},
+    {"Kr", 2.02, 0x5CB8D1},        {"Rb", 3.03, 0x702EB0},        {"Sr", 2.49, 0x00FF00},
+    {"Y", 2.75, 0x94FFFF},         {"Zr", 2.52, 0x94E0E0},        {"Nb", 2.56, 0x73C2C9},
+    {"Mo", 2.45, 0x54B5B5},        {"Tc", 2.44, 0x3B9E9E},        {"Ru", 2.46, 0x248F8F},
+    {"Rh", 2.44, 0x0A7D8C},        {"Pd", 2.15, 0x006985},        {"Ag", 2.53, 0xC0C0C0},
+    {"Cd", 2.49, 0xFFD98F},        {"In", 1.93, 0xA67573},        {"Sn", 2.17, 0x668080},
+    {"Sb", 2.06, 0x9E63B5},        {"Te", 2.06, 0xD47A00},        {"I", 1.98, 0x940094},
+    {"Xe", 2.16, 0x429EB0},        {"Cs", 3.43, 0x57178F},        {"Ba", 2.68, 0x00C900},
+    {"La", 2.98, 0x70D4FF},        {"Ce", 2.88, 0xFFFFC7},        {"Pr", 2.92, 0xD9FFC7},
+    {"Nd", 2.95, 0xC7FFC7},        {"Pm", 2.92, 0xA3FFC7},        {"Sm", 2.90, 0x8FFFC7},
+    {"Eu", 2.87, 0x61FFC7},        {"Gd", 2.83, 0x45FFC7},        {"Tb", 2.79, 0x30FFC7},
+    {"Dy", 2.87, 0x1FFFC7},        {"Ho", 2.81, 0x00FF9C},        {"Er", 2.83, 0x00E675},
+    {"Tm", 2.79, 0x00D452},        {"Yb", 2.80, 0x00BF38},        {"Lu", 2.74, 0x00AB24},
+    {"Hf", 2.63, 0x4DC2FF},        {"Ta", 2.53, 0x4DA6FF},        {"W", 2.57, 0x2194D6},
+    {"Re", 2.49, 0x267DAB},        {"Os", 2.48, 0x266696},        {"Ir", 2.41, 0x175487},
+    {"Pt", 2.29, 0xD0D0E0},        {"Au", 2.32, 0xFFD123},        {"Hg", 2.45, 0xB8B8D0},
+    {"Tl", 1.96, 0xA6544D},        {"Pb", 2.02, 0x575961},        {"Bi", 2.07, 0x9E4FB5},
+    {"Po", 1.97, 0xAB5C00},        {"At", 2.02, 0x754F45},        {"Rn", 2.20, 0x428296},
+    {"Fr", 3.48, 0x420066},        {"Ra", 2.83, 0x007D00},        {"Ac", 2.80, 0x70ABFA},
+    {"Th", 2.93, 0x00BAFF},        {"Pa", 2.88, 0x00A1FF},        {"U", 2.71, 0x008FFF},
+    {"Np", 2.82, 0x0080FF},        {"Pu", 2.81, 0x006BFF},        {"Am", 2.83, 0x545CF2},
+    {"Cm", 3.05, 0x785CE3},        {"Bk", 3.40, 0x8A4FE3},        {"Cf", 3.05, 0xA136D4},
+    {"Es", 2.70, 0xB31FD4},        {"Fm", unpublished, 0xB31FBA}, {"Md", unpublished, 0xB30DA6},
+    {"No", unpublished, 0xBD0D87}, {"Lr", unpublished, 0xC70066}, {"Rf", unpublished, 0xCC0059},
+    {"Db", unpublished, 0xD1004F}, {"Sg", unpublished, 0xD90045}, {"Bh", unpublished, 0xE00038},
+    {"Hs", unpublished, 0xE6002E}, {"Mt", unpublished, 0xEB0026}, {"Ds", unpublished, 0xEB0026},
+    {"Rg", unpublished, 0xEB0026}, {"Cn", unpublished, 0xEB0026}, {"Nh", unpublished, 0xEB0026},
+    {"Fl", unpublished, 0xEB0026}, {"Mc", unpublished, 0xEB0026}, {"Lv", unpublished, 0xEB0026},
+    {"Ts", unpublished, 0xEB0026}, {"Og", unpublished, 0xEB0026},
+}};
+
+std::array<Element, periodic_table.size()> elements_of_rows() {
+  std::array<Element, periodic_table.size()> elements{};
+  for (std::size_t i = 0; i < periodic_table.size(); ++i) {
+    const std::uint32_t color = periodic_table[i].color;
+    const auto channel = [color](int shift) {
+      return static_cast<double>((color >> shift) & 0xFFU);
+    };
+    elements[i] = {periodic_table[i].symbol, periodic_table[i].radius,
+                   linear_of_srgb8({channel(16), channel(8), channel(0)})};
+  }
+  return elements;
+}
+
+constexpr std::size_t alphabet = 26;
+constexpr std::size_t symbol_places = alphabet * (alphabet + 1);
+
+/// 0 to 25, whatever its case.
+std::optional<std::size_t> letter_in(char c) {
+  if (c >= 'A' && c <= 'Z') return static_cast<std::size_t>(c - 'A');
+  if (c >= 'a' && c <= 'z') return static_cast<std::size_t>(c - 'a');
+  return {};
+}
+
+/// Of one or two letters, in a table of all of them.
+std::optional<std::size_t> place_of(std::string_view symbol) {
+  if (symbol.empty() || symbol.size() > 2) return {};
+  const auto first = letter_in(symbol[0]);
+  const auto second = symbol.size() == 2 ? letter_in(symbol[1]) : alphabet;
+  if (!first || !second) return {};
+  return *first * (alphabet + 1) + *second;
+}
+
+std::array<std::uint8_t, symbol_places> numbers_by_symbol() {
+  std::array<std::uint8_t, symbol_places> numbers{};
+  for (std::uint8_t i = 1; i <= last_element; ++i) {
+    numbers[*place_of(periodic_table[i].symbol)] = i;
+  }
+  numbers[*place_of("D")] = numbers[*place_of("T")] = 1;
+  return numbers;
+}
+
+}  // namespace
+
+const Element& element(std::uint8_t atomic_number) {
+  static const std::array<Element, periodic_table.size()> elements = elements_of_rows();
+  return elements[atomic_number <= last_element ? atomic_number : 0];
+}
+
+std::uint8_t atomic_number_of(std::string_view symbol) {
+  static const std::array<std::uint8_t, symbol_places> numbers = numbers_by_symbol();
+  const std::optional<std::size_t> place = place_of(symbol);
+  return place ? numbers[*place] : 0;
+}
+
+}  // namespace parray

@@ -1,0 +1,108 @@
+#include "cli/input/particles/frames.h"
+
+#include <optional>
+#include <string>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+/// Passes over at most `most` frames; returns how many there were.
+std::uint64_t skip_frames(FrameReader& reader, std::uint64_t most) {
+  std::uint64_t frames = 0;
+  while (frames < most && reader.next()) {
+    reader.skip();
+    ++frames;
+  }
+  return frames;
+}
+
+struct FrameCount {
+  std::uint64_t frames = 0;
+  std::string problem;  ///< why there are no more; empty: the file ends
+};
+
+/// Frames from where the reader stands. One that cannot be read ends the count: a simulation that
+/// still runs leaves half a frame.
+FrameCount count_frames(FrameReader& reader) {
+  FrameCount count;
+  try {
+    while (skip_frames(reader, 1) == 1) ++count.frames;
+  } catch (const InputError& error) {
+    count.problem = error.what();
+  }
+  return count;
+}
+
+void note_problem(const FrameCount& count, ParticleFacts& facts) {
+  if (count.problem.empty()) return;
+  facts.notes.push_back({"unreadable_frames", 1,
+                         "frame after the first " + std::to_string(count.frames) +
+                             " cannot be read, nor any after it: " + count.problem});
+}
+
+/// `frame`, which the reader has just read, is empty.
+[[noreturn]] void fail_empty(FrameReader& reader, std::uint64_t frame) {
+  const FilePlace place = reader.place();
+  const std::string problem = "frame " + std::to_string(frame) + " has no particles";
+  for (std::uint64_t later = frame + 1; reader.next(); ++later) {
+    if (reader.skip() == 0) continue;
+    place.fail(problem + ": frame " + std::to_string(later) + " is the next that has some");
+  }
+  place.fail(problem + ", nor has any after it: choose one before it");
+}
+
+/// The first frame that has particles; `frame` becomes its number.
+Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
+  for (frame = 0; reader.next(); ++frame) {
+    Particles particles = reader.read();
+    if (particles.count() == 0) continue;
+    if (frame > 0) {
+      particles.facts.notes.push_back(
+          {"empty_frames", frame,
+           (frame == 1 ? "empty frame" : "empty frames") + std::string(" before it passed over")});
+    }
+    return particles;
+  }
+  reader.place().fail("no particles: is this the right file?");
+}
+
+Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
+  const std::uint64_t before = skip_frames(reader, frame);
+  if (before < frame || !reader.next()) fail_without_frame(reader.place(), before, frame);
+  Particles particles = reader.read();
+  if (particles.count() == 0) fail_empty(reader, frame);
+  return particles;
+}
+
+}  // namespace
+
+void fail_without_frame(const FilePlace& place, std::uint64_t count, std::uint64_t asked) {
+  place.fail("the file ends after " + std::to_string(count) + (count == 1 ? " frame" : " frames") +
+             ": there is no frame " + std::to_string(asked) + ", counted from 0");
+}
+
+Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {
+  std::uint64_t frame = request.frame_number();
+  std::optional<FrameCount> count;
+  if (request.frame && request.frame->last) {
+    count = count_frames(*open());
+    frame = count->frames == 0 ? 0 : count->frames - 1;
+    file.rewind();
+  }
+  const std::unique_ptr<FrameReader> reader = open();
+  Particles particles = request.frame ? read_numbered(*reader, frame) : read_filled(*reader, frame);
+  particles.facts.frame = frame;
+  if (request.all && !count) {
+    count = count_frames(*reader);
+    count->frames += frame + 1;
+  }
+  if (count) {
+    particles.facts.frames = count->frames;
+    note_problem(*count, particles.facts);
+  }
+  return particles;
+}
+
+}  // namespace parray

@@ -1,0 +1,290 @@
+#include "cli/input/particles/particle_spheres.h"
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "cli/input/color/category_colors.h"
+#include "cli/input/particles/elements.h"
+#include "cli/input/scene_file/material_table.h"
+#include "common/base/bands.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+#include "common/scene/limits.h"
+#include "common/scene/scene_ranges.h"
+
+namespace parray {
+namespace {
+
+using MaterialRule = ParticleMaterial::Rule;
+using RadiusRule = ParticleRadius::Rule;
+
+/// -0 becomes 0, as in every number that a scene file says: equal scenes have equal bytes.
+Vec3d without_negative_zero(const Vec3d& v) { return v + Vec3d{}; }
+
+Material diffuse(const Vec3d& albedo) {
+  return {MaterialType::diffuse, without_negative_zero(albedo), 0, 1};
+}
+
+template <typename Column>
+void release(Column& column) {
+  Column().swap(column);
+}
+
+/// Of the particles of a kind: an atomic number, or the number of a type, by rule; or all of them.
+Material material_of(std::size_t kind, const Particles& particles, const ParticleMaterial& material,
+                     const MaterialNames& names) {
+  if (material.rule == MaterialRule::by_element) {
+    return diffuse(element(static_cast<std::uint8_t>(kind)).color);
+  }
+  const Material* named = names.find(
+      material.rule == MaterialRule::by_type ? particles.types.names[kind] : material.name);
+  constexpr std::size_t type_colors = 7;
+  return named != nullptr ? *named : diffuse(category_color(kind % type_colors));
+}
+
+/// Of the kind of the material that the rule names, in that colour.
+Material painted_material(const Vec3d& color, const ParticleMaterial& material,
+                          const MaterialNames& names) {
+  Material out = diffuse(color);
+  if (const Material* named = names.find(material.name)) {
+    out = *named;
+    out.albedo = without_negative_zero(color);
+  }
+  return out;
+}
+
+/// The numbers of the particles' materials, in the order in which the particles first use them;
+/// each is looked up once.
+class Surfaces {
+ public:
+  Surfaces(const Particles& particles, const ParticlePaint& paint, const ParticleMaterial& material,
+           const MaterialNames& names, MaterialTable& table)
+      : particles_(particles), paint_(paint), material_(material), names_(names), table_(table) {}
+
+  /// False: there are too many materials.
+  bool find_all() {
+    const bool by_color = material_.rule == MaterialRule::column;
+    const bool one = material_.rule == MaterialRule::named;
+    if (by_color) {
+      numbers_.reserve(particles_.count());
+    } else {
+      numbers_.resize(kinds(), unknown);
+    }
+    for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
+      const std::size_t kind = kind_of(i);
+      if (!by_color && numbers_[kind] != unknown) continue;
+      const auto number = table_.intern(by_color ? diffuse(particles_.colors[i]) : of_kind(kind));
+      if (!number) return false;
+      if (by_color) {
+        numbers_.push_back(*number);
+      } else {
+        numbers_[kind] = *number;
+      }
+    }
+    return true;
+  }
+
+  /// Of what find_all() has found.
+  [[nodiscard]] std::uint32_t operator[](std::size_t particle) const {
+    return numbers_[kind_of(particle)];
+  }
+
+ private:
+  static constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
+
+  [[nodiscard]] std::size_t kinds() const {
+    constexpr std::size_t atomic_numbers = 256;
+    if (material_.rule == MaterialRule::painted) return paint_.colors.size();
+    return material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers;
+  }
+  [[nodiscard]] Material of_kind(std::size_t kind) const {
+    return material_.rule == MaterialRule::painted
+               ? painted_material(paint_.colors[kind], material_, names_)
+               : material_of(kind, particles_, material_, names_);
+  }
+
+  /// Of particles of one kind, the material is looked up once.
+  [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
+    switch (material_.rule) {
+      case MaterialRule::by_element:
+        return particles_.elements[particle];
+      case MaterialRule::by_type:
+        return particles_.types.index[particle];
+      case MaterialRule::column:
+        return particle;
+      case MaterialRule::painted:
+        return paint_.index[particle];
+      default:
+        return 0;
+    }
+  }
+
+  const Particles& particles_;
+  const ParticlePaint& paint_;
+  const ParticleMaterial& material_;
+  const MaterialNames& names_;
+  MaterialTable& table_;
+  std::vector<std::uint32_t> numbers_;  // by kind
+};
+
+double radius_of(const Particles& particles, const ParticleRadius& radius, std::size_t particle) {
+  switch (radius.rule) {
+    case RadiusRule::column:
+      return particles.radii[particle];
+    case RadiusRule::by_element:
+      return element(particles.elements[particle]).radius;
+    default:
+      return radius.value;
+  }
+}
+
+[[noreturn]] void fail_too_many(const ParticleSource& source, std::uint64_t most,
+                                const std::string& what) {
+  throw InputError(printable(source.file, 4096) + ": more than " + std::to_string(most) + what);
+}
+
+/// "NAME has no COLUMN: use A, B or OTHERWISE".
+std::string lacks(const std::string& name, std::string_view column,
+                  std::initializer_list<std::pair<bool, const char*>> choices,
+                  std::string_view otherwise) {
+  std::string text = printable(name, 4096) + " has no " + std::string(column) + ": use ";
+  std::string separator;
+  for (const auto& [supported, word] : choices) {
+    if (!supported) continue;
+    text += separator + word;
+    separator = ", ";
+  }
+  return text + (separator.empty() ? "" : " or ") + std::string(otherwise);
+}
+
+std::string unknown_material(const ParticleMaterial& material, const MaterialNames& materials) {
+  return "unknown material '" + printable(material.name) +
+         "': " + materials.remedy_for_undefined(material.name, particle_material_words);
+}
+
+}  // namespace
+
+ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particles) {
+  if (asked.rule != MaterialRule::automatic) return asked;
+  if (!particles.colors.empty()) return {MaterialRule::column, {}};
+  if (!particles.elements.empty()) return {MaterialRule::by_element, {}};
+  return {particles.types.empty() ? MaterialRule::automatic : MaterialRule::by_type, {}};
+}
+
+ParticleRadius decided(const ParticleRadius& asked, const Particles& particles) {
+  if (asked.rule != RadiusRule::automatic) return asked;
+  if (!particles.radii.empty()) return {RadiusRule::column, 0};
+  return {particles.elements.empty() ? RadiusRule::automatic : RadiusRule::by_element, 0};
+}
+
+std::string problem_with(const ParticleMaterial& material, const Particles& particles,
+                         const MaterialNames& materials, const std::string& name,
+                         std::string_view otherwise) {
+  const auto without = [&](std::string_view column) {
+    return lacks(name, column,
+                 {{!particles.elements.empty(), "by-element"},
+                  {!particles.types.empty(), "by-type"},
+                  {!particles.colors.empty(), "column"}},
+                 otherwise);
+  };
+  switch (material.rule) {
+    case MaterialRule::named:
+      return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
+    case MaterialRule::painted: {
+      const Material* const base = materials.find(material.name);
+      if (base == nullptr) {
+        return material.name.empty() ? "" : unknown_material(material, materials);
+      }
+      return base->type != MaterialType::dielectric
+                 ? ""
+                 : "glass has no colour that color_by could give it: name another material";
+    }
+    case MaterialRule::by_element:
+      return particles.elements.empty() ? without("elements") : "";
+    case MaterialRule::by_type:
+      return particles.types.empty() ? without("types") : "";
+    case MaterialRule::column:
+      return particles.colors.empty() ? without("colours") : "";
+    case MaterialRule::automatic:
+      break;
+  }
+  return without("colours, elements or types");
+}
+
+std::string problem_with(const ParticleRadius& radius, const Particles& particles,
+                         const std::string& name) {
+  const auto without = [&](std::string_view column) {
+    return lacks(
+        name, column,
+        {{!particles.elements.empty(), "by-element"}, {!particles.radii.empty(), "column"}},
+        "a number");
+  };
+  switch (radius.rule) {
+    case RadiusRule::fixed:
+      return "";
+    case RadiusRule::by_element:
+      return particles.elements.empty() ? without("elements") : "";
+    case RadiusRule::column:
+      return particles.radii.empty() ? without("radii") : "";
+    case RadiusRule::automatic:
+      break;
+  }
+  return without("radii or elements");
+}
+
+Legend legend_of(const Particles& particles, const ParticleMaterial& material,
+                 const MaterialNames& materials) {
+  const bool by_element = material.rule == MaterialRule::by_element;
+  if (!by_element && material.rule != MaterialRule::by_type) return {};
+  std::vector<std::uint64_t> counts(by_element ? last_element + 1U : particles.types.names.size());
+  for (std::size_t i = 0; i < particles.count(); ++i) {
+    ++counts[by_element ? particles.elements[i] : particles.types.index[i]];
+  }
+  Legend legend;
+  legend.title = by_element ? "element" : "type";
+  const std::size_t first = by_element ? 1 : 0;  // 0 is what is unknown
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::size_t kind = (i + first) % counts.size();
+    if (counts[kind] == 0) continue;
+    const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
+    legend.entries.push_back({!by_element ? particles.types.names[kind]
+                              : kind == 0 ? "unknown"
+                                          : std::string(symbol),
+                              material_of(kind, particles, material, materials).albedo,
+                              counts[kind]});
+  }
+  return legend;
+}
+
+void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
+                    const MaterialNames& materials, Scene& scene, int threads) {
+  const std::size_t count = particles.count();
+  if (count > limits::max_spheres - scene.spheres.size()) {
+    fail_too_many(source, limits::max_spheres, " spheres in all: split the scene");
+  }
+  if (count == 0) return;
+  if (source.material.rule != MaterialRule::column) release(particles.colors);
+  if (source.material.rule != MaterialRule::by_type) particles.types = {};
+  if (source.radius.rule != RadiusRule::column) release(particles.radii);
+  MaterialTable table;
+  for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
+  Surfaces surfaces(particles, paint, source.material, materials, table);
+  if (!surfaces.find_all()) {
+    fail_too_many(source, limits::max_materials,
+                  " distinct materials in the scene: round the file's colours");
+  }
+  const std::size_t first = scene.spheres.size();
+  scene.spheres.resize(first + count);
+  Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      scene.spheres[first + i] = {without_negative_zero(particles.positions[i]),
+                                  radius_of(particles, source.radius, i), surfaces[i]};
+    }
+  });
+  scene.materials = table.take();
+}
+
+}  // namespace parray

@@ -1,0 +1,112 @@
+#include "cli/input/particles/particle_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "cli/input/particles/elements.h"
+
+namespace parray {
+namespace {
+
+NameCounts counts_of(const NameColumn& column) {
+  NameCounts counts;
+  if (column.empty()) return counts;
+  for (const std::string& name : column.names) counts.emplace_back(name, 0);
+  for (const std::uint32_t index : column.index) ++counts[index].second;
+  std::erase_if(counts, [](const auto& count) { return count.second == 0; });
+  return counts;
+}
+
+NameCounts elements_in(const std::vector<std::uint8_t>& elements) {
+  std::array<std::uint64_t, last_element + 1> numbers{};
+  for (const std::uint8_t element : elements) ++numbers.at(element);
+  NameCounts counts;
+  for (std::uint8_t i = 1; i <= last_element; ++i) {
+    if (numbers.at(i) > 0) counts.emplace_back(element(i).symbol, numbers.at(i));
+  }
+  if (numbers[0] > 0) counts.emplace_back("unknown", numbers[0]);
+  return counts;
+}
+
+/// Whether a residue begins at particle i.
+bool begins_residue(const Particles& particles, std::size_t i) {
+  const auto changes = [i](const auto& values) {
+    return !values.empty() && values[i] != values[i - 1];
+  };
+  return i == 0 || changes(particles.residue_numbers) || changes(particles.residue_names.index) ||
+         changes(particles.chains.index);
+}
+
+void count_residues(const Particles& particles, ParticleSummary& summary) {
+  if (particles.residue_names.empty() && particles.residue_numbers.empty()) return;
+  NameColumn of_residues{particles.residue_names.names, {}};
+  for (std::size_t i = 0; i < particles.count(); ++i) {
+    if (!begins_residue(particles, i)) continue;
+    ++summary.residues;
+    if (!particles.residue_names.empty()) {
+      of_residues.index.push_back(particles.residue_names.index[i]);
+    }
+  }
+  summary.residue_names = counts_of(of_residues);
+}
+
+NumberRangeSeen range_of(const std::string& name, const std::vector<double>& values) {
+  NumberRangeSeen range{name};
+  for (const double value : values) {
+    if (std::isnan(value)) {
+      ++range.missing;
+      continue;
+    }
+    range.low = std::min(value, range.low.value_or(value));
+    range.high = std::max(value, range.high.value_or(value));
+  }
+  return range;
+}
+
+void find_bounds(const std::vector<Vec3d>& positions, ParticleSummary& summary) {
+  if (positions.empty()) return;
+  summary.low = summary.high = positions.front();
+  for (const Vec3d& p : positions) {
+    summary.low = {std::min(summary.low.x, p.x), std::min(summary.low.y, p.y),
+                   std::min(summary.low.z, p.z)};
+    summary.high = {std::max(summary.high.x, p.x), std::max(summary.high.y, p.y),
+                    std::max(summary.high.z, p.z)};
+  }
+}
+
+double length_of(const Vec3d& v) { return std::sqrt(dot(v, v)); }
+
+double angle_between(const Vec3d& a, const Vec3d& b) {
+  const double cosine = dot(a, b) / (length_of(a) * length_of(b));
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+}  // namespace
+
+ParticleSummary summary_of(const Particles& particles) {
+  ParticleSummary summary;
+  summary.count = particles.count();
+  if (!particles.elements.empty()) summary.elements = elements_in(particles.elements);
+  summary.types = counts_of(particles.types);
+  summary.chains = counts_of(particles.chains);
+  count_residues(particles, summary);
+  find_bounds(particles.positions, summary);
+  if (!particles.radii.empty()) summary.numbers.push_back(range_of("radius", particles.radii));
+  for (const NumberColumn& column : particles.numbers) {
+    summary.numbers.push_back(range_of(column.name, column.values));
+  }
+  return summary;
+}
+
+Vec3d lengths_of(const ParticleCell& cell) {
+  return {length_of(cell.edges[0]), length_of(cell.edges[1]), length_of(cell.edges[2])};
+}
+
+Vec3d angles_of(const ParticleCell& cell) {
+  const auto& [a, b, c] = cell.edges;
+  return {angle_between(b, c), angle_between(a, c), angle_between(a, b)};
+}
+
+}  // namespace parray

@@ -1,0 +1,142 @@
+#include "cli/input/scene_file/camera_path.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+#include "cli/input/scene_file/json_fields.h"
+#include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/scene_sections.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+constexpr std::array<std::string_view, 1> sections{"cameras"};
+
+class KeySink final : public JsonSink {
+ public:
+  explicit KeySink(const std::string& file) : root_(file) {}
+
+  JsonDelivery on_key(const std::string& key, std::uint64_t line) override {
+    if (key != sections[0]) fail_unknown_key(key, line, root_, sections);
+    return JsonDelivery::by_item;
+  }
+  void on_member(const JsonMember& /*member*/) override {}
+  void on_child(const JsonMember& child) override {
+    static constexpr auto known = [] {
+      std::array<std::string_view, camera_keys.size() + 1> keys{"frame"};
+      std::ranges::copy(camera_keys, keys.begin() + 1);
+      return keys;
+    }();
+    const JsonPlace section = root_.at("cameras");
+    const JsonPlace place = section.at(keys_.size());
+    const JsonFields fields(child.value, place, known);
+    fields.any("frame", "the number of the frame that it is for");
+    CameraPath::Key key{fields.integer_or("frame", {0, limits::max_frame}, 0), camera_from(fields),
+                        fields.find("focus_distance") != nullptr};
+    if (!keys_.empty() && key.frame <= keys_.back().frame) {
+      place.at("frame").fail(fields.line(), "frame " + std::to_string(key.frame) +
+                                                " does not come after that of the camera before: "
+                                                "write cameras in the order of their frames");
+    }
+    if (!keys_.empty() && key.camera.projection != keys_.back().camera.projection) {
+      place.fail(fields.line(),
+                 "another projection than the camera before has: no curve leads from one to the "
+                 "other: write two paths");
+    }
+    if (keys_.size() == limits::max_frames) {
+      place.fail(fields.line(),
+                 "more than " + std::to_string(limits::max_frames) + " cameras: leave some out");
+    }
+    keys_.push_back(key);
+  }
+
+  std::vector<CameraPath::Key> finish(std::uint64_t line) {
+    if (keys_.empty()) fail_missing_key("cameras", line, root_, "[ ... ], one at least");
+    return std::move(keys_);
+  }
+
+ private:
+  JsonPlace root_;
+  std::vector<CameraPath::Key> keys_;
+};
+
+double mixed(double a, double b, double share) { return a + share * (b - a); }
+
+double frames_between(const CameraPath::Key& a, const CameraPath::Key& b) {
+  return static_cast<double>(b.frame - a.frame);
+}
+
+}  // namespace
+
+CameraPath::CameraPath(const std::filesystem::path& file) : name_(file.string()) {
+  std::ifstream input(file, std::ios::binary);
+  if (!input || std::filesystem::is_directory(file)) {
+    throw InputError(printable(name_, 4096) + ": cannot be read: check the path");
+  }
+  KeySink sink(name_);
+  const std::uint64_t line = parse_json(input, name_, sink);
+  keys_ = sink.finish(line);
+}
+
+Camera CameraPath::at(std::uint64_t frame) const {
+  if (frame < keys_.front().frame || frame > keys_.back().frame) {
+    throw InputError(printable(name_, 4096) + ": frame " + std::to_string(frame) +
+                     " is not between the first camera's, " + std::to_string(keys_.front().frame) +
+                     ", and the last's, " + std::to_string(keys_.back().frame));
+  }
+  const auto next = std::ranges::lower_bound(keys_, frame, {}, &Key::frame);
+  if (next->frame == frame) return next->camera;
+  const Camera camera = between(static_cast<std::size_t>(next - keys_.begin()) - 1, frame);
+  const std::string problem = problem_with(camera);
+  if (!problem.empty()) {
+    throw InputError(printable(name_, 4096) + ": at frame " + std::to_string(frame) +
+                     ", between two cameras, " + problem);
+  }
+  return camera;
+}
+
+/// After this key, before the next.
+Camera CameraPath::between(std::size_t key, std::uint64_t frame) const {
+  const Key& a = keys_[key];
+  const Key& b = keys_[key + 1];
+  const double share = static_cast<double>(frame - a.frame) / frames_between(a, b);
+  Camera camera;
+  camera.look_from = point(key, share, &Camera::look_from);
+  camera.look_at = point(key, share, &Camera::look_at);
+  const Vec3d up = (1 - share) * normalize(a.camera.up) + share * normalize(b.camera.up);
+  camera.up = length(up) > 0 ? normalize(up) : up;
+  camera.projection = a.camera.projection;
+  camera.vfov = mixed(a.camera.vfov, b.camera.vfov, share);
+  camera.tan_half_vfov = tan_half_of(camera.vfov);
+  camera.view_height = mixed(a.camera.view_height, b.camera.view_height, share);
+  camera.aperture = mixed(a.camera.aperture, b.camera.aperture, share);
+  camera.focus_distance = a.focuses || b.focuses
+                              ? mixed(a.camera.focus_distance, b.camera.focus_distance, share)
+                              : length(camera.look_at - camera.look_from);
+  return camera;
+}
+
+/// Cubic Hermite curve from this key to the next.
+Vec3d CameraPath::point(std::size_t key, double share, Vec3d Camera::*member) const {
+  const double s = share;
+  const double frames = frames_between(keys_[key], keys_[key + 1]);
+  const double to_next = s * s * (3 - 2 * s);
+  return (1 - to_next) * (keys_[key].camera.*member) + to_next * (keys_[key + 1].camera.*member) +
+         (frames * s * (1 - s) * (1 - s)) * tangent(key, member) +
+         (frames * s * s * (s - 1)) * tangent(key + 1, member);
+}
+
+/// At a key, per frame.
+Vec3d CameraPath::tangent(std::size_t key, Vec3d Camera::*member) const {
+  const Key& before = keys_[key == 0 ? 0 : key - 1];
+  const Key& after = keys_[std::min(key + 1, keys_.size() - 1)];
+  return (1 / frames_between(before, after)) * (after.camera.*member - before.camera.*member);
+}
+
+}  // namespace parray

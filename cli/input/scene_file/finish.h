@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/input/scene_file/json_value.h"
+#include "common/scene/number_range.h"
+
+/// What is done to a picture of a scene before it is looked at. EXR files keep what was traced.
+namespace parray {
+
+/// Of lines that are drawn.
+struct LineWidth {
+  enum class Unit : std::uint8_t {
+    none,       ///< no lines
+    automatic,  ///< a 450th of the picture's height, and at least a pixel
+    pixels,
+    points  ///< 72 of them are an inch of print
+  };
+  Unit unit = Unit::none;
+  double value = 0;  ///< of pixels and points; in ranges::line_width
+
+  friend bool operator==(const LineWidth&, const LineWidth&) = default;
+};
+
+struct Finish {
+  LineWidth outline{};   ///< around spheres, where something is farther away
+  double depth_cue = 0;  ///< share of the background that the farthest surface fades to; 0: none
+
+  friend bool operator==(const Finish&, const Finish&) = default;
+};
+
+inline constexpr double usual_depth_cue = 0.6;
+
+namespace ranges {
+inline constexpr NumberRange line_width{0.1, 100};
+inline constexpr NumberRange depth_cue{0, 1};
+}  // namespace ranges
+
+/// "on", "off", a number of pixels or, as "0.5pt", of points. Throws InputError.
+LineWidth line_width_from(std::string_view text);
+/// "on", "off" or a number. Throws InputError.
+double depth_cue_from(std::string_view text);
+
+/// A scene's section `finishing`; what it does not name is not set.
+struct FinishSection {
+  std::optional<LineWidth> outline{};
+  std::optional<double> depth_cue{};
+
+  /// Laid over what a style has.
+  [[nodiscard]] Finish over(const Finish& other) const;
+};
+
+/// Throws InputError that names the place and the line.
+FinishSection read_finish(const JsonValue& value, const JsonPlace& place);
+
+/// The section's JSON, on one line.
+std::string finish_text(const Finish& finish);
+
+}  // namespace parray

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "cli/input/scene_file/json_value.h"
+#include "common/math/vec.h"
+#include "common/scene/number_range.h"
+
+namespace parray {
+
+struct IntegerRange {
+  std::uint64_t least;
+  std::uint64_t most;
+};
+
+/// Each reads `value`, which stands at `place`, as what its name says, or throws InputError that
+/// says what was expected there.
+/// A negative zero becomes zero, so that equal scenes have equal bytes.
+double read_number(const JsonValue& value, const JsonPlace& place, NumberRange range);
+/// Takes 100, 100.0 and 1e2; beyond 2^53, where doubles skip integers, digits alone.
+std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, IntegerRange range);
+/// An array of three numbers, each in `range`.
+Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range);
+const std::string& read_string(const JsonValue& value, const JsonPlace& place);
+bool read_boolean(const JsonValue& value, const JsonPlace& place);
+
+/// Throws InputError: `key`, written on `line` of the object at `object`, is not among `known`.
+[[noreturn]] void fail_unknown_key(std::string_view key, std::uint64_t line,
+                                   const JsonPlace& object,
+                                   std::span<const std::string_view> known);
+
+/// Throws InputError: the object that starts on `line` lacks `key`, which is `expectation`.
+[[noreturn]] void fail_missing_key(std::string_view key, std::uint64_t line,
+                                   const JsonPlace& object, std::string_view expectation);
+
+/// The members of one object, read by key. Refers to the value and its place, which must outlive
+/// it. The readers throw InputError for a missing key; those named *_or return `fallback` instead.
+class JsonFields {
+ public:
+  /// Throws InputError unless `value` is an object whose keys are all among `known`.
+  JsonFields(const JsonValue& value, const JsonPlace& place,
+             std::span<const std::string_view> known);
+
+  /// Null when the object has no such key.
+  const JsonValue* find(std::string_view key) const;
+  std::uint64_t line() const { return value_.line; }
+  const JsonPlace& place() const { return place_; }
+
+  const JsonValue& any(std::string_view key, std::string_view expectation) const;
+  double number(std::string_view key, NumberRange range) const;
+  double number_or(std::string_view key, NumberRange range, double fallback) const;
+  Vec3d vec3(std::string_view key, NumberRange range) const;
+  Vec3d vec3_or(std::string_view key, NumberRange range, const Vec3d& fallback) const;
+  const std::string& string(std::string_view key) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
+  std::uint64_t integer_or(std::string_view key, IntegerRange range, std::uint64_t fallback) const;
+
+ private:
+  const JsonValue& value_;
+  const JsonPlace& place_;
+};
+
+}  // namespace parray

@@ -1,0 +1,232 @@
+#include "cli/input/scene_file/json_stream.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cli/input/scene_file/byte_source.h"
+#include "cli/input/scene_file/json_syntax_error.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+
+namespace parray {
+namespace {
+
+using Json = nlohmann::json;
+
+/// nlohmann's SAX interface, turned into deliveries. Its text parser is iterative, so the depth
+/// check here is the only one, and enough.
+class SaxHandler {
+ public:
+  SaxHandler(ByteSource& source, const std::string& file, JsonSink& sink)
+      : source_(source), file_(file), sink_(sink) {}
+
+  std::uint64_t start_line() const { return start_line_; }
+
+  bool null() { return put(make(JsonKind::null)); }
+  bool boolean(bool value) {
+    JsonValue out = make(JsonKind::boolean);
+    out.is_true = value;
+    return put(std::move(out));
+  }
+  bool binary(Json::binary_t&) { return put(make(JsonKind::null)); }  // not in JSON text
+
+  bool number_integer(Json::number_integer_t number) {
+    JsonValue value = make(JsonKind::number);
+    value.number = static_cast<double>(number);
+    value.is_natural = number == 0;  // "-0"
+    return put(std::move(value));
+  }
+
+  bool number_unsigned(Json::number_unsigned_t number) {
+    JsonValue value = make(JsonKind::number);
+    value.number = static_cast<double>(number);
+    value.natural = number;
+    value.is_natural = true;
+    return put(std::move(value));
+  }
+
+  bool number_float(Json::number_float_t number, const std::string&) {
+    JsonValue value = make(JsonKind::number);
+    value.number = number;
+    return put(std::move(value));
+  }
+
+  bool string(std::string& text) {
+    JsonValue value = make(JsonKind::string);
+    value.text = std::move(text);
+    return put(std::move(value));
+  }
+
+  bool start_object(std::size_t) { return open(JsonKind::object); }
+  bool start_array(std::size_t) { return open(JsonKind::array); }
+  bool end_object() { return close(); }
+  bool end_array() { return close(); }
+  bool key(std::string& text);
+  bool parse_error(std::size_t, const std::string& last_token, const Json::exception& error);
+
+ private:
+  /// An array or object whose end has not been read.
+  struct Frame {
+    JsonValue value;
+    std::string key;             // of the member that is being read
+    std::uint64_t key_line = 0;  // of that key
+    std::size_t count = 0;       // complete children
+  };
+
+  JsonValue make(JsonKind kind) {
+    source_.mark_token();
+    JsonValue value;
+    value.kind = kind;
+    value.line = source_.line();
+    return value;
+  }
+
+  bool open(JsonKind kind);
+  bool close();
+  bool put(JsonValue value);
+  void check_section_kind(JsonKind kind) const;
+  void count_value();
+  bool is_section() const { return frames_.size() == 1; }
+  bool is_child() const { return frames_.size() == 2 && delivery_ != JsonDelivery::whole; }
+  std::string pointer() const;
+  [[noreturn]] void fail(const std::string& problem) const {
+    fail_at(file_, source_.line(), pointer(), problem);
+  }
+
+  ByteSource& source_;
+  const std::string& file_;
+  JsonSink& sink_;
+  std::vector<Frame> frames_;
+  JsonDelivery delivery_ = JsonDelivery::whole;  // of the top-level member that is being read
+  std::size_t values_ = 0;                       // in the delivery that is being built
+  std::uint64_t start_line_ = 1;
+  bool started_ = false;
+};
+
+bool SaxHandler::key(std::string& text) {
+  source_.mark_token();
+  Frame& frame = frames_.back();
+  frame.key = std::move(text);
+  frame.key_line = source_.line();
+  const auto is_same = [&](const JsonMember& member) { return member.key == frame.key; };
+  if (is_section()) {
+    values_ = 0;
+    delivery_ = sink_.on_key(frame.key, frame.key_line);
+  } else if (std::ranges::any_of(frame.value.members, is_same)) {
+    fail("duplicate key '" + printable(frame.key) + "': remove one of them");
+  }
+  return true;
+}
+
+bool SaxHandler::open(JsonKind kind) {
+  JsonValue value = make(kind);
+  if (frames_.empty()) {
+    if (kind != JsonKind::object) fail("expected an object, found an array: is this a scene?");
+    start_line_ = value.line;
+    started_ = true;
+  } else if (is_section()) {
+    check_section_kind(kind);
+  }
+  if (frames_.size() >= limits::max_json_depth) {
+    fail("nested deeper than " + std::to_string(limits::max_json_depth) +
+         " levels: no scene needs that");
+  }
+  const bool is_streamed = is_section() && delivery_ != JsonDelivery::whole;
+  if (!is_streamed) count_value();
+  frames_.push_back({std::move(value), {}, 0, 0});
+  return true;
+}
+
+bool SaxHandler::close() {
+  source_.mark_token();
+  JsonValue value = std::move(frames_.back().value);
+  frames_.pop_back();
+  if (frames_.empty()) return true;
+  if (is_section() && delivery_ != JsonDelivery::whole) {
+    ++frames_.back().count;  // its children have been handed over already
+    return true;
+  }
+  --values_;  // counted when it was opened
+  return put(std::move(value));
+}
+
+bool SaxHandler::put(JsonValue value) {
+  if (frames_.empty()) {
+    fail("expected an object, found " + std::string(name_of(value.kind)) + ": is this a scene?");
+  }
+  count_value();
+  Frame& parent = frames_.back();
+  if (is_section()) {
+    check_section_kind(value.kind);
+    sink_.on_member({parent.key, parent.key_line, std::move(value)});
+    values_ = 0;
+  } else if (is_child()) {
+    const bool is_object = value.kind == JsonKind::object;  // whose end is all that has been read
+    sink_.on_child({parent.key, parent.key_line, std::move(value)});
+    if (is_object && delivery_ == JsonDelivery::by_item) parent.count += sink_.take_items(source_);
+    values_ = 0;
+  } else if (parent.value.kind == JsonKind::array) {
+    if (parent.value.items.empty()) parent.value.items.reserve(3);  // most are vectors
+    parent.value.items.push_back(std::move(value));
+  } else {
+    if (parent.value.members.empty()) parent.value.members.reserve(4);
+    parent.value.members.push_back({parent.key, parent.key_line, std::move(value)});
+  }
+  ++parent.count;
+  return true;
+}
+
+/// A section that is streamed must be of the kind that is streamed.
+void SaxHandler::check_section_kind(JsonKind kind) const {
+  if (delivery_ == JsonDelivery::whole) return;
+  const JsonKind due = delivery_ == JsonDelivery::by_item ? JsonKind::array : JsonKind::object;
+  if (kind == due) return;
+  fail("expected " + std::string(name_of(due)) + ", found " + std::string(name_of(kind)) +
+       ": write " + (due == JsonKind::array ? "[ ... ]" : "{ ... }"));
+}
+
+void SaxHandler::count_value() {
+  if (++values_ <= max_json_values_per_delivery) return;
+  fail("more than " + std::to_string(max_json_values_per_delivery) +
+       " values in one place: no scene needs that");
+}
+
+std::string SaxHandler::pointer() const {
+  std::string out;
+  for (const Frame& frame : frames_) {
+    const bool is_array = frame.value.kind == JsonKind::array;
+    if (!is_array && frame.key_line == 0) break;  // before the first key
+    out += is_array ? "/" + std::to_string(frame.count) : pointer_step(frame.key);
+  }
+  return out;
+}
+
+bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
+                             const Json::exception& error) {
+  if (started_ && frames_.empty()) {
+    fail("text after the end of the scene: remove it");
+  }
+  if (source_.end_was_reached()) {
+    fail(started_ ? "the file ends in the middle of the scene: is it complete?"
+                  : "the file is empty: a scene is a JSON object");
+  }
+  constexpr int number_overflow = 406;
+  if (error.id == number_overflow) {
+    fail("number " + printable(last_token) + " is too large: use a number below 1e308");
+  }
+  fail(describe_syntax_error(error.what(), last_token));
+}
+
+}  // namespace
+
+std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink) {
+  ByteSource source(input, file);
+  SaxHandler handler(source, file, sink);
+  Json::sax_parse(ByteIterator(source), ByteIterator(), &handler);
+  return handler.start_line();
+}
+
+}  // namespace parray

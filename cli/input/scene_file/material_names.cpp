@@ -1,0 +1,75 @@
+#include "cli/input/scene_file/material_names.h"
+
+#include <algorithm>
+
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+
+namespace parray {
+
+std::uint32_t MaterialNames::number_of(const std::string& name) {
+  const auto [place, is_new] =
+      numbers_.try_emplace(name, static_cast<std::uint32_t>(entries_.size()));
+  if (is_new) entries_.emplace_back();
+  return place->second;
+}
+
+std::uint32_t MaterialNames::use(const std::string& name, std::size_t sphere, std::uint64_t line) {
+  const std::uint32_t number = number_of(name);
+  Entry& entry = entries_[number];
+  if (entry.first_line == 0) {
+    entry.first_sphere = sphere;
+    entry.first_line = line;
+  }
+  return number;
+}
+
+std::optional<std::uint32_t> MaterialNames::used(std::string_view name) const {
+  const auto found = numbers_.find(name);
+  if (found == numbers_.end() || entries_[found->second].first_line == 0) return {};
+  return found->second;
+}
+
+bool MaterialNames::define(const std::string& name, const Material& material) {
+  Entry& entry = entries_[number_of(name)];
+  if (entry.value) return false;
+  entry.value = material;
+  return true;
+}
+
+const Material* MaterialNames::find(const std::string& name) const {
+  const auto found = numbers_.find(name);
+  if (found == numbers_.end() || !entries_[found->second].value) return nullptr;
+  return &*entries_[found->second].value;
+}
+
+std::vector<NamedMaterial> MaterialNames::defined() const {
+  std::vector<std::string_view> names(entries_.size());
+  for (const auto& [name, number] : numbers_) names[number] = name;
+  std::vector<NamedMaterial> out;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].value) out.push_back({names[i], *entries_[i].value});
+  }
+  return out;
+}
+
+std::string_view MaterialNames::name_of(std::uint32_t number) const {
+  for (const auto& [name, known] : numbers_) {
+    if (known == number) return name;
+  }
+  return {};
+}
+
+std::string MaterialNames::remedy_for_undefined(std::string_view name,
+                                                std::span<const std::string_view> words) const {
+  // In alphabetical order, for a message that does not hang on the order of the file.
+  std::vector<std::string_view> known(words.begin(), words.end());
+  for (const NamedMaterial& material : defined()) known.push_back(material.name);
+  std::ranges::sort(known);
+  NearestWord nearest(name);
+  for (const std::string_view word : known) nearest.offer(word);
+  if (nearest.best().empty()) return "define it in /materials";
+  return "did you mean '" + printable(nearest.best()) + "'?";
+}
+
+}  // namespace parray

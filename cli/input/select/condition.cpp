@@ -1,0 +1,273 @@
+#include "cli/input/select/condition.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "cli/input/select/column_names.h"
+#include "cli/input/select/neighbour_grid.h"
+#include "cli/input/select/particle_classes.h"
+#include "common/base/bands.h"
+#include "common/base/error.h"
+#include "common/math/real.h"
+
+namespace parray {
+namespace {
+
+using Kind = Expression::Kind;
+
+/// `text` is `pattern`, in which '*' stands for any characters, none included.
+bool matches(std::string_view pattern, std::string_view text) {
+  std::size_t star = std::string_view::npos;
+  std::size_t after_star = 0;  // in the text: where the last star's characters end
+  std::size_t p = 0;
+  for (std::size_t t = 0; t < text.size();) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      after_star = t;
+    } else if (p < pattern.size() && pattern[p] == text[t]) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++after_star;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
+/// Particle `i` is in the residue of the particle before it.
+bool continues_residue(const Particles& particles, std::size_t i) {
+  const auto same = [i](const auto& column) {
+    return column.empty() || column[i] == column[i - 1];
+  };
+  return same(particles.residue_numbers) && same(particles.residue_names.index) &&
+         same(particles.chains.index);
+}
+
+}  // namespace
+
+Condition::Condition(const Expression& expression, const Particles& particles, int threads)
+    : expression_(&expression), particles_(&particles), threads_(threads) {
+  parts_.reserve(expression.parts.size());
+  for (const Expression& part : expression.parts) parts_.emplace_back(part, particles, threads);
+  bind();
+}
+
+void Condition::bind() {
+  switch (expression_->kind) {
+    case Kind::names:
+      return bind_names();
+    case Kind::elements:
+      return bind_elements();
+    case Kind::residues:
+      if (particles_->residue_names.empty()) fail_without("residue names");
+      return bind_class(class_of(expression_->word));
+    case Kind::sites:
+      return bind_class(ParticleClass::virtual_site);
+    case Kind::within:
+      return bind_within();
+    case Kind::same_residue:
+      return bind_same_residue();
+    case Kind::ranges:
+    case Kind::property:
+      return bind_number();
+    default:
+      return;
+  }
+}
+
+void Condition::bind_number() {
+  const std::string& name = expression_->word;
+  number_ = NumberSource::of(name, *particles_);
+  if (number_) return;
+  if (is_number_column(name)) {
+    throw UnknownNumber(name, "column " + std::to_string(expression_->column) + ": ");
+  }
+  fail_without(name == "resid" ? "residue numbers" : "radii");
+}
+
+void Condition::take_table(const NameColumn& column, const std::vector<std::uint8_t>& table) {
+  index_ = &column.index;
+  table_ = table;
+}
+
+void Condition::bind_names() {
+  const NameColumn& column = name_column(expression_->word, *particles_);
+  if (column.empty()) fail_without(plural_of(expression_->word));
+  std::vector<std::uint8_t> table;
+  for (const std::string& name : column.names) {
+    const bool matched = std::ranges::any_of(
+        expression_->words, [&](const std::string& pattern) { return matches(pattern, name); });
+    table.push_back(matched ? 1 : 0);
+  }
+  take_table(column, table);
+}
+
+void Condition::bind_class(ParticleClass wanted) {
+  mask_ = class_mask(wanted, *particles_);
+  if (mask_.empty()) mask_.resize(particles_->count());
+}
+
+void Condition::bind_elements() {
+  if (particles_->elements.empty()) fail_without("elements");
+  table_.assign(std::numeric_limits<std::uint8_t>::max() + 1, 0);
+  for (std::size_t number = 0; number < table_.size(); ++number) {
+    table_[number] = in_ranges(static_cast<double>(number)) ? 1 : 0;
+  }
+}
+
+void Condition::bind_within() {
+  const ParticleMask from = parts_.front().mask();
+  std::vector<Vec3d> points;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (from[i] != 0) points.push_back(particles_->positions[i]);
+  }
+  const NeighbourGrid grid(points, expression_->number);
+  mask_.resize(from.size());
+  Bands(from.size(), threads_).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      mask_[i] = from[i] != 0 || grid.near(particles_->positions[i]) ? 1 : 0;
+    }
+  });
+}
+
+void Condition::bind_same_residue() {
+  if (particles_->residue_numbers.empty() && particles_->residue_names.empty()) {
+    fail_without("residues");
+  }
+  mask_ = parts_.front().mask();
+  for (std::size_t begin = 0; begin < mask_.size();) {
+    std::size_t end = begin + 1;
+    while (end < mask_.size() && continues_residue(*particles_, end)) ++end;
+    const auto first = mask_.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto last = mask_.begin() + static_cast<std::ptrdiff_t>(end);
+    if (std::find(first, last, 1) != last) std::fill(first, last, 1);
+    begin = end;
+  }
+}
+
+void Condition::fail_without(const std::string& what) const {
+  const std::size_t column = expression_->column;  // 0: of no text
+  throw InputError((column == 0 ? "" : "column " + std::to_string(column) + ": ") +
+                   "the file has no " + what + ": it has " + columns_of(*particles_));
+}
+
+ParticleMask Condition::mask() const {
+  ParticleMask out(particles_->count());
+  Bands(out.size(), threads_).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
+    for (std::size_t first = begin; first < end; first += block) {
+      holds(first, std::span(out).subspan(first, std::min(block, end - first)));
+    }
+  });
+  return out;
+}
+
+void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
+  const auto each = [&](const auto& holds_for) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = holds_for(begin + i) ? 1 : 0;
+  };
+  switch (expression_->kind) {
+    case Kind::all:
+      return each([](std::size_t) { return true; });
+    case Kind::none:
+      return each([](std::size_t) { return false; });
+    case Kind::both:
+    case Kind::either: {
+      const bool both = expression_->kind == Kind::both;
+      parts_.front().holds(begin, out);
+      std::array<std::uint8_t, block> more{};
+      for (std::size_t part = 1; part < parts_.size(); ++part) {
+        parts_[part].holds(begin, std::span(more).first(out.size()));
+        for (std::size_t i = 0; i < out.size(); ++i) {
+          out[i] = both ? out[i] & more[i] : out[i] | more[i];
+        }
+      }
+      return;
+    }
+    case Kind::opposite:
+      parts_.front().holds(begin, out);
+      for (std::uint8_t& value : out) value ^= 1U;
+      return;
+    case Kind::names:
+      return each([&](std::size_t i) { return table_[(*index_)[i]] != 0; });
+    case Kind::elements:
+      return each([&](std::size_t i) { return table_[particles_->elements[i]] != 0; });
+    case Kind::ranges: {
+      std::array<double, block> values{};
+      number_->values(begin, std::span(values).first(out.size()));
+      return each([&](std::size_t i) { return in_ranges(values[i - begin]); });
+    }
+    case Kind::residues:
+    case Kind::sites:
+    case Kind::within:
+    case Kind::same_residue:
+      return each([&](std::size_t i) { return mask_[i] != 0; });
+    default:
+      return compare(begin, out);
+  }
+}
+
+void Condition::compare(std::size_t begin, std::span<std::uint8_t> out) const {
+  std::array<double, block> left{};
+  std::array<double, block> right{};
+  parts_[0].numbers(begin, std::span(left).first(out.size()));
+  parts_[1].numbers(begin, std::span(right).first(out.size()));
+  const auto each = [&](const auto& holds_for) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = holds_for(left[i], right[i]) ? 1 : 0;
+  };
+  switch (expression_->kind) {
+    case Kind::less:
+      return each([](double a, double b) { return a < b; });
+    case Kind::less_equal:
+      return each([](double a, double b) { return a <= b; });
+    case Kind::equal:
+      return each([](double a, double b) { return a == b; });
+    default:
+      return each([](double a, double b) { return a < b || a > b; });
+  }
+}
+
+void Condition::numbers(std::size_t begin, std::span<double> out) const {
+  if (expression_->kind == Kind::property) return number_->values(begin, out);
+  if (expression_->kind == Kind::constant) {
+    std::ranges::fill(out, expression_->number);
+    return;
+  }
+  parts_.front().numbers(begin, out);
+  std::array<double, block> right{};
+  if (parts_.size() > 1) parts_[1].numbers(begin, std::span(right).first(out.size()));
+  const auto each = [&](const auto& result) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = result(out[i], right[i]);
+  };
+  switch (expression_->kind) {
+    case Kind::add:
+      return each([](double a, double b) { return a + b; });
+    case Kind::subtract:
+      return each([](double a, double b) { return a - b; });
+    case Kind::multiply:
+      return each([](double a, double b) { return a * b; });
+    case Kind::divide:
+      return each([](double a, double b) { return a / b; });
+    case Kind::remainder:
+      return each([](double a, double b) { return std::fmod(a, b); });
+    case Kind::negate:
+      return each([](double a, double /*b*/) { return -a; });
+    case Kind::absolute:
+      return each([](double a, double /*b*/) { return std::abs(a); });
+    default:
+      return each([](double a, double /*b*/) { return square_root(a); });
+  }
+}
+
+bool Condition::in_ranges(double number) const {
+  const auto& ranges = expression_->ranges;
+  const auto after = std::ranges::upper_bound(
+      ranges, number, {}, [](const WholeRange& range) { return static_cast<double>(range.least); });
+  return after != ranges.begin() && number <= static_cast<double>(std::prev(after)->most);
+}
+
+}  // namespace parray

@@ -1,0 +1,66 @@
+#include "cli/input/view/style.h"
+
+#include <algorithm>
+
+#include "cli/input/scene_file/json_fields.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+
+namespace parray {
+namespace {
+
+Sky even(double radiance) {
+  const Vec3d all{radiance, radiance, radiance};
+  return {all, all};
+}
+
+}  // namespace
+
+Style style_from(std::string_view name) {
+  const auto* const found = std::ranges::find(style_names, name);
+  if (found != style_names.end()) return static_cast<Style>(found - style_names.begin());
+  throw InputError("unknown style '" + printable(name) +
+                   "': " + remedy_for_name(name, style_names));
+}
+
+std::string_view name_of(Style style) { return style_names[static_cast<std::size_t>(style)]; }
+
+Style read_style(const JsonValue& value, const JsonPlace& place) {
+  const std::string& name = read_string(value, place);
+  Style style{};
+  try {
+    style = style_from(name);
+  } catch (const InputError& error) {
+    place.fail(value.line, error.what());
+  }
+  if (style == Style::night) {
+    place.fail(value.line,
+               "night puts a dark wall behind a file of particles, and a scene has spheres of its "
+               "own: leave it out, and write sky and finishing");
+  }
+  return style;
+}
+
+Sky sky_of(Style style) {
+  // Beside a flag a white surface is to be white nevertheless; but where the sky is seen, what is
+  // smaller than a pixel is not to drown in more than white.
+  const bool seen = style == Style::flat || style == Style::publication;
+  return even(seen ? 1 : 1.15);
+}
+
+Finish finish_of(Style style) {
+  const LineWidth automatic{LineWidth::Unit::automatic, 0};
+  switch (style) {
+    case Style::publication:
+    case Style::flat:
+      return {automatic, 0};
+    case Style::night:
+      return {{}, usual_depth_cue};
+    case Style::studio:
+      break;
+  }
+  return {};
+}
+
+}  // namespace parray

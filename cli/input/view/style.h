@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "cli/input/scene_file/finish.h"
+#include "common/scene/scene.h"
+
+namespace parray {
+
+/// What a portrait has around its particles, and how its picture is finished.
+enum class Style : std::uint8_t {
+  studio,       ///< on a pale floor, or before a pale wall, light from the upper left
+  publication,  ///< on white, without a floor, light from the upper left, outlines
+  flat,         ///< on white, light from everywhere alike, outlines: as textbooks draw
+  night         ///< before a dark wall, light from the upper left, what is far fades
+};
+
+/// Names of styles, in their order.
+inline constexpr std::array<std::string_view, 4> style_names{"studio", "publication", "flat",
+                                                             "night"};
+
+/// Throws InputError that names the nearest.
+Style style_from(std::string_view name);
+std::string_view name_of(Style style);
+
+/// A scene's key `style`. Throws InputError that names the place and the line; so for `night`,
+/// which is a wall behind particles, and not a sky.
+Style read_style(const JsonValue& value, const JsonPlace& place);
+
+/// The even light of the style.
+Sky sky_of(Style style);
+/// How pictures of the style are finished.
+Finish finish_of(Style style);
+
+}  // namespace parray

@@ -1,0 +1,443 @@
+#include "cli/measure/plan/probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "cli/farm/direct_render.h"
+#include "cli/measure/plan/overheads.h"
+#include "cli/measure/plan/part_of_picture.h"
+#include "cli/measure/plan/pass_times.h"
+#include "common/adaptive/error_estimate.h"
+#include "common/adaptive/noise_model.h"
+#include "common/adaptive/pixel_noise.h"
+#include "common/scene/limits.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/scene_ranges.h"
+#include "common/trace/selfcheck/fingerprint.h"
+#include "common/trace/tracer.h"
+
+namespace parray {
+namespace {
+
+// Samples a pixel.
+constexpr double look_samples = 4;
+constexpr double comparison = 8;  ///< of a sampler that only its speed is asked of
+constexpr double adaptive_least = 128;
+constexpr double adaptive_most = 4096;
+/// Pixels of a part: where there is time for them, and at least.
+constexpr double usual_pixels = 49152;
+constexpr double least_pixels = 8192;
+/// How much of the render's time the probe may take, and seconds that it may always take.
+constexpr double share_of_render = 0.5;
+constexpr double always_allowed = 1;
+/// How much of the time to look around, and in tiles of which size; and in which to watch noise
+/// fall, where pixels need their neighbours.
+constexpr double look_share = 0.2;
+constexpr PartOfPicture::Tile look_tile{8, 1};
+constexpr PartOfPicture::Tile noise_tile{32, 32};
+
+/// What is known of Owen-scrambled Sobol points before a scene is: errors fall as n^-(1/2 + d).
+constexpr ExponentPrior sobol_uniform{0.15, 0.07};
+constexpr ExponentPrior sobol_adaptive{0.05, 0.04};
+
+ExponentPrior prior_of(Sampler sampler, ExponentPrior of_sobol) {
+  return sampler == Sampler::sobol ? of_sobol : ExponentPrior{0, 0};
+}
+
+struct Stopped {};
+
+/// A picture as it was after one of its passes.
+struct Stage {
+  double samples = 0;  ///< a pixel
+  double rmse = 0;
+  double relative = 0;  ///< standard error of rmse / rmse
+  TracedPass pass;      ///< the latest
+};
+
+/// What ErrorEstimate's interval is beside the error itself.
+UpperBound stated_high(const FramebufferView& state, double pixels) {
+  const ErrorEstimate error = estimate_rmse(state);
+  // factor = e^relative, nearly, and relative is in proportion to 1/sqrt(pixels).
+  const double factor = error.low > 0 ? error.rmse * error.rmse / (error.low * error.low) : 1;
+  const double own = static_cast<double>(state.counts.size());
+  const double relative = (std::sqrt(2 * factor - 1) - 1) * std::sqrt(own / pixels);
+  double seldom = 0;
+  for (const std::uint32_t count : state.counts) {
+    seldom += 1.0 / count;
+  }
+  const double unseen =
+      3 * state.largest_radiance * state.largest_radiance / pixels * (seldom / own);
+  return {1 + relative + relative * relative / 2, unseen};
+}
+
+/// The error of `state`; where there is no noise, the smallest that sums can show.
+Stage stage_of(const FramebufferView& state) {
+  const ErrorEstimate error = estimate_rmse(state);
+  const double least = RadianceScale(state.largest_radiance).mean(1, 1) / 2;
+  if (error.rmse < least) {
+    return {0, least, 0, {}};
+  }
+  return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
+}
+
+/// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
+double variance_of(const FramebufferView& state, double rmse) {
+  const RadianceScale scale(state.largest_radiance);
+  double sum = 0;
+  double biased = 0;
+  for (std::size_t i = 0; i < state.pixels.size(); ++i) {
+    const PixelNoise noise = noise_of(state.pixels[i], state.counts[i], scale);
+    for (const double variance : noise.variance) {
+      sum += variance;
+      biased += variance * (1 - 1.0 / state.counts[i]);
+    }
+  }
+  // Around their own mean samples spread less than around the true one, by the mean's error.
+  const double values = 3 * static_cast<double>(state.pixels.size());
+  return std::max(biased / values + rmse * rmse, sum / values * 0.5);
+}
+
+/// A sampler's tracer: all of the picture, and a part of it.
+struct Candidate {
+  Sampler sampler = Sampler::independent;
+  std::unique_ptr<PathTracer> tracer;
+  std::unique_ptr<PartOfPicture> part;
+};
+
+class Prober {
+ public:
+  Prober(const ProbeRequest& request, const std::atomic<bool>& stop)
+      : request_(request), stop_(stop), pixels_(pixels_of(request.settings)) {}
+
+  Probe run() {
+    began_ = effort_now();
+    build();
+    choose_part();
+    const std::vector<Stage> uniform = stages(main_, false, {4, 4, 4, 4, 8, 8, 16});
+    error_scale_ = std::sqrt(variance_ / variance_of(render_->state(), uniform.back().rmse));
+    cost_scale_ = rays_ / rays_of(*render_);
+    result_.stated_uniform = stated_high(render_->state(), pixels_);
+    std::vector<Stage> other;
+    if (other_) {
+      other = stages(*other_, false, {comparison});
+    }
+    const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
+    result_.stated_adaptive = stated_high(render_->state(), pixels_);
+    add_main(uniform, adaptive);
+    if (other_) {
+      add_other(other);
+    }
+    result_.pixels = static_cast<std::uint64_t>(pixels_of_part());
+    result_.seconds = (effort_now() - began_).wall;
+    return std::move(result_);
+  }
+
+ private:
+  static double pixels_of(const RenderSettings& settings) {
+    return static_cast<double>(settings.width) * settings.height;
+  }
+
+  // ---- Tracing -------------------------------------------------------------------------------
+
+  /// What is done once, but for loading, and the tracers.
+  void build() {
+    forget_memory();
+    trace_fingerprint();
+    scene_identity(*request_.scene);
+    requirements_of(*request_.scene);
+    const RenderSettings& settings = request_.settings;
+    accelerator_ = make_accelerator(*request_.scene, settings.precision, settings.accelerator,
+                                    settings.isa, {request_.threads});
+    main_ = candidate(request_.samplers.back());
+    result_.fixed = effort_now() - began_;
+    if (request_.samplers.size() > 1) {
+      other_ = candidate(request_.samplers.front());
+    }
+    tracing_began_ = effort_now();
+  }
+
+  [[nodiscard]] Candidate candidate(Sampler sampler) const {
+    PictureSettings picture = request_.settings;
+    picture.sampler = sampler;
+    return {sampler, make_path_tracer(accelerator_, request_.scene->camera, picture), {}};
+  }
+
+  void cut_part(double pixels) {
+    const RenderSettings& s = request_.settings;
+    const auto most = static_cast<std::uint64_t>(std::min(pixels, pixels_));
+    const auto cut = [&](Candidate& one) {
+      one.part = std::make_unique<PartOfPicture>(*one.tracer, s.width, s.height, most, noise_tile);
+    };
+    cut(main_);
+    if (other_) {
+      cut(*other_);
+    }
+  }
+
+  /// The larger the part, the better it stands for the picture; the smaller, the more samples its
+  /// pixels can have in time.
+  void choose_part() {
+    cut_part(least_pixels);
+    stages(main_, false, {look_samples});  // touches memory for the first time
+    if (other_) {
+      stages(*other_, false, {look_samples});
+    }
+    look_around();
+    allowed_ = std::min(request_.seconds, std::max(always_allowed, share_of_render * expected()));
+    const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
+    cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
+  }
+
+  /// Seconds that the render will take, about.
+  [[nodiscard]] double expected() const {
+    if (request_.error <= 0) {
+      return request_.goal_seconds;
+    }
+    return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.finish.wall;
+  }
+
+  /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
+  void look_around() {
+    // What finishing a picture takes is scaled up from these pixels: too few of them show nothing.
+    const double each = sample_.wall * look_samples;
+    const double affordable =
+        std::clamp(always_allowed / 2 / each, least_pixels,
+                   std::max(usual_pixels, look_share * request_.seconds / each));
+    const RenderSettings& s = request_.settings;
+    const PartOfPicture everywhere(*main_.tracer, s.width, s.height,
+                                   static_cast<std::uint64_t>(std::min(pixels_, affordable)),
+                                   look_tile);
+    const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
+    variance_ = variance_of(render_->state(), look.rmse);
+    rays_ = rays_of(*render_);
+    const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
+    const Collecting collecting = effort_of_collecting(render_->framebuffer);
+    result_.collect = times * collecting.again;
+    result_.collect.wall /= request_.threads;  // others trace meanwhile
+    const Effort first = finish(*render_, request_.image.extension());
+    const Effort finished = finish(*render_, request_.image.extension());
+    // The first time libraries are loaded, which larger pictures take no longer for.
+    const Effort loading = first - finished;
+    result_.finish = times * (finished + collecting.touching) +
+                     Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
+    result_.largest_radiance = render_->largest_radiance;
+  }
+
+  /// Segments of a path.
+  static double rays_of(const DirectRender& render) {
+    const TraceCounts& counts = render.framebuffer.counts();
+    return static_cast<double>(counts.rays) / static_cast<double>(counts.samples);
+  }
+
+  [[nodiscard]] double seconds_left() const {
+    return allowed_ - (effort_now() - tracing_began_).wall;
+  }
+
+  /// As many samples a pixel as the wanted error will take, within reason.
+  [[nodiscard]] double adaptive_depth() const {
+    return std::clamp(samples_wanted(), adaptive_least, adaptive_most);
+  }
+  [[nodiscard]] double samples_wanted() const {
+    const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
+    // Adaptive passes take about 0.6 of it, those of evenly spread points half of that.
+    return (main_.sampler == Sampler::sobol ? 0.3 : 0.6) * wanted;
+  }
+
+  /// Half as many again after the first, because evenly spread points lose at once what a power of
+  /// two gains them; then four times as many after each, until time or use ends.
+  [[nodiscard]] std::vector<double> adaptive_passes() const {
+    const double each = 1.3 * sample_.wall * pixels_of_part();
+    const double most = std::min(adaptive_depth(), seconds_left() / each);
+    double total = 1.5 * pilot_samples;
+    std::vector<double> passes = {pilot_samples, total - pilot_samples};
+    while (passes.size() < 3 || total < 0.7 * most) {
+      const double next = std::clamp(most, 2 * total, 4 * total);
+      passes.push_back(next - total);
+      total = next;
+    }
+    return passes;
+  }
+
+  [[nodiscard]] double pixels_of_part() const {
+    return static_cast<double>(main_.part->width()) * main_.part->height();
+  }
+
+  [[nodiscard]] RenderSettings settings_of(Sampler sampler, const PartOfPicture& part,
+                                           bool adaptive, const std::vector<double>& passes) const {
+    RenderSettings settings = request_.settings;
+    settings.width = part.width();
+    settings.height = part.height();
+    settings.sampler = sampler;
+    settings.adaptive = adaptive;
+    settings.samples_per_pixel = limits::max_samples_per_pixel;
+    settings.row_order = RowOrder::sequential;
+    settings.progressive = false;
+    for (const double samples : passes) {
+      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of(settings)));
+    }
+    return settings;
+  }
+
+  std::vector<Stage> stages(const Candidate& one, bool adaptive,
+                            const std::vector<double>& passes) {
+    return stages(one.sampler, *one.part, adaptive, passes);
+  }
+
+  /// Renders the part in passes of so many samples a pixel; render_ is what comes of it.
+  std::vector<Stage> stages(Sampler sampler, const PartOfPicture& part, bool adaptive,
+                            const std::vector<double>& passes) {
+    const RenderSettings settings = settings_of(sampler, part, adaptive, passes);
+    std::vector<Stage> found;
+    Effort last{};
+    double samples_before = 0;
+    const auto note = [&](const DirectRender& now) {
+      const Effort noting = effort_now();
+      const Effort took = Effort{now.seconds, now.cpu_seconds} - last - counting_;
+      const auto samples = static_cast<double>(now.framebuffer.counts().samples);
+      found.push_back(stage_of(now.state()));
+      found.back().samples = now.samples_per_pixel();
+      found.back().pass = {samples - samples_before, took};
+      if (adaptive && found.size() == 1) {
+        measure_deciding(now.state(), settings);
+      }
+      samples_before = samples;
+      last = Effort{now.seconds, now.cpu_seconds} + (effort_now() - noting);
+    };
+    counting_ = {};
+    render_ = render_directly(part, *request_.scene, settings, request_.threads, stop_, note);
+    if (!render_) {
+      throw Stopped{};
+    }
+    sample_ = 1 / found.back().pass.samples * found.back().pass.effort;
+    result_.samples += render_->framebuffer.counts().samples;
+    return found;
+  }
+
+  /// What stands between two passes, and the model of adaptive passes.
+  void measure_deciding(const FramebufferView& state, RenderSettings settings) {
+    const Effort began = effort_now();
+    const std::uint64_t more = 2 * pilot_samples * state.counts.size();
+    const std::vector<std::uint32_t> counts = Placement(state, settings).counts(more);
+    counting_ = effort_now() - began;
+    // Again, with memory that was touched before, as in all passes but the first.
+    const Effort again = effort_now();
+    Placement placement(state, settings);
+    result_.placing_pays = !placement.is_even(more);
+    static_cast<void>(placement.counts(more));
+    result_.pass = pixels_ / pixels_of_part() * (effort_now() - again);
+    if (request_.error > 0) {
+      settings.passes.clear();
+      settings.target_error = ranges::target_error.least;
+      const Effort looking = effort_now();
+      next_pass_size(state, settings, 1, placement);
+      // Not scaled up: a decision on a large picture reads no more pixels than this part has.
+      result_.pass = result_.pass + (effort_now() - looking);
+    }
+    adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
+  }
+
+  // ---- What it says --------------------------------------------------------------------------
+
+  /// Of passes that give every pixel the same.
+  [[nodiscard]] ErrorModel even_law(const std::vector<Stage>& stages) const {
+    return {ModelError::uniform(std::sqrt(variance_)), measured(stages),
+            prior_of(main_.sampler, sobol_uniform),
+            main_.sampler == Sampler::sobol ? Spread::points : Spread::smooth};
+  }
+
+  void add_main(const std::vector<Stage>& uniform, const std::vector<Stage>& adaptive) {
+    SamplerProbe found{main_.sampler,
+                       even_law(uniform),
+                       result_.placing_pays ? ErrorModel(*adaptive_model_, measured(adaptive),
+                                                         prior_of(main_.sampler, sobol_adaptive))
+                                            : even_law(adaptive),
+                       {},
+                       {}};
+    std::vector<TracedPass> equal = passes_of(uniform);
+    equal.push_back(adaptive.front().pass);
+    times_ = fit_pass_times(equal);
+    found.uniform_sample = cost_scale_ * times_.sample;
+    found.adaptive_sample = found.uniform_sample;
+    if (result_.placing_pays) {
+      const std::vector<Stage> later(adaptive.begin() + 1, adaptive.end());
+      found.adaptive_sample = cost_scale_ * sample_effort(passes_of(later), times_.pass);
+    }
+    // Part of a pass's time is fixed, and part grows with the pixels. Passes of one size do not
+    // tell them apart, so this takes the mean of both cases.
+    const double times = (1 + pixels_ / pixels_of_part()) / 2;
+    result_.collect = result_.collect + times * times_.pass;
+    result_.timing_doubt = times_.doubt;
+    result_.samplers.push_back(std::move(found));
+  }
+
+  /// Only its speed was measured, beside the main sampler's: samples of any sampler show the same
+  /// variance.
+  void add_other(const std::vector<Stage>& stages) {
+    const SamplerProbe main = result_.samplers.front();
+    const double share = sample_effort(passes_of(stages), times_.pass).cpu / times_.sample.cpu;
+    const double pilot_rmse = std::sqrt(variance_ / pilot_samples);
+    const ExponentPrior none = prior_of(other_->sampler, sobol_uniform);
+    SamplerProbe found{
+        other_->sampler,
+        ErrorModel(ModelError::uniform(std::sqrt(variance_)),
+                   std::vector<MeasuredError>{{1, std::sqrt(variance_), 0.01}}, none),
+        ErrorModel(*adaptive_model_, std::vector<MeasuredError>{{pilot_samples, pilot_rmse, 0.01}},
+                   none),
+        share * main.uniform_sample, share * main.adaptive_sample};
+    result_.samplers.insert(result_.samplers.begin(), std::move(found));
+  }
+
+  [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
+    std::vector<MeasuredError> errors;
+    errors.reserve(stages.size());
+    for (const Stage& stage : stages) {
+      errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
+    }
+    return errors;
+  }
+
+  static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
+    std::vector<TracedPass> passes;
+    passes.reserve(stages.size());
+    for (const Stage& stage : stages) {
+      passes.push_back(stage.pass);
+    }
+    return passes;
+  }
+
+  const ProbeRequest& request_;
+  const std::atomic<bool>& stop_;
+  const double pixels_;  ///< of the picture
+  Effort began_;
+  Effort tracing_began_;
+  std::shared_ptr<const Accelerator> accelerator_;
+  Candidate main_;
+  std::optional<Candidate> other_;
+  std::optional<DirectRender> render_;
+  std::optional<ModelError> adaptive_model_;
+  double allowed_ = 0;      ///< seconds of tracing
+  double variance_ = 0;     ///< of a sample, mean over the picture
+  double rays_ = 0;         ///< of a sample, likewise
+  double error_scale_ = 1;  ///< the picture's error / the part's
+  double cost_scale_ = 1;   ///< of a sample, likewise
+  FittedPassTimes times_;   ///< of the main sampler, on the part
+  Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
+  Effort counting_;         ///< what counting the next pass's samples takes
+  Probe result_;
+};
+
+}  // namespace
+
+std::optional<Probe> probe(const ProbeRequest& request, const std::atomic<bool>& stop) {
+  try {
+    return Prober(request, stop).run();
+  } catch (const Stopped&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace parray

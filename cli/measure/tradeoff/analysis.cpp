@@ -1,0 +1,197 @@
+#include "cli/measure/tradeoff/analysis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace parray::tradeoff {
+namespace {
+
+double root(double square) { return square > 0 ? std::sqrt(square) : 0; }
+
+template <typename Value>
+double mean_of(const std::vector<const Run*>& runs, Value Run::*member) {
+  double sum = 0;
+  for (const Run* run : runs) sum += run->*member;
+  return sum / static_cast<double>(runs.size());
+}
+
+double deviation_of(const std::vector<double>& values) {
+  if (values.size() < 2) return 0;
+  double mean = 0;
+  for (const double value : values) mean += value / static_cast<double>(values.size());
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(values.size() - 1));
+}
+
+template <typename Function>
+std::vector<double> values_of(const std::vector<const Run*>& runs, const Function& function) {
+  std::vector<double> values;
+  values.reserve(runs.size());
+  for (const Run* run : runs) values.push_back(function(*run));
+  return values;
+}
+
+/// Adds what a run has by level to the mean.
+void add_share(const ByLevel& of_run, double share, ByLevel& mean) {
+  for (std::size_t i = 0; i < mean.size(); ++i) mean.at(i) += of_run.at(i) * share;
+}
+
+}  // namespace
+
+bool claim_holds(const Run& run, double low, double high, std::size_t level) {
+  const double square = run.claimed * run.claimed;
+  const double doubt = normal_half_widths.at(level) * run.mse_scatter;
+  const double error = run.mse - square;
+  return error >= -std::hypot(square - low * low, doubt) &&
+         error <= std::hypot(high * high - square, doubt);
+}
+
+double PairedBias::rms() const { return square > 2 * scatter ? root(square) : 0; }
+
+double Budget::predicted() const {
+  return std::sqrt(monte_carlo * monte_carlo + depth * depth + precision * precision);
+}
+
+double Budget::predicted_8bit() const { return std::hypot(predicted(), quantisation); }
+
+Quartiles quartiles_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) {
+    const double rank = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(rank);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    return values[below] + (rank - static_cast<double>(below)) * (values[above] - values[below]);
+  };
+  return {at(0.25), at(0.5), at(0.75)};
+}
+
+Timing timing_of(const std::vector<Run>& runs, int threads) {
+  double wall = 0;
+  double cpu = 0;
+  for (const Run& run : runs) {
+    wall += run.seconds;
+    cpu += run.cpu_seconds;
+  }
+  return {cpu < 0.85 * wall * threads, threads};
+}
+
+Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing) {
+  Row row;
+  row.knob = variant.knob;
+  row.settings = variant.settings;
+  row.options = options_of(variant.settings);
+  row.runs = runs.size();
+  row.seconds =
+      quartiles_of(values_of(runs, [&](const Run& run) { return timing.seconds_of(run); }));
+  row.cpu_seconds =
+      quartiles_of(values_of(runs, [](const Run& run) { return run.cpu_seconds; })).median;
+  row.samples = mean_of(runs, &Run::samples);
+  row.rays = mean_of(runs, &Run::rays);
+  row.mse = mean_of(runs, &Run::mse);
+  row.mse_deviation = deviation_of(values_of(runs, [](const Run& run) { return run.mse; }));
+  row.rmse = root(row.mse);
+  row.rmse_deviation = deviation_of(values_of(runs, [](const Run& run) { return root(run.mse); }));
+  row.rmse_8bit = root(mean_of(runs, &Run::mse_8bit));
+  row.mse_scatter = mean_of(runs, &Run::mse_scatter);
+  row.passes = mean_of(runs, &Run::passes);
+  double denoise = 0;  // of the time
+  for (const Run* run : runs) denoise += run->seconds > 0 ? run->denoise_seconds / run->seconds : 0;
+  row.denoise_seconds = row.seconds.median * denoise / static_cast<double>(runs.size());
+  row.bias = mean_of(runs, &Run::bias);
+  row.truncation = mean_of(runs, &Run::truncation);
+  double claimed = 0;
+  for (const Run* run : runs) {
+    const auto share = 1 / static_cast<double>(runs.size());
+    claimed += run->claimed * run->claimed * share;
+    add_share(run->claims, share, row.claims);
+    add_share(run->coverage, share, row.coverage);
+  }
+  row.claimed = std::sqrt(claimed);
+  row.budget.monte_carlo = row.claimed;
+  row.budget.quantisation = root(mean_of(runs, &Run::quantisation));
+  return row;
+}
+
+std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points) {
+  constexpr double as_accurate = 1.001;
+  const auto dominates = [](const CostAndError& a, const CostAndError& b) {
+    return a.seconds <= b.seconds && a.rmse <= b.rmse * as_accurate &&
+           (a.seconds < b.seconds || a.rmse * as_accurate < b.rmse);
+  };
+  std::vector<std::size_t> fastest(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    fastest[i] = i;
+    for (std::size_t other = 0; other < points.size(); ++other) {
+      if (dominates(points[other], points[i]) &&
+          (fastest[i] == i || points[other].seconds < points[fastest[i]].seconds)) {
+        fastest[i] = other;
+      }
+    }
+  }
+  return fastest;
+}
+
+void mark_front(std::vector<Row>& rows) {
+  std::vector<CostAndError> points;
+  for (const Row& row : rows) points.push_back({row.seconds.median, row.rmse});
+  const std::vector<std::size_t> dominators = dominators_of(points);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].on_front = dominators[i] == i;
+    rows[i].dominated_by = rows[i].on_front ? "" : rows[dominators[i]].options;
+  }
+}
+
+double PowerLaw::at(double x) const { return std::exp(intercept + slope * std::log(x)); }
+
+std::optional<PowerLaw> fit_power_law(const std::vector<std::pair<double, double>>& points) {
+  const auto count = static_cast<double>(points.size());
+  double mean_x = 0;
+  double mean_y = 0;
+  for (const auto& [x, y] : points) {
+    if (!(x > 0) || !(y > 0)) return std::nullopt;
+    mean_x += std::log(x) / count;
+    mean_y += std::log(y) / count;
+  }
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  for (const auto& [x, y] : points) {
+    const double dx = std::log(x) - mean_x;
+    const double dy = std::log(y) - mean_y;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+  }
+  if (points.size() < 2 || !(xx > 0)) return std::nullopt;
+  PowerLaw law;
+  law.slope = xy / xx;
+  law.intercept = mean_y - law.slope * mean_x;
+  const double rest = std::max(yy - law.slope * xy, 0.0);
+  law.slope_error = points.size() > 2 ? std::sqrt(rest / (count - 2) / xx) : 0;
+  return law;
+}
+
+LogCurve::LogCurve(const std::vector<std::pair<double, double>>& points, double slope) {
+  std::map<double, double> logarithms;
+  for (const auto& [x, y] : points) {
+    if (x > 0 && y > 0) logarithms[std::log(x)] = std::log(y);
+  }
+  points_.assign(logarithms.begin(), logarithms.end());
+  if (points_.size() == 1 && slope != 0) {
+    points_.emplace_back(points_[0].first + 1, points_[0].second + slope);
+  }
+}
+
+double LogCurve::at(double x) const {
+  const double at = std::log(x);
+  const auto after =
+      std::upper_bound(points_.begin() + 1, points_.end() - 1, std::pair{at, 0.0},
+                       [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto [x1, y1] = *after;
+  const auto [x0, y0] = *(after - 1);
+  return std::exp(y0 + (at - x0) / (x1 - x0) * (y1 - y0));
+}
+
+}  // namespace parray::tradeoff

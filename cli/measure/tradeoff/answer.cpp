@@ -1,0 +1,252 @@
+#include "cli/measure/tradeoff/answer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cli/output/text.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+
+namespace parray::tradeoff {
+namespace {
+
+/// How another depth, precision or accelerator changes what uniform samples of the scene's own
+/// settings give.
+struct Turn {
+  std::uint32_t depth = 0;
+  Precision precision = Precision::automatic;
+  AcceleratorKind accelerator = AcceleratorKind::automatic;
+  double time = 1;      ///< factor
+  double variance = 1;  ///< factor
+  double bias_square = 0;
+};
+
+double square(double value) { return value * value; }
+
+const Row* like(const std::vector<Row>& rows, const RenderSettings& settings) {
+  const std::string options = options_of(settings);
+  const auto found = std::find_if(rows.begin(), rows.end(),
+                                  [&](const Row& row) { return row.options == options; });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+double bias_square_of(const RenderSettings& settings, const PairedBiases& biases) {
+  const auto depth = biases.depth.find(settings.max_depth);
+  const auto precision = biases.precision.find(settings.precision);
+  return (depth == biases.depth.end() ? 0 : square(depth->second.rms())) +
+         (precision == biases.precision.end() ? 0 : square(precision->second.rms()));
+}
+
+Turn own_turn(const RenderSettings& base) {
+  Turn own;
+  own.depth = base.max_depth;
+  own.precision = base.precision;
+  own.accelerator = base.accelerator;
+  return own;
+}
+
+/// The scene's own first, then what else was measured.
+std::vector<Turn> turns_of(const std::vector<Row>& rows, const RenderSettings& base,
+                           const PairedBiases& biases) {
+  std::vector<Turn> turns = {own_turn(base)};
+  turns[0].bias_square = bias_square_of(base, biases);
+  for (const Row& row : rows) {
+    RenderSettings without = row.settings;
+    without.max_depth = base.max_depth;
+    without.precision = base.precision;
+    without.accelerator = base.accelerator;
+    const Row* plain = like(rows, without);
+    const bool turned =
+        row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator;
+    if (!turned || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
+    turns.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
+                     row.seconds.median / plain->seconds.median,
+                     square(row.budget.monte_carlo / plain->budget.monte_carlo),
+                     bias_square_of(row.settings, biases)});
+  }
+  return turns;
+}
+
+/// What one way to spend samples, denoised or not, gives with the scene's own depth and precision:
+/// as functions of samples a pixel, or of the target.
+struct Family {
+  RenderSettings settings;
+  LogCurve amount;   ///< for a Monte Carlo RMSE
+  LogCurve seconds;  ///< for an amount
+  bool targeted = false;
+};
+
+std::vector<Family> measured_families(const std::vector<Row>& rows, const RenderSettings& base) {
+  std::vector<Family> families;
+  for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+    for (const bool targeted : {false, true}) {
+      for (const bool denoised : {false, true}) {
+        if (targeted && denoised) continue;  // as add_denoised()
+        RenderSettings settings = with_denoise(base, denoised);
+        settings.sampler = sampler;
+        settings.adaptive = false;
+        settings.target_error = 0;
+        if (targeted) settings = with_target(settings, sampler, 1);
+        std::vector<std::pair<double, double>> amount;
+        std::vector<std::pair<double, double>> seconds;
+        for (const Row& row : rows) {
+          if (!same_but_samples(row.settings, settings)) continue;
+          const double spent =
+              targeted ? row.settings.target_error : row.settings.samples_per_pixel;
+          amount.emplace_back(row.budget.monte_carlo, spent);
+          seconds.emplace_back(spent, row.seconds.median);
+        }
+        // What one row alone would go on like: noise halves with four times the samples. What a
+        // filter does to it, one row does not tell.
+        families.push_back({settings,
+                            LogCurve(amount, denoised   ? 0
+                                             : targeted ? 1
+                                                        : -2),
+                            LogCurve(seconds, denoised   ? 0
+                                              : targeted ? -2
+                                                         : 1),
+                            targeted});
+      }
+    }
+  }
+  return families;
+}
+
+/// Pairs of samples: each of a pixel's two replicates gets as many.
+std::uint32_t samples_from(double amount) {
+  const double most = limits::max_samples_per_pixel;
+  return static_cast<std::uint32_t>(2 * std::ceil(std::clamp(amount, 2.0, most) / 2));
+}
+
+/// Three digits, rounded down: a target is a promise.
+double target_from(double amount) {
+  const double unit = std::pow(10, std::floor(std::log10(amount)) - 2);
+  return std::stod(formatted("%.3g", std::floor(amount / unit + 1e-9) * unit));
+}
+
+std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, double error) {
+  const double left = square(error) - turn.bias_square;
+  if (!family.amount.known() || !family.seconds.known() || !(left > 0)) return std::nullopt;
+  Candidate candidate{family.settings, 0};
+  RenderSettings& settings = candidate.settings;
+  settings.max_depth = turn.depth;
+  settings.precision = turn.precision;
+  settings.accelerator = turn.accelerator;
+  double spent = 0;
+  if (family.targeted) {
+    settings.target_error = target_from(std::sqrt(left));
+    spent = settings.target_error;
+  } else {
+    spent = family.amount.at(std::sqrt(left / turn.variance));
+    if (!(spent <= limits::max_samples_per_pixel)) return std::nullopt;
+    settings.samples_per_pixel = samples_from(spent);
+    spent = settings.samples_per_pixel;
+  }
+  const double variance = family.targeted ? turn.variance : 1;
+  candidate.seconds = family.seconds.at(spent) * turn.time * variance;
+  return candidate;
+}
+
+std::string times_text(double times) {
+  if (times < 1.05) return "take about as long";
+  return "take " + formatted(times < 10 ? "%.1f" : "%.0f", times) + " x as long";
+}
+
+}  // namespace
+
+bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
+  return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&
+         a.accelerator == b.accelerator && a.isa == b.isa &&
+         (a.target_error > 0) == (b.target_error > 0) && a.adaptive == b.adaptive &&
+         a.replicates == b.replicates;
+}
+
+std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
+                                      const RenderSettings& base, const PairedBiases& biases) {
+  const std::vector<Turn> turns = turns_of(rows, base, biases);
+  std::vector<Candidate> candidates;
+  for (const Family& family : measured_families(rows, base)) {
+    auto best = candidate_of(family, turns[0], error);
+    if (!best) continue;
+    double limit = 0.95 * best->seconds;
+    for (std::size_t i = 1; i < turns.size() && !family.settings.replicates; ++i) {
+      if (turns[i].bias_square > square(error) / 10) continue;
+      const auto other = candidate_of(family, turns[i], error);
+      if (other && other->seconds < limit) {
+        best = other;
+        limit = other->seconds;
+      }
+    }
+    candidates.push_back(*best);
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
+  return candidates;
+}
+
+std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
+                                 const RenderSettings& base) {
+  for (const Family& family : measured_families(rows, base)) {
+    if (same_but_samples(family.settings, with_denoise(base, false)) && !family.targeted) {
+      return candidate_of(family, own_turn(base), error);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Candidate> corrected(const Row& row, double error) {
+  const double ratio = row.rmse / error;
+  const bool targeted = row.settings.target_error > 0;
+  if (!(ratio > 0) || (ratio <= 1.005 && (targeted || ratio > 0.97))) return std::nullopt;
+  RenderSettings settings = row.settings;
+  if (targeted) {
+    settings.target_error = target_from(settings.target_error / (ratio * 1.002));
+  } else {
+    settings.samples_per_pixel = samples_from(settings.samples_per_pixel * square(ratio));
+  }
+  if (options_of(settings) == row.options) return std::nullopt;
+  return Candidate{settings, row.seconds.median * square(ratio)};
+}
+
+const Row* fastest_within(double error, const std::vector<Row>& rows) {
+  const Row* fastest = nullptr;
+  for (const Row& row : rows) {
+    if (row.rmse <= error * 1.005 &&
+        (fastest == nullptr || row.seconds.median < fastest->seconds.median)) {
+      fastest = &row;
+    }
+  }
+  return fastest;
+}
+
+std::string sentence_of(const Answer& answer) {
+  const Row& pick = answer.pick;
+  const auto size = [](const RenderSettings& s) {
+    return std::to_string(s.width) + " x " + std::to_string(s.height);
+  };
+  const double pixels = static_cast<double>(pick.settings.width) * pick.settings.height;
+  const double scale = static_cast<double>(answer.scene.width) * answer.scene.height / pixels;
+  std::string text =
+      "For an RMSE of " + formatted("%.3g", answer.error) +
+      (answer.asked ? "" : ", that of the scene's own settings") + ": " +
+      options_against(pick.settings, answer.scene) +
+      (answer.own ? ", the scene's own settings with " +
+                        counted(pick.settings.samples_per_pixel, "sample") + " a pixel"
+                  : "") +
+      " (" + formatted("%.3g s", pick.seconds.median) + " at " + size(pick.settings) +
+      " on this machine";
+  if (size(answer.scene) != size(pick.settings)) {
+    text += ", about " + formatted("%.3g s", pick.seconds.median * scale) + " at the scene's " +
+            size(answer.scene);
+  }
+  text += "; measured RMSE " + formatted("%.3g", pick.rmse) + " +- " +
+          formatted("%.1g", pick.rmse_deviation) + ")";
+  if (answer.own) return text + "; nothing else that was measured is faster.";
+  if (answer.own_options.empty() || !(pick.seconds.median > 0)) return text + ".";
+  return text + "; the scene's own settings" +
+         (answer.asked ? " reach it with " + answer.own_options + " and " : " ") +
+         times_text(answer.own_seconds / pick.seconds.median) + ".";
+}
+
+}  // namespace parray::tradeoff

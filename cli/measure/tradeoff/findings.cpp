@@ -1,0 +1,135 @@
+#include "cli/measure/tradeoff/findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "cli/output/text.h"
+#include "common/base/printable.h"
+
+namespace parray::tradeoff {
+namespace {
+
+std::string family_of(const RenderSettings& settings) {
+  return std::string(name_of(settings.sampler)) + (settings.adaptive ? ", adaptive" : "") +
+         (settings.replicates ? ", denoised" : "");
+}
+
+}  // namespace
+
+Families families_of(const std::vector<Row>& rows, const RenderSettings& base) {
+  Families families;
+  for (const Row& row : rows) {
+    const RenderSettings& s = row.settings;
+    if (s.max_depth == base.max_depth && s.precision == base.precision &&
+        s.accelerator == base.accelerator && s.isa == base.isa) {
+      families[family_of(s)].push_back(&row);
+    }
+  }
+  return families;
+}
+
+namespace {
+
+/// MSE as a function of seconds.
+LogCurve over_time(const std::vector<const Row*>& rows) {
+  std::vector<std::pair<double, double>> points;
+  points.reserve(rows.size());
+  for (const Row* row : rows) points.emplace_back(row->seconds.median, row->mse);
+  return LogCurve(points);
+}
+
+/// At the middle, in the logarithm, of the time that both have been measured over.
+double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*>& independent) {
+  const LogCurve ours = over_time(rows);
+  const LogCurve theirs = over_time(independent);
+  if (!ours.known() || !theirs.known()) return 0;
+  const auto range = [](const std::vector<const Row*>& of) {
+    const auto [least, most] = std::minmax_element(
+        of.begin(), of.end(),
+        [](const Row* a, const Row* b) { return a->seconds.median < b->seconds.median; });
+    return std::pair{(*least)->seconds.median, (*most)->seconds.median};
+  };
+  const auto [a, b] = range(rows);
+  const auto [c, d] = range(independent);
+  const double from = std::max(a, c);
+  const double to = std::min(b, d);
+  if (!(from > 0) || !(from <= to)) return 0;
+  const double middle = std::sqrt(from * to);
+  return theirs.at(middle) / ours.at(middle);
+}
+
+}  // namespace
+
+std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
+                         const PairedBiases& biases, const Timing& timing) {
+  std::map<std::string, std::vector<const Run*>> by_options;
+  for (const Run& run : runs) by_options[run.options].push_back(&run);
+  std::vector<Row> rows;
+  for (const Variant& variant : variants) {
+    const auto found = by_options.find(options_of(variant.settings));
+    if (found == by_options.end()) continue;
+    Row row = row_of(variant, found->second, timing);
+    by_options.erase(found);  // a variant listed twice is one row
+    if (const auto bias = biases.depth.find(row.settings.max_depth); bias != biases.depth.end()) {
+      row.budget.depth = bias->second.rms();
+    }
+    if (const auto bias = biases.precision.find(row.settings.precision);
+        bias != biases.precision.end()) {
+      row.budget.precision = bias->second.rms();
+    }
+    rows.push_back(std::move(row));
+  }
+  mark_front(rows);
+  return rows;
+}
+
+std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base) {
+  const auto families = families_of(rows, base);
+  const auto independent = families.find(std::string(name_of(Sampler::independent)));
+  std::vector<Convergence> found;
+  for (const auto& [name, members] : families) {
+    std::vector<std::pair<double, double>> points;
+    for (const Row* row : members) points.emplace_back(row->samples, row->mse);
+    found.push_back({name, fit_power_law(points),
+                     independent == families.end() ? 0 : gain_of(members, independent->second)});
+  }
+  return found;
+}
+
+std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
+  std::map<std::string, Calibration> by_name;
+  const auto add = [&](const std::string& name, const Row& row) {
+    Calibration& one = by_name[name];
+    one.name = name;
+    const bool pixels = !row.settings.replicates;
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+      one.pixels.at(i) += pixels ? row.coverage.at(i) * static_cast<double>(row.runs) : 0;
+      one.pictures.at(i) += row.claims.at(i) * static_cast<double>(row.runs);
+    }
+    one.pixel_runs += pixels ? row.runs : 0;
+    one.runs += row.runs;
+  };
+  for (const Row& row : rows) {
+    // These share their random numbers with other rows: they would count the same luck again.
+    if (row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator) {
+      continue;
+    }
+    // A systematic error is no part of what intervals promise; one of a fifth hardly changes it.
+    const double systematic = std::hypot(row.budget.depth, row.budget.precision);
+    if (systematic > 0.2 * row.budget.monte_carlo) continue;
+    if (!row.settings.replicates) add("all", row);
+    add(family_of(row.settings), row);
+  }
+  std::vector<Calibration> found;
+  for (auto& [name, one] : by_name) {
+    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+      if (one.pixel_runs > 0) one.pixels.at(i) /= static_cast<double>(one.pixel_runs);
+      one.pictures.at(i) /= static_cast<double>(one.runs);
+    }
+    found.push_back(one);
+  }
+  return found;
+}
+
+}  // namespace parray::tradeoff

@@ -1,0 +1,281 @@
+// What people and scripts read of a trade: tables, CSV, JSON.
+#include <algorithm>
+#include <functional>
+#include <map>
+
+#include "cli/measure/tradeoff/findings.h"
+#include "cli/output/text.h"
+#include "common/base/printable.h"
+
+namespace parray::tradeoff {
+namespace {
+
+using nlohmann::json;
+
+/// A value of a row, as CSV and JSON name it.
+struct Field {
+  const char* name;
+  std::function<json(const Row&)> value;
+};
+
+/// Denoised pictures state nothing of their pixels.
+json coverage_of(const Row& row, std::size_t level) {
+  return row.settings.replicates ? json() : json(row.coverage.at(level));
+}
+
+const std::vector<Field>& fields() {
+  static const std::vector<Field> all = {
+      {"options", [](const Row& r) { return r.options; }},
+      {"knob", [](const Row& r) { return name_of(r.knob); }},
+      {"sampler", [](const Row& r) { return name_of(r.settings.sampler); }},
+      {"adaptive", [](const Row& r) { return r.settings.adaptive; }},
+      {"denoised", [](const Row& r) { return r.settings.replicates; }},
+      {"target_error", [](const Row& r) { return r.settings.target_error; }},
+      {"max_depth", [](const Row& r) { return r.settings.max_depth; }},
+      {"precision", [](const Row& r) { return name_of(r.settings.precision); }},
+      {"accelerator", [](const Row& r) { return name_of(r.settings.accelerator); }},
+      {"runs", [](const Row& r) { return r.runs; }},
+      {"samples_per_pixel", [](const Row& r) { return r.samples; }},
+      {"passes", [](const Row& r) { return r.passes; }},
+      {"rays_per_sample", [](const Row& r) { return r.rays; }},
+      {"seconds", [](const Row& r) { return r.seconds.median; }},
+      {"seconds_q1", [](const Row& r) { return r.seconds.q1; }},
+      {"seconds_q3", [](const Row& r) { return r.seconds.q3; }},
+      {"denoise_seconds", [](const Row& r) { return r.denoise_seconds; }},
+      {"cpu_seconds", [](const Row& r) { return r.cpu_seconds; }},
+      {"mse", [](const Row& r) { return r.mse; }},
+      {"mse_scatter", [](const Row& r) { return r.mse_scatter; }},
+      {"mse_sd", [](const Row& r) { return r.mse_deviation; }},
+      {"rmse", [](const Row& r) { return r.rmse; }},
+      {"rmse_sd", [](const Row& r) { return r.rmse_deviation; }},
+      {"bias", [](const Row& r) { return r.bias; }},
+      {"claimed_rmse", [](const Row& r) { return r.claimed; }},
+      {"claims_held", [](const Row& r) { return r.claims[stated_level]; }},
+      {"claims_50", [](const Row& r) { return r.claims[0]; }},
+      {"claims_80", [](const Row& r) { return r.claims[1]; }},
+      {"claims_90", [](const Row& r) { return r.claims[2]; }},
+      {"claims_99", [](const Row& r) { return r.claims[4]; }},
+      {"eps_mc", [](const Row& r) { return r.budget.monte_carlo; }},
+      {"eps_depth", [](const Row& r) { return r.budget.depth; }},
+      {"depth_bound", [](const Row& r) { return r.truncation; }},
+      {"eps_precision", [](const Row& r) { return r.budget.precision; }},
+      {"eps_quantisation", [](const Row& r) { return r.budget.quantisation; }},
+      {"predicted_rmse", [](const Row& r) { return r.budget.predicted(); }},
+      {"predicted_to_rmse", [](const Row& r) { return r.ratio(); }},
+      {"rmse_8bit", [](const Row& r) { return r.rmse_8bit; }},
+      {"predicted_rmse_8bit", [](const Row& r) { return r.budget.predicted_8bit(); }},
+      {"predicted_to_rmse_8bit", [](const Row& r) { return r.ratio_8bit(); }},
+      {"coverage_50", [](const Row& r) { return coverage_of(r, 0); }},
+      {"coverage_80", [](const Row& r) { return coverage_of(r, 1); }},
+      {"coverage_90", [](const Row& r) { return coverage_of(r, 2); }},
+      {"coverage_95", [](const Row& r) { return coverage_of(r, 3); }},
+      {"coverage_99", [](const Row& r) { return coverage_of(r, 4); }},
+      {"efficiency", [](const Row& r) { return r.efficiency(); }},
+      {"on_front", [](const Row& r) { return r.on_front; }},
+      {"dominated_by", [](const Row& r) { return r.dominated_by; }}};
+  return all;
+}
+
+std::string cell_of(const json& value) {
+  if (value.is_null()) return "";
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return formatted("%.9g", value.get<double>());
+}
+
+std::string rough(double value) { return formatted("%.3g", value); }
+std::string percent(double share) { return formatted("%.1f %%", 100 * share); }
+
+std::vector<const Row*> front_of(const std::vector<Row>& rows) {
+  std::vector<const Row*> front;
+  for (const Row& row : rows) {
+    if (row.on_front) front.push_back(&row);
+  }
+  std::sort(front.begin(), front.end(),
+            [](const Row* a, const Row* b) { return a->seconds.median < b->seconds.median; });
+  return front;
+}
+
+std::string front_text(const Findings& findings) {
+  std::vector<std::vector<std::string>> cells;
+  for (const Row* row : front_of(findings.rows)) {
+    const Budget& budget = row->budget;
+    cells.push_back({rough(row->seconds.median), formatted("%.1f", row->samples), rough(row->rmse),
+                     rough(budget.monte_carlo), rough(budget.depth), rough(budget.precision),
+                     formatted("%.3f", row->ratio()), rough(row->rmse_8bit),
+                     formatted("%.3f", row->ratio_8bit()),
+                     options_against(row->settings, findings.scene)});
+  }
+  return table_text({"seconds", "spp", "RMSE", "noise", "depth", "precision", "predicted",
+                     "RMSE PNG", "predicted", "settings"},
+                    cells);
+}
+
+std::string convergence_text(const Findings& findings) {
+  std::vector<std::vector<std::string>> cells;
+  for (const Convergence& one : findings.convergence) {
+    cells.push_back(
+        {one.name, one.mse ? formatted("%.3f +- %.3f", one.mse->slope, one.mse->slope_error) : "-",
+         one.equal_time_gain > 0 ? formatted("%.2f", one.equal_time_gain) : "-"});
+  }
+  return table_text({"samples", "slope of MSE", "MSE gain in equal time"}, cells);
+}
+
+std::string calibration_text(const Findings& findings) {
+  std::vector<std::vector<std::string>> cells;
+  const auto add = [&](const std::string& name, const ByLevel& shares, std::size_t runs) {
+    if (runs == 0) return;
+    std::vector<std::string> line = {name};
+    for (const double share : shares) line.push_back(percent(share));
+    line.push_back(std::to_string(runs));
+    cells.push_back(line);
+  };
+  for (const Calibration& one : findings.calibration) {
+    add(one.name + ": pixels", one.pixels, one.pixel_runs);
+    add(one.name + ": pictures", one.pictures, one.runs);
+  }
+  return table_text({"intervals that hold", "50 %", "80 %", "90 %", "95 %", "99 %", "runs"}, cells);
+}
+
+/// For each number of workers: what its front costs.
+std::string farms_text(const Findings& findings) {
+  std::vector<std::string> header = {"RMSE"};
+  for (const FarmFront& farm : findings.farms) {
+    header.push_back(counted(farm.workers, "worker"));
+  }
+  header.emplace_back("settings");
+  std::map<double, std::vector<std::string>, std::greater<>> lines;
+  for (std::size_t farm = 0; farm < findings.farms.size(); ++farm) {
+    for (const FarmPoint& point : findings.farms[farm].points) {
+      if (!point.on_front) continue;
+      std::vector<std::string>& line = lines[point.rmse];
+      line.resize(header.size(), "-");
+      line.front() = rough(point.rmse);
+      line[farm + 1] = rough(point.seconds);
+      line.back() = options_against(findings.rows[point.row].settings, findings.scene);
+    }
+  }
+  std::vector<std::vector<std::string>> cells;
+  for (const auto& [rmse, line] : lines) cells.push_back(line);
+  return table_text(header, cells);
+}
+
+json json_of(const RenderSettings& settings) {
+  return {{"options", options_of(settings)},
+          {"width", settings.width},
+          {"height", settings.height},
+          {"seed", settings.seed}};
+}
+
+}  // namespace
+
+std::string farms_csv_of(const Findings& findings) {
+  std::string text = "workers,options,modelled_seconds,rmse,on_front\n";
+  for (const FarmFront& farm : findings.farms) {
+    for (const FarmPoint& point : farm.points) {
+      text += std::to_string(farm.workers) + "," + findings.rows[point.row].options +
+              formatted(",%.9g,%.9g", point.seconds, point.rmse) +
+              (point.on_front ? ",1\n" : ",0\n");
+    }
+  }
+  return text;
+}
+
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Field& field : fields()) text += (text.empty() ? "" : ",") + std::string(field.name);
+  text += "\n";
+  for (const Row& row : rows) {
+    std::string line;
+    for (const Field& field : fields()) {
+      line += (line.empty() ? "" : ",") + cell_of(field.value(row));
+    }
+    text += line + "\n";
+  }
+  return text;
+}
+
+json json_of(const Findings& findings) {
+  json rows = json::array();
+  for (const Row& row : findings.rows) {
+    json one = json::object();
+    for (const Field& field : fields()) one[field.name] = field.value(row);
+    rows.push_back(std::move(one));
+  }
+  json convergence = json::array();
+  for (const Convergence& one : findings.convergence) {
+    const PowerLaw law = one.mse.value_or(PowerLaw());
+    convergence.push_back({{"samples", one.name},
+                           {"mse_slope", one.mse ? json(law.slope) : json()},
+                           {"mse_slope_error", one.mse ? json(law.slope_error) : json()},
+                           {"mse_intercept", one.mse ? json(law.intercept) : json()},
+                           {"equal_time_gain", one.equal_time_gain}});
+  }
+  json calibration = json::array();
+  for (const Calibration& one : findings.calibration) {
+    calibration.push_back({{"intervals", one.name},
+                           {"nominal", interval_levels},
+                           {"pixels", one.pixel_runs > 0 ? json(one.pixels) : json()},
+                           {"pixel_runs", one.pixel_runs},
+                           {"pictures", one.pictures},
+                           {"runs", one.runs}});
+  }
+  json farms = json::array();
+  for (const FarmFront& farm : findings.farms) {
+    json points = json::array();
+    for (const FarmPoint& point : farm.points) {
+      points.push_back({{"options", findings.rows[point.row].options},
+                        {"modelled_seconds", point.seconds},
+                        {"rmse", point.rmse},
+                        {"on_front", point.on_front}});
+    }
+    farms.push_back({{"workers", farm.workers}, {"points", points}});
+  }
+  return {{"version", PARRAY_VERSION},
+          {"scene", findings.scene_file},
+          {"spheres", findings.spheres},
+          {"processor", findings.occasion.processor},
+          {"isa", findings.occasion.isa},
+          {"date", findings.occasion.date},
+          {"scene_settings", json_of(findings.scene)},
+          {"measured_settings", json_of(findings.base)},
+          {"threads", findings.timing.threads},
+          {"time", findings.timing.busy ? "cpu / threads" : "wall"},
+          {"reference",
+           {{"samples_per_pixel", findings.reference_samples}, {"rmse", findings.reference_rmse}}},
+          {"rows", rows},
+          {"biases", to_json(findings.biases)},
+          {"convergence", convergence},
+          {"calibration", calibration},
+          {"farms", farms},
+          {"left_out", findings.left_out},
+          {"notes", findings.notes},
+          {"answer", findings.answer_facts},
+          {"sentence", findings.answer}};
+}
+
+std::string text_of(const Findings& findings) {
+  const RenderSettings& base = findings.base;
+  std::string text = printable(findings.scene_file, 500) + ": " + std::to_string(base.width) +
+                     " x " + std::to_string(base.height) + " pixels, " +
+                     counted(static_cast<std::uint64_t>(findings.timing.threads), "thread") + ", " +
+                     counted(findings.rows.size(), "setting") + " measured against " +
+                     formatted("%.0f", findings.reference_samples) + " samples a pixel (RMSE " +
+                     rough(findings.reference_rmse) + ", taken off)\n\n";
+  text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
+          front_text(findings);
+  text +=
+      "\nRMSE of linear radiance; noise, depth and precision are its parts, measured by "
+      "themselves; "
+      "predicted: the\nroot of their squares over the RMSE; PNG: with the error of 8 bits.\n\n";
+  text += convergence_text(findings) + "\n" + calibration_text(findings);
+  text += "\nModelled, not measured: seconds of a picture of " +
+          std::to_string(findings.scene.width) + " x " + std::to_string(findings.scene.height) +
+          " pixels by workers as fast as this machine\neach, leases as the coordinator deals them "
+          "out, no network; \"-\": there something else is faster and as accurate.\n\n" +
+          farms_text(findings);
+  for (const std::string& note : findings.notes) text += "\nNote: " + note;
+  return text + (findings.notes.empty() ? "" : "\n");
+}
+
+}  // namespace parray::tradeoff

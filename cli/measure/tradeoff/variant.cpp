@@ -1,0 +1,288 @@
+#include "cli/measure/tradeoff/variant.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "cli/output/text.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+
+namespace parray::tradeoff {
+namespace {
+
+constexpr std::uint32_t least_samples = 16;
+constexpr std::uint32_t most_samples = 4096;
+constexpr double shorter_side = 200;
+/// A hundredth of what a slow machine traces.
+constexpr double samples_a_second = 250'000;
+
+std::string stop_options(const RenderSettings& settings) {
+  if (settings.target_error > 0) {
+    return std::string(settings.adaptive ? "" : " --adaptive off") + " --target-error " +
+           number_text(settings.target_error);
+  }
+  return (settings.adaptive ? " --adaptive on --spp " : " --spp ") +
+         std::to_string(settings.samples_per_pixel);
+}
+
+std::string isa_options(const RenderSettings& settings) {
+  return settings.isa == Isa::automatic ? "" : " --isa " + std::string(name_of(settings.isa));
+}
+
+std::string sampler_options(const RenderSettings& settings) {
+  return "--sampler " + std::string(name_of(settings.sampler)) + stop_options(settings);
+}
+
+std::string denoise_option(const RenderSettings& settings) {
+  return settings.replicates ? " --denoise" : "";
+}
+
+/// FNV-1a: names become numbers, everywhere the same.
+std::uint64_t hash_of(const std::string& text) {
+  std::uint64_t hash = 0xCBF29CE484222325;
+  for (const char letter : text) {
+    hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001B3;
+  }
+  return hash;
+}
+
+/// The two highest bits say what a seed is for.
+std::uint64_t seed_for(std::uint64_t use, std::uint64_t base, std::uint64_t number) {
+  constexpr std::uint64_t low = (std::uint64_t{1} << 62) - 1;
+  return use << 62 | ((base * 0x9E3779B97F4A7C15 + number) & low);
+}
+
+/// Two significant digits: what a person would ask for.
+double rounded(double value) { return std::stod(formatted("%.2g", value)); }
+
+std::uint32_t scaled_side(std::uint32_t side, double factor) {
+  const double scaled = std::round(side * factor);
+  return static_cast<std::uint32_t>(
+      std::clamp(scaled, 1.0, static_cast<double>(limits::max_image_side)));
+}
+
+/// Collects variants, each as often as its share of the time allows.
+class Planner {
+ public:
+  Planner(const RenderSettings& base, const Pilot& pilot, double seconds)
+      : base_(base), pilot_(pilot), seconds_(seconds) {}
+
+  /// `samples`: a pixel, as expected. False if there is no time for it; known ones are no news.
+  bool add(Knob knob, const RenderSettings& settings, double samples, double speed = 0) {
+    const std::string options = options_of(settings);
+    if (known_.contains(options)) return true;
+    const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second) +
+                       (settings.replicates ? pilot_.denoise : 0);
+    const bool first = knob != Knob::accelerator && begun_.insert({knob, settings.sampler}).second;
+    const bool needed = first || knob == Knob::also;
+    const std::uint32_t runs =
+        knob == Knob::denoise ? denoised_runs_of(one, needed) : runs_of(one, needed);
+    if (runs == 0) {
+      sweep_.left_out.push_back(options);
+      known_.insert(options);
+      return false;
+    }
+    known_.insert(options);
+    sweep_.variants.push_back({knob, settings, runs});
+    return true;
+  }
+
+  /// Samples at which knobs other than samples are tried: few enough to be tried often.
+  [[nodiscard]] std::uint32_t knob_samples() const {
+    const double speed = pilot_.samples_per_second;
+    return 8 * cost(64, speed) <= seconds_ / 40   ? 64
+           : 8 * cost(32, speed) <= seconds_ / 40 ? 32
+                                                  : least_samples;
+  }
+
+  Sweep take() { return std::move(sweep_); }
+
+ private:
+  [[nodiscard]] double cost(double samples, double speed) const {
+    return pilot_.overhead + samples * base_.width * base_.height / speed;
+  }
+  /// Many cheap runs, few dear ones.
+  [[nodiscard]] std::uint32_t runs_of(double one, bool needed) const {
+    if (16 * one <= seconds_ / 60) return 16;
+    if (8 * one <= seconds_ / 25) return 8;
+    return 4 * one <= seconds_ / 12 ? 4 : needed ? 2 : 0;
+  }
+  /// Denoising takes as long whatever the samples: all of its settings are dear.
+  [[nodiscard]] std::uint32_t denoised_runs_of(double one, bool needed) const {
+    return 4 * one <= seconds_ / 24 ? 4 : 2 * one <= seconds_ / 24 || needed ? 2 : 0;
+  }
+
+  const RenderSettings& base_;
+  const Pilot& pilot_;
+  const double seconds_;
+  Sweep sweep_;
+  std::set<std::string> known_;
+  std::set<std::pair<Knob, Sampler>> begun_;
+};
+
+RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t samples) {
+  settings.sampler = sampler;
+  settings.samples_per_pixel = samples;
+  return settings;
+}
+
+/// Of adaptive passes to `share` of the pilot's error.
+double expected_samples(double share) { return pilot_samples / (share * share) / 1.5; }
+
+double samples_of(const RenderSettings& settings, const Pilot& pilot) {
+  const bool targeted = settings.target_error > 0 && pilot.error > 0;
+  const double samples = targeted ? expected_samples(settings.target_error / pilot.error) : 1e9;
+  return std::min<double>(samples, settings.samples_per_pixel);
+}
+
+constexpr std::array samplers = {Sampler::independent, Sampler::sobol};
+
+void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planner) {
+  if (!(pilot.error > 0)) return;  // nothing is random
+  // Below what the first pass reaches by itself, each target four times the work of the one before.
+  for (double target = pilot.error / 2; target > 1e-9; target /= 2) {
+    const double share = target / pilot.error;
+    bool any = false;
+    for (const Sampler sampler : samplers) {
+      any |= planner.add(Knob::target, with_target(base, sampler, rounded(target)),
+                         expected_samples(share));
+    }
+    if (!any) break;
+  }
+}
+
+/// Adds denoised pictures, each of four times as many samples as the one before. Targets are left
+/// out: `parray render --denoise --target-error` traces until the denoised picture meets its
+/// target.
+void add_denoised(const RenderSettings& base, Planner& planner) {
+  for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 4) {
+    const RenderSettings settings = uniform(base, Sampler::sobol, samples);
+    if (!planner.add(Knob::denoise, with_denoise(settings, true), samples)) break;
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Knob knob) {
+  constexpr std::array<std::string_view, 9> known = {
+      "scene", "also", "spp", "target", "denoise", "depth", "precision", "accelerator", "answer"};
+  return known.at(static_cast<std::size_t>(knob));
+}
+
+std::string options_of(const RenderSettings& settings) {
+  return sampler_options(settings) + " --max-depth " + std::to_string(settings.max_depth) +
+         " --precision " + std::string(name_of(settings.precision)) + " --accelerator " +
+         std::string(name_of(settings.accelerator)) + isa_options(settings) +
+         denoise_option(settings);
+}
+
+std::string options_against(const RenderSettings& settings, const RenderSettings& base) {
+  std::string text = sampler_options(settings);
+  if (settings.max_depth != base.max_depth) {
+    text += " --max-depth " + std::to_string(settings.max_depth);
+  }
+  if (settings.precision != base.precision) {
+    text += " --precision " + std::string(name_of(settings.precision));
+  }
+  if (settings.accelerator != base.accelerator) {
+    text += " --accelerator " + std::string(name_of(settings.accelerator));
+  }
+  return text + isa_options(settings) + denoise_option(settings);
+}
+
+std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run) {
+  return seed_for(0, base, hash_of(sampler_options(settings)) + run);
+}
+std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk) {
+  return seed_for(1, base, chunk);
+}
+std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair) {
+  return seed_for(2, base, pair);
+}
+
+RenderSettings with_target(RenderSettings settings, Sampler sampler, double target) {
+  settings.sampler = sampler;
+  settings.samples_per_pixel = limits::max_samples_per_pixel;
+  settings.adaptive = true;
+  settings.target_error = target;
+  return settings;
+}
+
+RenderSettings with_denoise(RenderSettings settings, bool denoise) {
+  settings.replicates = denoise;
+  return settings;
+}
+
+RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height,
+                         double seconds) {
+  const double across = settings.width;
+  const double down = settings.height;
+  if (width == 0 && height == 0) {
+    const double most = std::max(seconds * samples_a_second / settings.samples_per_pixel, 2000.0);
+    const double factor =
+        std::min({1.0, shorter_side / std::min(across, down), std::sqrt(most / (across * down))});
+    settings.width = scaled_side(settings.width, factor);
+    settings.height = scaled_side(settings.height, factor);
+    return settings;
+  }
+  settings.width = width > 0 ? width : scaled_side(settings.width, height / down);
+  settings.height = height > 0 ? height : scaled_side(settings.height, width / across);
+  return settings;
+}
+
+std::uint32_t reference_depth(std::uint32_t base_depth) {
+  return std::min(std::max(4 * std::min(base_depth, limits::max_depth / 4), 50U),
+                  limits::max_depth);
+}
+
+std::vector<std::uint32_t> depths_of(std::uint32_t base_depth) {
+  std::set<std::uint32_t> depths = {base_depth};
+  for (const std::uint32_t depth : {2U, 3U, 5U, base_depth / 2, 2 * base_depth}) {
+    if (depth >= 2 && depth < reference_depth(base_depth)) depths.insert(depth);
+  }
+  return {depths.begin(), depths.end()};
+}
+
+Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
+                 const Pilot& pilot, double seconds) {
+  Planner planner(base, pilot, seconds);
+  planner.add(Knob::scene, base, base.samples_per_pixel);
+  for (const RenderSettings& settings : also) {
+    const auto speed = pilot.other_speeds.find(settings.accelerator);
+    planner.add(Knob::also, settings, samples_of(settings, pilot),
+                speed == pilot.other_speeds.end() ? 0 : speed->second);
+  }
+  const Sampler own = base.sampler;
+  for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 2) {
+    bool any = false;
+    for (const Sampler sampler : samplers) {
+      any |= planner.add(Knob::spp, uniform(base, sampler, samples), samples);
+    }
+    if (!any) break;
+  }
+  add_targets(base, pilot, planner);
+  add_denoised(base, planner);
+  const std::uint32_t knob_samples = planner.knob_samples();
+  RenderSettings turned = uniform(base, own, knob_samples);
+  for (const std::uint32_t depth : depths_of(base.max_depth)) {
+    turned.max_depth = depth;
+    planner.add(Knob::depth, turned, knob_samples);
+  }
+  turned = uniform(base, own, knob_samples);
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    turned.precision = precision;
+    planner.add(Knob::precision, turned, knob_samples);
+  }
+  // So slow, some of them, that more samples would not fit.
+  turned = uniform(base, own, least_samples);
+  for (const auto& [accelerator, speed] : pilot.other_speeds) {
+    turned.accelerator = accelerator;
+    planner.add(Knob::accelerator, turned, least_samples, speed);
+  }
+  return planner.take();
+}
+
+}  // namespace parray::tradeoff

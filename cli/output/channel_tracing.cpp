@@ -1,0 +1,209 @@
+#include "cli/output/channel_tracing.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "common/math/float_mode.h"
+
+namespace parray {
+namespace {
+
+/// Depth where nothing is met.
+constexpr double no_surface = std::numeric_limits<double>::infinity();
+
+/// Three channels of a vector, filled pixel by pixel.
+class VectorPlanes {
+ public:
+  VectorPlanes(bool wanted, std::size_t pixels) {
+    for (auto& plane : planes_) {
+      plane.resize(wanted ? pixels : 0);
+    }
+  }
+  void set(std::size_t pixel, const Vec3d& v) {
+    planes_[0][pixel] = static_cast<float>(v.x);
+    planes_[1][pixel] = static_cast<float>(v.y);
+    planes_[2][pixel] = static_cast<float>(v.z);
+  }
+  void move_to(Channels& channels, const std::array<const char*, 3>& names) {
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      channels.push_back({names[i], std::move(planes_[i])});
+    }
+  }
+
+ private:
+  std::array<std::vector<float>, 3> planes_;
+};
+
+/// The channels of one picture. Pixels are filled independently: threads share no pixel.
+class ChannelPlanes {
+ public:
+  /// For so many pixels.
+  ChannelPlanes(const PathTracer& tracer, const Scene& scene, const RenderSettings& settings,
+                const Aovs& wanted, std::size_t pixels)
+      : tracer_(tracer),
+        scene_(scene),
+        samples_{0, std::min(settings.samples_per_pixel, channel_samples)},
+        forward_(normalize(scene.camera.look_at - scene.camera.look_from)),
+        wanted_(wanted),
+        normal_(wants(Aov::normal), pixels),
+        albedo_(wants(Aov::albedo), pixels) {
+    depth_.resize(wants(Aov::depth) ? pixels : 0);
+    sphere_.resize(wants(Aov::sphere) ? pixels : 0);
+    cost_.resize(wants(Aov::cost) ? pixels : 0);
+  }
+
+  [[nodiscard]] std::uint32_t samples() const { return samples_.count(); }
+
+  /// The values of the run's pixels, from place `first` on. `scratch` is the calling thread's.
+  void fill(const PixelRun& run, std::size_t first, std::vector<FirstHit>& scratch) {
+    const std::uint32_t count = run.x_end - run.x_begin;
+    if (wants(Aov::depth) || wants(Aov::normal) || wants(Aov::albedo) || wants(Aov::sphere)) {
+      scratch.resize(std::size_t{count} * samples());
+      tracer_.first_hits(run, samples_, scratch);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        fill_pixel(first + i, std::span(scratch).subspan(std::size_t{i} * samples(), samples()));
+      }
+    }
+    for (std::uint32_t i = 0; wants(Aov::cost) && i < count; ++i) {
+      fill_cost(first + i, {run.y, run.x_begin + i, run.x_begin + i + 1});
+    }
+  }
+
+  Channels take() {
+    Channels channels;
+    if (wants(Aov::depth)) channels.push_back({"Z", std::move(depth_)});
+    if (wants(Aov::normal)) normal_.move_to(channels, {"N.X", "N.Y", "N.Z"});
+    if (wants(Aov::albedo)) albedo_.move_to(channels, {"albedo.R", "albedo.G", "albedo.B"});
+    if (wants(Aov::sphere)) channels.push_back({"sphere", std::move(sphere_)});
+    if (wants(Aov::cost)) channels.push_back({"cost", std::move(cost_)});
+    return channels;
+  }
+
+ private:
+  [[nodiscard]] bool wants(Aov aov) const { return wanted_.contains(aov); }
+
+  void fill_pixel(std::size_t pixel, std::span<const FirstHit> hits) {
+    double depth = 0;
+    Vec3d normal{};
+    Vec3d albedo{};
+    int met = 0;
+    for (const FirstHit& hit : hits) {
+      if (hit.sphere == no_sphere) continue;
+      ++met;
+      depth += hit.distance * dot(hit.direction, forward_);
+      normal = normal + hit.normal;
+      albedo = albedo + scene_.materials[scene_.spheres[hit.sphere].material].albedo;
+    }
+    const double share = 1.0 / samples();
+    if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);
+    if (wants(Aov::normal)) normal_.set(pixel, share * normal);
+    if (wants(Aov::albedo)) albedo_.set(pixel, share * albedo);
+    if (wants(Aov::sphere)) sphere_[pixel] = hits.front().sphere;
+  }
+
+  void fill_cost(std::size_t pixel, const PixelRun& run) {
+    PixelSums unused;
+    TraceCounts counts;
+    tracer_.trace(run, samples_, {&unused, 1}, counts);
+    cost_[pixel] = static_cast<float>(static_cast<double>(counts.rays) / samples());
+  }
+
+  const PathTracer& tracer_;
+  const Scene& scene_;
+  SampleRange samples_;
+  Vec3d forward_;
+  const Aovs& wanted_;
+  std::vector<float> depth_;
+  VectorPlanes normal_;
+  VectorPlanes albedo_;
+  std::vector<std::uint32_t> sphere_;
+  std::vector<float> cost_;
+};
+
+/// About a millisecond of work, as worker/team.cpp has it.
+constexpr std::uint32_t piece_samples = 2048;
+/// Between two calls of `between_bands`; not many, so that threads seldom wait for each other.
+constexpr std::uint32_t band_samples = 1U << 18;
+
+/// Calls visit(run) for runs that make up a picture whose pixels have so many samples in the mean;
+/// every thread has a copy of `visit`.
+template <typename Visit>
+void for_runs(const RenderSettings& settings, std::uint32_t samples, int threads,
+              const std::function<void()>& between_bands, const Visit& visit) {
+  const std::uint32_t width = settings.width;
+  const std::uint32_t piece = std::clamp(piece_samples / samples, 1U, width);
+  const std::uint32_t pieces_in_row = (width + piece - 1) / piece;
+  const std::uint32_t rows = std::max(band_samples / samples / width, 1U);
+  for (std::uint32_t y = 0; y < settings.height; y += rows) {
+    if (between_bands) between_bands();
+    const std::int64_t count = std::int64_t{std::min(rows, settings.height - y)} * pieces_in_row;
+#pragma omp parallel num_threads(threads)
+    {
+      const FloatMode ieee;
+      Visit own = visit;
+#pragma omp for schedule(dynamic) nowait
+      for (std::int64_t i = 0; i < count; ++i) {
+        const auto row = static_cast<std::uint32_t>(i / pieces_in_row);
+        const auto begin = static_cast<std::uint32_t>(i % pieces_in_row) * piece;
+        own(PixelRun{y + row, begin, std::min(begin + piece, width)});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Channels trace_channels(const PathTracer& tracer, const Scene& scene,
+                        const RenderSettings& settings, const Aovs& wanted, int threads,
+                        const std::function<void()>& between_bands) {
+  const std::size_t width = settings.width;
+  ChannelPlanes planes(tracer, scene, settings, wanted, width * settings.height);
+  for_runs(settings, planes.samples(), threads, between_bands,
+           [&planes, width, scratch = std::vector<FirstHit>()](const PixelRun& run) mutable {
+             planes.fill(run, run.y * width + run.x_begin, scratch);
+           });
+  return planes.take();
+}
+
+Channels trace_channels(const PathTracer& tracer, const Scene& scene,
+                        const RenderSettings& settings, const Aovs& wanted,
+                        std::span<const PixelRun> pixels, int threads) {
+  ChannelPlanes planes(tracer, scene, settings, wanted, pixels.size());
+#pragma omp parallel num_threads(threads)
+  {
+    const FloatMode ieee;
+    std::vector<FirstHit> scratch;
+#pragma omp for schedule(dynamic) nowait
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      planes.fill(pixels[i], i, scratch);
+    }
+  }
+  return planes.take();
+}
+
+std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
+                                          std::span<const std::uint32_t> samples, int threads,
+                                          const std::function<void()>& between_bands) {
+  std::vector<SkySamples> sky(std::size_t{settings.width} * settings.height);
+  std::uint64_t mean = settings.samples_per_pixel;
+  if (!samples.empty()) {
+    mean = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
+  }
+  const auto trace = [&, ranges = std::vector<SampleRange>()](const PixelRun& run) mutable {
+    const std::size_t first = std::size_t{run.y} * settings.width + run.x_begin;
+    ranges.assign(run.x_end - run.x_begin, {0, settings.samples_per_pixel});
+    for (std::size_t i = 0; !samples.empty() && i < ranges.size(); ++i) {
+      ranges[i].end = samples[first + i];
+    }
+    tracer.add_sky_samples(run, RunSamples(ranges), std::span(sky).subspan(first, ranges.size()));
+  };
+  for_runs(settings, static_cast<std::uint32_t>(std::max(mean, std::uint64_t{1})), threads,
+           between_bands, trace);
+  return sky;
+}
+
+}  // namespace parray

@@ -1,0 +1,82 @@
+#include "cli/output/labels/round_numbers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+
+namespace parray {
+namespace {
+
+constexpr std::array<double, 4> steps = {1, 2, 5, 10};
+constexpr double slack = 1e-6;  // a float of 0.1 is 0.1
+
+double power_below(double value) { return std::pow(10, std::floor(std::log10(value))); }
+
+/// With so many decimals; a minus sign as it is printed.
+std::string fixed(double value, int decimals) {
+  std::array<char, 400> text{};
+  static_cast<void>(std::snprintf(text.data(), text.size(), "%.*f", decimals, std::abs(value)));
+  const std::string digits = text.data();
+  const bool zero = digits.find_first_not_of("0.") == std::string::npos;
+  return (value < 0 && !zero ? "\u2212" : "") + digits;
+}
+
+}  // namespace
+
+double round_below(double value) {
+  const double power = power_below(value);
+  return power * *std::find_if(steps.rbegin(), std::prev(steps.rend()),
+                               [&](double step) { return step * power <= value * (1 + slack); });
+}
+
+double round_above(double value) {
+  const double power = power_below(value);
+  return power * *std::find_if(steps.begin(), std::prev(steps.end()),
+                               [&](double step) { return step * power >= value * (1 - slack); });
+}
+
+Ticks ticks_between(double low, double high, int most) {
+  const double range = high / most - low / most;  // their difference may overflow
+  double step = round_above(range);
+  if (!(step > 0)) {  // nothing is as small as a part of the range
+    return {{low}, {fixed(low, 0)}, 0};
+  }
+  const auto first = [&] { return std::ceil(low / step - slack); };
+  const auto last = [&] { return std::floor(high / step + slack); };
+  while (last() - first() >= most) step = round_above(1.5 * step);
+  const double largest = std::max(std::abs(low), std::abs(high));
+  Ticks ticks;
+  if (largest >= 1e5 || largest < 1e-2) {
+    ticks.exponent = static_cast<int>(std::floor(std::log10(largest) + slack));
+  }
+  const double unit = std::pow(10, ticks.exponent);
+  constexpr double most_decimals = 17;
+  const int decimals = static_cast<int>(
+      std::clamp(-std::floor(std::log10(step / unit) + slack), 0.0, most_decimals));
+  const double count = last() - first();
+  for (int i = 0; i <= count; ++i) {
+    const double value = (first() + i) * step;
+    ticks.values.push_back(std::clamp(value, low, high));
+    ticks.texts.push_back(fixed(value / unit, decimals));
+  }
+  if (ticks.values.empty()) {  // the ends of double's range have no numbers between
+    ticks.values = {low};
+    ticks.texts = {fixed(low / unit, decimals)};
+  }
+  return ticks;
+}
+
+std::string power_of_ten(int exponent) {
+  constexpr std::array<std::string_view, 10> raised = {"\u2070", "\u00b9", "\u00b2", "\u00b3",
+                                                       "\u2074", "\u2075", "\u2076", "\u2077",
+                                                       "\u2078", "\u2079"};
+  std::string text = exponent < 0 ? "10\u207b" : "10";
+  for (const char digit : std::to_string(std::abs(exponent))) {
+    text += raised.at(static_cast<std::size_t>(digit - '0'));
+  }
+  return text;
+}
+
+}  // namespace parray

@@ -1,0 +1,210 @@
+#include "cli/output/picture/image_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstddef>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+
+#include "cli/output/picture/exr_codec.h"
+#include "cli/output/picture/exr_header.h"
+#include "cli/output/picture/image_codec.h"
+#include "cli/output/picture/partial_file.h"
+#include "cli/output/picture/png_file.h"
+#include "cli/output/picture/srgb.h"
+#include "cli/output/picture/transparency.h"
+#include "common/base/error.h"
+#include "common/base/module.h"
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { exr, png, tiff, jpeg, jpeg2000, unknown };
+
+/// What to write, by the file's name.
+Format format_of(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".exr") return Format::exr;
+  if (extension == ".png") return Format::png;
+  if (extension == ".tif" || extension == ".tiff") return Format::tiff;
+  if (extension == ".jpg" || extension == ".jpeg") return Format::jpeg;
+  return extension == ".jp2" ? Format::jpeg2000 : Format::unknown;
+}
+
+/// What a file really is, whatever its name, by its first bytes.
+Format format_in(const fs::path& path) {
+  constexpr std::string_view exr{"\x76\x2f\x31\x01"};
+  constexpr std::string_view png{"\x89PNG\r\n\x1a\n"};
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path.string() + ": " + std::generic_category().message(errno));
+  std::array<char, png.size()> head{};
+  in.read(head.data(), head.size());
+  const std::string_view found(head.data(), static_cast<std::size_t>(in.gcount()));
+  if (found.starts_with(exr)) return Format::exr;
+  return found == png ? Format::png : Format::unknown;
+}
+
+/// Throws std::logic_error unless the file can hold the channels as they are.
+void check_channels(const fs::path& path, const Image& image, const Channels& channels) {
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  for (const Channel& channel : channels) {
+    const auto size = std::visit([](const auto& values) { return values.size(); }, channel.values);
+    const bool fits =
+        can_hold_channels(path) || (channel.name == alpha_channel && can_hold_alpha(path));
+    if (size != pixels || !fits) {
+      throw std::logic_error("channel " + channel.name + " does not fit the picture");
+    }
+  }
+}
+
+/// Both stay loaded until the program ends.
+const ExrCodec& exr_codec() {
+  static const ExrCodec& loaded = *reinterpret_cast<ExrCodecEntry>(
+      module_entry("exr_codec.so", exr_codec_entry, "what reads and writes EXR pictures",
+                   "install ParRay and OpenEXR again"))();
+  return loaded;
+}
+const ImageCodec& codec() {
+  static const ImageCodec& loaded = *reinterpret_cast<ImageCodecEntry>(
+      module_entry("image_codec.so", image_codec_entry, "what reads and writes such pictures",
+                   "install ParRay and OpenImageIO again"))();
+  return loaded;
+}
+
+OtherKind other_kind(Format format) {
+  if (format == Format::tiff) return OtherKind::tiff;
+  return format == Format::jpeg ? OtherKind::jpeg : OtherKind::jpeg2000;
+}
+
+/// Metadata of a TIFF file, as the JSON map that its description is.
+constexpr std::string_view description = "ImageDescription";
+
+std::string description_of(const ImageMetadata& metadata) {
+  nlohmann::json texts = nlohmann::json::object();
+  for (const auto& [name, value] : metadata) texts[name] = text_of(value);
+  return texts.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+/// The metadata that a description holds; `found` if it holds none.
+ImageMetadata described(ImageMetadata found) {
+  const auto text = text_in(found, description);
+  const auto map = nlohmann::json::parse(text.value_or(""), nullptr, false);
+  if (!map.is_object()) return found;
+  ImageMetadata metadata;
+  for (const auto& [name, value] : map.items()) {
+    if (value.is_string()) metadata.emplace_back(name, value.get<std::string>());
+  }
+  return metadata;
+}
+
+std::string write_other(const std::string& file, OtherKind kind, const Image& image,
+                        const ImageMetadata& metadata, std::span<const float> alpha) {
+  return codec().write(file,
+                       {kind, image.width, image.height, !alpha.empty(),
+                        alpha.empty() ? srgb_bytes(image.rgb) : transparent_bytes(image.rgb, alpha),
+                        kind == OtherKind::tiff ? description_of(metadata) : std::string(),
+                        real_in(metadata, dpi_key).value_or(0)});
+}
+
+}  // namespace
+
+void check_image_path(const fs::path& path) {
+  check_output_path(path);
+  if (format_of(path) == Format::unknown) {
+    const std::string extension = path.extension().string();
+    throw InputError(path.string() + ": " +
+                     (extension.empty() ? "no extension says which kind of image to write"
+                                        : "unknown kind of image '" + extension + "'") +
+                     ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)");
+  }
+}
+
+bool can_hold_channels(const fs::path& path) { return format_of(path) == Format::exr; }
+
+bool can_hold_alpha(const fs::path& path) { return format_of(path) != Format::jpeg; }
+
+double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
+  constexpr double opening = 0.01;
+  constexpr double loading = 0.45;  // OpenImageIO
+  const auto pixels = static_cast<double>(size.width * size.height);
+  const Format format = format_of(path);
+  if (format == Format::png) return opening + pixels * (fast ? 20e-9 : 70e-9);
+  if (format != Format::exr) return loading + pixels * 150e-9;
+  const double bytes = pixels * 4 * static_cast<double>(3 + size.channels);
+  return opening + bytes * (fast ? 4.5e-9 : 35e-9);
+}
+
+static void write_partial(const PartialFile& file, const fs::path& path, const Image& image,
+                          const ImageMetadata& metadata, const Channels& channels,
+                          const std::function<void()>& between_strips, bool fast) {
+  const Format format = format_of(path);
+  const std::string name = file.path().string();
+  const ImageMetadata kept = as_kept(metadata, format == Format::exr);
+  const std::span<const float> alpha = alpha_of(channels);
+  const std::string problem =
+      format == Format::exr   ? exr_codec().write(name, image, kept, channels, between_strips, fast)
+      : format == Format::png ? write_png(name, image, kept, between_strips, fast, alpha)
+                              : write_other(name, other_kind(format), image, metadata, alpha);
+  if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
+}
+
+void write_image(const fs::path& path, const Image& image, const ImageMetadata& metadata,
+                 const Channels& channels, const std::function<void()>& between_strips, bool fast) {
+  check_channels(path, image, channels);
+  PartialFile file(path);
+  write_partial(file, path, image, metadata, channels, between_strips, fast);
+  file.commit();
+}
+
+void write_preview(const fs::path& path, const Image& image,
+                   const std::function<void()>& between_strips) {
+  PartialFile file(path);
+  write_partial(file, path, image, {{"parray:partial", "true"}}, {}, between_strips, true);
+  file.show();
+}
+
+std::string image_library_version() { return codec().version(); }
+std::string exr_library_version() { return exr_codec().version(); }
+
+/// What opens, or seems to, and is no file.
+static void check_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(path.string() + ": no such file: check the path");
+  if (fs::is_directory(status)) {
+    throw InputError(path.string() + ": is a directory: name a picture in it");
+  }
+}
+
+ImageFile read_image(const fs::path& path) {
+  try {
+    check_file(path);
+    const Format format = format_in(path);
+    if (format == Format::exr) {
+      check_exr_attributes(path);
+      return exr_codec().read(path.string());
+    }
+    if (format == Format::png) {
+      check_png_chunks(path);
+      return read_png(path.string());
+    }
+    ImageFile file = codec().read(path.string());
+    file.metadata = described(std::move(file.metadata));
+    return file;
+  } catch (const InputError& error) {
+    constexpr std::size_t longest_message = 6000;                // with a path of 4096 bytes
+    throw InputError(printable(error.what(), longest_message));  // the library quotes the file
+  }
+}
+
+}  // namespace parray

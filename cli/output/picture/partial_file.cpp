@@ -1,0 +1,103 @@
+#include "cli/output/picture/partial_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <string>
+#include <system_error>
+
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason_of(int error) { return std::generic_category().message(error); }
+
+[[noreturn]] void fail(const fs::path& target, int error) {
+  throw RunError("writing " + target.string() + ": " + reason_of(error));
+}
+
+/// File systems report some failures (disk full over a network, say) only here.
+void flush_to_disk(const fs::path& file, const fs::path& target) {
+  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) fail(target, errno);
+  const bool failed = fsync(fd) != 0 && errno != EINVAL;  // EINVAL: it cannot be flushed
+  const int error = errno;
+  close(fd);
+  if (failed) fail(target, error);
+}
+
+}  // namespace
+
+void check_output_path(const fs::path& path) {
+  const std::string name = path.string();
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) {
+    throw InputError(name + " is a directory: name a file in it");
+  }
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw InputError(name + " is not a plain file: name another");
+  }
+  if (!path.has_filename()) {
+    throw InputError("'" + name + "' does not name a file");
+  }
+  const fs::path directory = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!fs::is_directory(directory, error)) {
+    throw InputError(name + ": there is no directory " + directory.string() + ": make it first");
+  }
+  // Trying is the one sure test: rights, read-only file systems, names that are too long.
+  const PartialFile probe(path);
+  const int fd = open(probe.path().c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  if (fd < 0) {
+    throw InputError(name + ": cannot make a file in directory " + directory.string() + ": " +
+                     reason_of(errno));
+  }
+  close(fd);
+}
+
+PartialFile::PartialFile(fs::path target)
+    : target_(std::move(target)),
+      partial_(target_.parent_path() / ("." + target_.stem().string() + ".partial-" +
+                                        std::to_string(getpid()) + target_.extension().string())) {}
+
+PartialFile::~PartialFile() {
+  std::error_code ignored;  // there may be nothing to remove
+  fs::remove(partial_, ignored);
+}
+
+void PartialFile::commit() {
+  flush_to_disk(partial_, target_);
+  show();
+}
+
+void PartialFile::show() {
+  std::error_code error;
+  fs::rename(partial_, target_, error);
+  if (error) fail(target_, error.value());
+}
+
+void write_file(const fs::path& path, const std::function<void(std::ostream&)>& write) {
+  PartialFile file(path);
+  try {
+    errno = 0;
+    std::ofstream out;
+    out.exceptions(std::ios::badbit | std::ios::failbit);
+    out.open(file.path(), std::ios::binary);
+    write(out);
+    out.close();
+  } catch (const std::ios_base::failure&) {
+    fail(path, errno != 0 ? errno : EIO);
+  }
+  file.commit();
+}
+
+void write_text_file(const fs::path& path, const std::string& text) {
+  write_file(path, [&](std::ostream& out) { out << text; });
+}
+
+}  // namespace parray

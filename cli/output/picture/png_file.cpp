@@ -1,0 +1,313 @@
+#include "cli/output/picture/png_file.h"
+
+#include <png.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csetjmp>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/srgb.h"
+#include "cli/output/picture/transparency.h"
+#include "common/base/error.h"
+
+namespace parray {
+namespace {
+
+/// libpng's writer. A step that fails jumps back into attempt(), so steps hold nothing that would
+/// have to be destroyed.
+class PngWriter {
+ public:
+  explicit PngWriter(std::FILE* file)
+      : file_(file),
+        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+        info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
+    if (info_ == nullptr) problem_ = "not enough memory";
+  }
+  ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
+  PngWriter(const PngWriter&) = delete;
+  PngWriter& operator=(const PngWriter&) = delete;
+
+  void write_head(const Image& image, const ImageMetadata& metadata, bool fast, bool alpha) {
+    std::vector<png_text> texts(metadata.size());
+    std::transform(metadata.begin(), metadata.end(), texts.begin(), text_chunk);
+    constexpr double inches_a_metre = 1 / 0.0254;
+    const auto pixels_a_metre = static_cast<png_uint_32>(
+        std::lround(real_in(metadata, dpi_key).value_or(0) * inches_a_metre));
+    attempt([&] {
+      png_set_write_fn(png_, this, on_write, on_flush);
+      png_set_IHDR(png_, info_, image.width, image.height, 8,
+                   alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                   PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+      png_set_sRGB_gAMA_and_cHRM(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
+      // Of noise no string of bytes comes twice: looking for them takes five times as long and
+      // saves nothing.
+      png_set_compression_level(png_, fast ? Z_NO_COMPRESSION : Z_BEST_SPEED);
+      png_set_compression_strategy(png_, Z_RLE);
+      png_set_compression_buffer_size(png_, std::size_t{1} << 16);
+      png_set_filter(png_, PNG_FILTER_TYPE_BASE, fast ? PNG_FILTER_NONE : PNG_FILTER_PAETH);
+      png_set_text(png_, info_, texts.data(), static_cast<int>(texts.size()));
+      if (pixels_a_metre > 0) {
+        png_set_pHYs(png_, info_, pixels_a_metre, pixels_a_metre, PNG_RESOLUTION_METER);
+      }
+      png_write_info(png_, info_);
+    });
+  }
+
+  void write_row(const std::uint8_t* row) {
+    attempt([&] { png_write_row(png_, row); });
+  }
+
+  /// Empty if all of it has reached the system, else why not.
+  std::string finish() {
+    attempt([&] { png_write_end(png_, nullptr); });
+    if (problem_.empty() && std::fflush(file_) != 0) note_errno();
+    return problem_;
+  }
+
+ private:
+  template <typename Step>
+  void attempt(const Step& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
+    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
+  }
+
+  /// Latin-1 is what plain text chunks are; ours is UTF-8.
+  static png_text text_chunk(const std::pair<std::string, MetadataValue>& entry) {
+    const auto& text = std::get<std::string>(entry.second);
+    const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return c > 0; });
+    png_text chunk{};
+    chunk.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
+    chunk.key = const_cast<char*>(entry.first.c_str());
+    chunk.text = const_cast<char*>(text.c_str());
+    return chunk;
+  }
+
+  static void on_error(png_structp png, png_const_charp message) {
+    auto& problem = static_cast<PngWriter*>(png_get_error_ptr(png))->problem_;
+    if (problem.empty()) problem = message;
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+  static void on_write(png_structp png, png_bytep bytes, std::size_t size) {
+    auto& writer = *static_cast<PngWriter*>(png_get_io_ptr(png));
+    errno = 0;
+    if (std::fwrite(bytes, 1, size, writer.file_) == size) return;
+    writer.note_errno();
+    png_error(png, "");
+  }
+  static void on_flush(png_structp /*png*/) {}
+
+  void note_errno() { problem_ = std::generic_category().message(errno != 0 ? errno : EIO); }
+
+  std::FILE* file_;
+  std::string problem_;
+  png_structp png_;
+  png_infop info_;
+};
+
+/// libpng's reader, of 8-bit RGB or RGBA whatever the file has. As PngWriter.
+class PngReader {
+ public:
+  explicit PngReader(std::FILE* file)
+      : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+        info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
+    if (info_ == nullptr) problem_ = "not enough memory";
+    attempt([&] {
+      png_init_io(png_, file);
+      png_read_info(png_, info_);
+    });
+  }
+  ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] std::uint32_t width() const { return png_get_image_width(png_, info_); }
+  [[nodiscard]] std::uint32_t height() const { return png_get_image_height(png_, info_); }
+  [[nodiscard]] bool has_colours() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_COLOR) != 0;
+  }
+  [[nodiscard]] bool has_alpha() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_ALPHA) != 0 ||
+           png_get_valid(png_, info_, PNG_INFO_tRNS) != 0;
+  }
+
+  /// Three bytes a pixel, or four with alpha, top row first.
+  void read(std::uint8_t* bytes) {
+    const std::size_t row = std::size_t{width()} * (has_alpha() ? 4 : 3);
+    const std::uint32_t rows = height();
+    attempt([&] {
+      png_set_expand(png_);
+      png_set_scale_16(png_);
+      const int passes = png_set_interlace_handling(png_);
+      png_read_update_info(png_, info_);
+      for (int pass = 0; pass < passes; ++pass) {
+        for (std::uint32_t y = 0; y < rows; ++y) png_read_row(png_, bytes + y * row, nullptr);
+      }
+      png_read_end(png_, info_);
+    });
+  }
+
+  [[nodiscard]] ImageMetadata metadata() const {
+    png_textp texts = nullptr;
+    int count = 0;
+    png_get_text(png_, info_, &texts, &count);
+    ImageMetadata metadata;
+    for (const png_text& text : std::span(texts, static_cast<std::size_t>(count))) {
+      metadata.emplace_back(text.key, std::string(text.text == nullptr ? "" : text.text));
+    }
+    return metadata;
+  }
+
+ private:
+  template <typename Step>
+  void attempt(const Step& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
+    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
+  }
+  static void on_error(png_structp png, png_const_charp message) {
+    static_cast<PngReader*>(png_get_error_ptr(png))->problem_ = message;
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+
+  std::string problem_;
+  png_structp png_;
+  png_infop info_;
+};
+
+/// Premultiplies the colours of `file` by the alpha of `bytes`: red, green, blue, alpha of each
+/// pixel. Keeps alpha as a channel unless it is 1 everywhere.
+void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
+  std::vector<float> alpha(std::size_t{file.image.width} * file.image.height);
+  for (std::size_t i = 0; i < alpha.size(); ++i) {
+    alpha[i] = static_cast<float>(bytes[4 * i + 3]) / 255;
+    for (std::size_t c = 0; c < 3; ++c) file.image.rgb[3 * i + c] *= alpha[i];
+  }
+  const auto covers = [](float value) { return value == 1; };
+  if (!std::all_of(alpha.begin(), alpha.end(), covers)) {
+    file.channels.push_back({alpha_channel, std::move(alpha)});
+  }
+}
+
+/// Sets the colours of `image` from sRGB bytes; each pixel has `stride` bytes, colours first.
+void set_linear(const std::uint8_t* bytes, std::size_t stride, Image& image) {
+  std::array<float, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    linear[i] = static_cast<float>(srgb_decode(static_cast<double>(i) / 255));
+  }
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  image.rgb.resize(pixels * 3);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) image.rgb[3 * i + c] = linear[bytes[stride * i + c]];
+  }
+}
+
+}  // namespace
+
+ImageFile read_png(const std::string& path) {
+  const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rbe"),
+                                                               std::fclose);
+  if (!stream) refuse(std::generic_category().message(errno));
+  PngReader reader(stream.get());
+  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
+  if (!reader.has_colours()) refuse("not an RGB image");
+  const std::size_t stride = reader.has_alpha() ? 4 : 3;
+  check_image_limits(path, reader.width(), reader.height(), stride);
+  ImageFile file;
+  file.image.width = reader.width();
+  file.image.height = reader.height();
+  // Untouched until there is something to put in.
+  const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(std::size_t{reader.width()} *
+                                                                    reader.height() * stride);
+  reader.read(bytes.get());
+  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
+  set_linear(bytes.get(), stride, file.image);
+  if (stride == 4) apply_alpha(bytes.get(), file);
+  file.metadata = reader.metadata();
+  return file;
+}
+
+std::string write_png(const std::string& file, const Image& image, const ImageMetadata& metadata,
+                      const std::function<void()>& between_strips, bool fast,
+                      std::span<const float> alpha) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "wbe"),
+                                                               std::fclose);
+  if (!stream) return std::generic_category().message(errno);
+  PngWriter writer(stream.get());
+  writer.write_head(image, metadata, fast, !alpha.empty());
+  const std::size_t width = image.width;
+  const std::size_t row = width * 3;
+  const std::size_t strip = std::max<std::size_t>((std::size_t{1} << 17) / row, 1);
+  for (std::size_t y = 0; y < image.height; y += strip) {
+    if (between_strips) between_strips();
+    const std::size_t rows = std::min<std::size_t>(strip, image.height - y);
+    const auto rgb = std::span(image.rgb).subspan(y * row, rows * row);
+    const auto bytes = alpha.empty()
+                           ? srgb_bytes(rgb)
+                           : transparent_bytes(rgb, alpha.subspan(y * width, rows * width));
+    for (std::size_t i = 0; i < rows; ++i) {
+      writer.write_row(bytes.data() + i * (bytes.size() / rows));
+    }
+  }
+  return writer.finish();
+}
+
+void check_png_chunks(const std::filesystem::path& path) {
+  constexpr std::string_view signature{"\x89PNG\r\n\x1a\n"};
+  constexpr std::size_t around = 12;  // length, type and checksum
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, signature.size()> head{};
+  if (!in.read(head.data(), head.size()) ||
+      std::string_view(head.data(), head.size()) != signature) {
+    return;
+  }
+  const auto refuse = [&](const char* reason) {
+    throw InputError(path.string() + ": " + reason + ": copy or render it again");
+  };
+  std::error_code error;
+  std::uint64_t left = std::filesystem::file_size(path, error) - signature.size();
+  if (error) return;  // no file whose size is known
+  const auto next = [&in](std::span<unsigned char> bytes) {
+    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  };
+  std::vector<unsigned char> block(std::size_t{1} << 16);
+  for (;;) {
+    if (left < around) refuse("a PNG file that is cut off");
+    std::array<unsigned char, 8> begin{};
+    next(begin);
+    std::uint64_t data = png_get_uint_32(begin.data());
+    if (data > left - around) refuse("a PNG file that is cut off");
+    left -= data + around;
+    uLong sum = crc32(0, begin.data() + 4, 4);
+    while (data > 0) {
+      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
+      next(part);
+      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
+      data -= part.size();
+    }
+    std::array<unsigned char, 4> end{};
+    next(end);
+    if (!in) refuse("a PNG file that cannot be read");
+    if (png_get_uint_32(end.data()) != sum) refuse("a PNG file that is damaged");
+    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,267 @@
+#include "cli/output/postprocess/outline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "cli/output/labels/camera_film.h"
+#include "common/base/bands.h"
+
+namespace parray {
+namespace {
+
+constexpr std::uint32_t sky = UINT32_MAX;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Of a silhouette's radius: a step in depth below the first draws nothing, from the second on all.
+constexpr double least_step = 0.02;
+constexpr double full_step = 0.3;
+/// Pixels beside a silhouette where it is asked what is seen there.
+constexpr double beside = 0.75;
+
+struct Shape {
+  Vec3d center;  ///< as the camera has it
+  double radius;
+};
+
+/// A line of sight, as the camera has it: through `origin`, along a direction whose z is 1.
+struct Sight {
+  Vec3d origin;
+  Vec3d direction;
+
+  /// Depth at which it comes nearest to the sphere's centre.
+  [[nodiscard]] double nearest_depth(const Shape& shape) const {
+    const Vec3d to_center = shape.center - origin;
+    return origin.z + dot(to_center, direction) / dot(direction, direction);
+  }
+  /// How far from its centre.
+  [[nodiscard]] double distance(const Shape& shape) const {
+    return length(cross(shape.center - origin, direction)) / length(direction);
+  }
+  /// Depth at which it enters the sphere.
+  [[nodiscard]] std::optional<double> entry_depth(const Shape& shape) const {
+    const double off = distance(shape);
+    if (off >= shape.radius) return {};
+    const double half_chord = square_root(shape.radius * shape.radius - off * off);
+    return nearest_depth(shape) - half_chord / length(direction);
+  }
+};
+
+/// A silhouette near a point of the picture.
+struct Silhouette {
+  double distance;  ///< of the point, in pixels; negative inside
+  Point outwards;   ///< unit vector in the picture
+  Point nearest;    ///< point of the silhouette
+};
+
+double line_share_at(double distance, double width) {
+  return std::clamp(width / 2 + 0.5 - std::abs(distance), 0.0, std::min(width, 1.0));
+}
+
+class Outliner {
+ public:
+  Outliner(const Scene& scene, std::uint32_t width, std::uint32_t height, const SeenSpheres& seen,
+           double line_width, const DepthFade& fade)
+      : scene_(scene),
+        film_(scene.camera, width, height),
+        width_(static_cast<int>(width)),
+        height_(static_cast<int>(height)),
+        scale_(film_.pixels_per_unit(1)),
+        seen_(seen),
+        line_width_(line_width),
+        fade_(fade) {}
+
+  /// Of the pixel, with what is seen up to `reach` pixels from it.
+  [[nodiscard]] float share(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
+    collect(x, y, reach, near);
+    double share = 0;
+    for (const std::uint32_t number : near) {
+      share = std::max(share, share_of(number, {x + 0.5, y + 0.5}));
+    }
+    return static_cast<float>(share);
+  }
+
+  /// Pixels whose right or lower neighbour shows another sphere.
+  [[nodiscard]] bool at_edge(int x, int y) const {
+    const std::uint32_t here = at(x, y);
+    return (x + 1 < width_ && at(x + 1, y) != here) || (y + 1 < height_ && at(x, y + 1) != here);
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t at(int x, int y) const {
+    return seen_.sphere[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                        static_cast<std::size_t>(x)];
+  }
+  [[nodiscard]] bool is_background(std::uint32_t number) const {
+    return number == sky || number < seen_.staging;
+  }
+
+  [[nodiscard]] Shape shape_of(std::uint32_t number) const {
+    const Sphere& sphere = scene_.spheres[number];
+    return {film_.seen(sphere.center), sphere.radius};
+  }
+
+  [[nodiscard]] Sight sight(const Point& at) const {
+    const Vec3d film{(at.x - 0.5 * width_) / scale_, (0.5 * height_ - at.y) / scale_, 0};
+    if (film_.perspective()) return {{0, 0, 0}, film + Vec3d{0, 0, 1}};
+    return {film, {0, 0, 1}};
+  }
+
+  /// The spheres, each once, that are seen up to `reach` pixels away.
+  void collect(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
+    near.clear();
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
+      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width_ - 1); ++u) {
+        const std::uint32_t number = at(u, v);
+        if (is_background(number)) continue;
+        if (near.empty() ||
+            (near.back() != number && std::find(near.begin(), near.end(), number) == near.end())) {
+          near.push_back(number);
+        }
+      }
+    }
+  }
+
+  /// From the first terms of Taylor's series, which is exact enough some pixels away.
+  [[nodiscard]] std::optional<Silhouette> silhouette(const Shape& shape, const Point& from) const {
+    constexpr double step = 0.25;
+    const auto off = [&](double dx, double dy) {
+      return sight({from.x + dx, from.y + dy}).distance(shape) - shape.radius;
+    };
+    const Point slope{(off(step, 0) - off(-step, 0)) / (2 * step),
+                      (off(0, step) - off(0, -step)) / (2 * step)};
+    const double steepness = std::hypot(slope.x, slope.y);
+    if (!(steepness > 0)) return {};
+    const double distance = off(0, 0) / steepness;
+    const Point outwards{slope.x / steepness, slope.y / steepness};
+    return Silhouette{
+        distance, outwards, {from.x - distance * outwards.x, from.y - distance * outwards.y}};
+  }
+
+  /// Calls with what is seen in the pixel of a point and those around it, as far as the picture
+  /// goes.
+  template <typename Use>
+  void around(const Point& point, const Use& use) const {
+    const int x = static_cast<int>(std::floor(point.x));
+    const int y = static_cast<int>(std::floor(point.y));
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v) {
+      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width_ - 1); ++u) use(at(u, v));
+    }
+  }
+
+  /// How far behind the silhouette, at `depth`, what is seen beside it lies; 0 where nothing of the
+  /// sphere itself is seen, or something is in front.
+  [[nodiscard]] double step_at(std::uint32_t number, const Silhouette& line, double depth) const {
+    bool visible = false;
+    around({line.nearest.x - beside * line.outwards.x, line.nearest.y - beside * line.outwards.y},
+           [&](std::uint32_t other) { visible |= other == number; });
+    if (!visible) return 0;
+    const Point outside{line.nearest.x + beside * line.outwards.x,
+                        line.nearest.y + beside * line.outwards.y};
+    const Sight outer = sight(outside);
+    double front = infinity;
+    bool other_seen = false;
+    around(outside, [&](std::uint32_t other) {
+      if (other == number) return;
+      other_seen = true;
+      if (is_background(other)) return;
+      const std::optional<double> entry = outer.entry_depth(shape_of(other));
+      front = std::min(front, entry.value_or(infinity));
+    });
+    return other_seen ? front - depth : 0;
+  }
+
+  [[nodiscard]] double share_of(std::uint32_t number, const Point& pixel) const {
+    const Shape shape = shape_of(number);
+    const std::optional<Silhouette> line = silhouette(shape, pixel);
+    if (!line) return 0;
+    const double share = line_share_at(line->distance, line_width_);
+    if (share <= 0) return 0;
+    const double depth = sight(line->nearest).nearest_depth(shape);
+    if (!(depth > 0)) return 0;
+    const double pixels = shape.radius * film_.pixels_per_unit(shape.center.z);
+    const double size = std::clamp(2 * pixels / line_width_ - 1, 0.0, 1.0);
+    const double step = step_at(number, *line, depth) / shape.radius;
+    const double strength = std::clamp((step - least_step) / (full_step - least_step), 0.0, 1.0);
+    return share * size * strength * (1 - fade_(depth));
+  }
+
+  const Scene& scene_;
+  CameraFilm film_;
+  int width_;
+  int height_;
+  double scale_;
+  const SeenSpheres& seen_;
+  double line_width_;
+  const DepthFade& fade_;
+};
+
+/// True for pixels up to `reach` away, along x and y, from one that it is true for.
+std::vector<char> grown(const std::vector<char>& marks, int width, int height, int reach) {
+  std::vector<char> wide(marks.size());
+  std::vector<char> out(marks.size());
+  const auto spread = [reach](const std::vector<char>& from, std::vector<char>& to,
+                              std::size_t start, std::size_t stride, int count) {
+    int left = 0;  // how many are still in reach of the last mark
+    const auto place = [&](int i) { return start + static_cast<std::size_t>(i) * stride; };
+    for (int i = 0; i < count; ++i) {
+      left = from[place(i)] != 0 ? reach + 1 : left - 1;
+      if (left > 0) to[place(i)] = 1;
+    }
+    left = 0;
+    for (int i = count - 1; i >= 0; --i) {
+      left = from[place(i)] != 0 ? reach + 1 : left - 1;
+      if (left > 0) to[place(i)] = 1;
+    }
+  };
+  const auto row = static_cast<std::size_t>(width);
+  for (int y = 0; y < height; ++y) spread(marks, wide, static_cast<std::size_t>(y) * row, 1, width);
+  for (int x = 0; x < width; ++x) spread(wide, out, static_cast<std::size_t>(x), row, height);
+  return out;
+}
+
+}  // namespace
+
+std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint32_t height,
+                              const SeenSpheres& seen, double line_width, const DepthFade& fade,
+                              int threads) {
+  const Outliner outliner(scene, width, height, seen, line_width, fade);
+  const int w = static_cast<int>(width);
+  const int h = static_cast<int>(height);
+  const int reach = static_cast<int>(std::ceil(line_width / 2)) + 1;
+  std::vector<char> edges(seen.sphere.size());
+  for (int y = 0; y < h; ++y) {
+    for (int x = 0; x < w; ++x) {
+      edges[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
+          outliner.at_edge(x, y) ? 1 : 0;
+    }
+  }
+  const std::vector<char> candidates = grown(edges, w, h, reach + 1);
+  std::vector<float> shares(seen.sphere.size());
+  const Bands bands(shares.size(), threads);
+  bands.run([&](std::size_t, std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> near;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (candidates[i] == 0) continue;
+      shares[i] =
+          outliner.share(static_cast<int>(i % width), static_cast<int>(i / width), reach, near);
+    }
+  });
+  return shares;
+}
+
+void draw_ink(Image& image, std::vector<float>& alpha, const std::vector<float>& shares,
+              const Vec3d& ink) {
+  const double color[] = {ink.x, ink.y, ink.z};
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const double share = shares[i];
+    if (share == 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = image.rgb[3 * i + c];
+      value = static_cast<float>(share * color[c] + (1 - share) * value);
+    }
+    if (!alpha.empty()) alpha[i] = static_cast<float>(share + (1 - share) * alpha[i]);
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,89 @@
+#include "coordinator/jobs/job_failures.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace parray {
+namespace {
+
+/// The failures of one machine that count.
+struct OfMachine {
+  std::size_t failures = 0;
+  std::size_t deaths = 0;
+  std::set<TracerKey> workers{};  ///< that have failed
+};
+
+using FailedMachines = std::map<MachineId, OfMachine>;
+
+bool overlap(const CellRange& a, const CellRange& b) { return a.begin < b.end && b.begin < a.end; }
+
+/// Whether a machine whose able workers are `workers` has failed: each of them has, or so many have
+/// died that ever new processes must be dying there.
+bool has_failed(const OfMachine& machine, const std::set<TracerKey>& workers) {
+  return machine.deaths >= 2 + workers.size() || std::ranges::includes(machine.workers, workers);
+}
+
+}  // namespace
+
+std::vector<Failure> JobFailures::note_joined(const MachineId& machine, TracerKey worker,
+                                              const std::string& name) {
+  std::erase_if(all_, [&](const Failure& f) { return f.by_loss && f.worker == worker; });
+  std::vector<Failure> deaths;
+  for (Failure& failure : all_) {
+    if (failure.excused && (failure.machine == machine || failure.name == name)) {
+      failure.excused = false;
+      deaths.push_back(failure);
+    }
+  }
+  return deaths;
+}
+
+std::optional<std::string> JobFailures::verdict(const CellRange& range,
+                                                const std::vector<AbleWorker>& able,
+                                                std::uint32_t most) const {
+  FailedMachines here;      // at the same cells
+  FailedMachines anywhere;  // at any; but workers are lost together where a network is
+  std::size_t trusted = 0;
+  for (const Failure& failure : all_) {
+    const bool same = overlap(failure.range, range);
+    for (FailedMachines* machines : {&here, &anywhere}) {
+      if (same || (machines == &anywhere && !failure.excused)) {
+        OfMachine& machine = (*machines)[failure.machine];
+        ++machine.failures;
+        machine.deaths += failure.by_loss ? 1 : 0;
+        machine.workers.insert(failure.worker);
+      }
+    }
+  }
+  for (const auto& [machine, failed] : here) {
+    trusted += has_succeeded(machine) ? 1 : 0;
+  }
+  const FailedMachines& counted = any_success() ? here : anywhere;
+  std::map<MachineId, std::set<TracerKey>> present;
+  for (const AbleWorker& worker : able) {
+    present[worker.machine].insert(worker.worker);
+  }
+  bool all = true;
+  bool all_twice = !present.empty();
+  for (const auto& [machine, workers] : present) {
+    const auto found = counted.find(machine);
+    all = all && found != counted.end() && has_failed(found->second, workers);
+    all_twice = all_twice && found != counted.end() && found->second.failures >= 2 * workers.size();
+  }
+  const auto text = [](std::size_t machines, const char* twice) {
+    return std::to_string(machines) + (machines == 1 ? " machine" : " machines") + twice;
+  };
+  if (trusted >= most) {
+    return text(trusted, "");
+  }
+  if (all && counted.size() >= most) {
+    return text(counted.size(), "");
+  }
+  if (all && all_twice) {
+    return text(counted.size(), ", twice");
+  }
+  return std::nullopt;
+}
+
+}  // namespace parray

@@ -1,0 +1,206 @@
+#include "coordinator/jobs/job_picture.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+
+#include "common/base/bytes.h"
+#include "common/scene/largest_radiance.h"
+
+namespace parray {
+namespace {
+
+enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3, check = 4 };
+
+void put_range(ByteWriter& out, const CellRange& range) {
+  out.put(range.begin);
+  out.put(range.end);
+}
+
+}  // namespace
+
+SceneFacts::SceneFacts(const Scene& scene)
+    : requirements(requirements_of(scene)), largest_radiance(parray::largest_radiance(scene)) {}
+
+JobPicture::JobPicture(const RenderSettings& settings, const SceneFacts& scene,
+                       std::vector<std::uint64_t> begun, std::uint32_t tile, bool large_pages,
+                       PictureJudge judge)
+    : settings_(settings),
+      scene_(scene),
+      tile_(tile),
+      judge_(std::move(judge)),
+      framebuffer_(settings.width, settings.height, large_pages),
+      passes_(std::make_unique<PassController>(settings, scene.largest_radiance, std::move(begun),
+                                               judge_)) {}
+
+bool JobPicture::begin_pass(const PassTimes& times) {
+  auto pass = passes_->next(framebuffer_, times);
+  if (!pass) {
+    return false;
+  }
+  if (collector_) {
+    earlier_tracers_.insert(collector_->tracers().begin(), collector_->tracers().end());
+    earlier_cells_ += collector_->done_cells();
+    earlier_checked_ += collector_->checked_cells();
+  }
+  collector_ = std::make_unique<ResultCollector>(
+      std::make_shared<const WorkPlan>(settings_, std::move(*pass), tile_), framebuffer_);
+  return true;
+}
+
+JobPicture::Retraction JobPicture::retract(TracerKey tracer) {
+  const bool decided_passes = earlier_tracers_.contains(tracer) || collector_->has_cells_of(tracer);
+  if (!settings_.has_passes() || !decided_passes) {
+    auto retraction = collector_->retract(tracer);
+    return {std::move(retraction.cells), false, std::move(retraction.unchecked)};
+  }
+  restart();
+  return {{{0, plan()->cells()}}, true, {}};
+}
+
+double JobPicture::checked_share() const {
+  const std::uint64_t cells = earlier_cells_ + collector_->done_cells();
+  const std::uint64_t checked = earlier_checked_ + collector_->checked_cells();
+  return cells == 0 ? 0 : static_cast<double>(checked) / static_cast<double>(cells);
+}
+
+bool JobPicture::relies_on(TracerKey tracer) const {
+  return earlier_tracers_.contains(tracer) || (collector_ && collector_->relies_on(tracer));
+}
+
+void JobPicture::restart() {
+  collector_.reset();
+  journal_.clear();
+  earlier_tracers_.clear();
+  earlier_cells_ = earlier_checked_ = 0;
+  framebuffer_ = Framebuffer(settings_.width, settings_.height);
+  passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
+                                             std::vector<std::uint64_t>{}, judge_);
+  begin_pass();
+}
+
+ErrorEstimate JobPicture::error() const {
+  const ErrorEstimate& found = passes_->final_error();
+  return found.half_width.empty() ? estimate_error(view()) : found;
+}
+
+std::string JobPicture::cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
+                                    std::string_view packed) {
+  ByteWriter out;
+  out.reserve(32 + packed.size());
+  out.put(static_cast<std::uint32_t>(EntryKind::cells));
+  out.put(pass);
+  out.put(tracer);
+  put_range(out, range);
+  out.put_bytes(packed);
+  return out.take();
+}
+
+std::string JobPicture::check_entry(TracerKey tracer, const CellRange& range) const {
+  ByteWriter out;
+  out.reserve(32);
+  out.put(static_cast<std::uint32_t>(EntryKind::check));
+  out.put(passes_->pass());
+  out.put(tracer);
+  put_range(out, range);
+  return out.take();
+}
+
+std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) const {
+  ByteWriter out;
+  out.put(static_cast<std::uint32_t>(EntryKind::retraction));
+  out.put(passes_->pass());
+  for (const CellRange& range : cells) {
+    put_range(out, range);
+  }
+  return out.take();
+}
+
+std::string JobPicture::journal_entry(const JournalEntry& entry) {
+  ByteWriter out;
+  out.put(static_cast<std::uint32_t>(EntryKind::journal));
+  out.put_bytes(journal_.add(entry));
+  return out.take();
+}
+
+void JobPicture::replay(std::string_view entry) {
+  ByteReader in(entry);
+  const auto kind = static_cast<EntryKind>(in.get<std::uint32_t>());
+  if (kind == EntryKind::journal) {
+    journal_.replay(in.get_bytes(in.left()));
+    return;
+  }
+  const auto pass = in.get<std::uint32_t>();
+  if (!collector_ || (collector_->done() && passes_->pass() + 1 == pass)) {
+    begin_pass();
+  }
+  if (!collector_ || passes_->pass() != pass) {
+    throw DecodeError("rows of a pass that has not begun");
+  }
+  const auto take_range = [&] {
+    CellRange range;
+    range.begin = in.get<std::uint64_t>();
+    range.end = in.get<std::uint64_t>();
+    if (range.begin >= range.end || range.end > plan()->cells()) {
+      throw DecodeError("rows of cells that there are not");
+    }
+    return range;
+  };
+  if (kind == EntryKind::cells) {
+    const auto tracer = in.get<TracerKey>();
+    const CellRange range = take_range();
+    const CellBatch batch = plan()->batch(range);
+    take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_.max_depth));
+    return;
+  }
+  if (kind == EntryKind::check) {
+    const auto tracer = in.get<TracerKey>();
+    note_check(tracer, take_range());
+    return;
+  }
+  if (kind != EntryKind::retraction) {
+    throw DecodeError("an entry of an unknown kind");
+  }
+  std::vector<CellRange> cells;
+  while (in.left() > 0) {
+    cells.push_back(take_range());
+  }
+  collector_->retract(cells);
+}
+
+std::uint64_t JobPicture::memory(const RenderSettings& settings) {
+  // Framebuffer 76; at the end image 12, counts and half-widths 16, the noise model about 60.
+  constexpr std::uint64_t even = 170;
+  constexpr std::uint64_t in_passes = 60;  // samples of each pixel, allocation
+  constexpr std::uint64_t replicates = 40;
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  return pixels * (even + (settings.in_passes() ? in_passes : 0) +
+                   (settings.replicates ? replicates : 0)) +
+         (std::uint64_t{1} << 20);
+}
+
+void keep_journal(JobPicture& picture, Store* store, JobId id,
+                  const std::vector<JournalEntry>& entries) {
+  for (const JournalEntry& entry : entries) {
+    std::string logged = picture.journal_entry(entry);
+    if (store != nullptr) {
+      store->append_rows(id, std::move(logged));
+    }
+  }
+}
+
+std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at) {
+  const std::uint32_t pass = picture.passes().pass();
+  if (picture.journal().has_pass(pass)) {
+    return {};
+  }
+  return {JournalPass{pass, picture.plan()->cells(), at, grain_of(*picture.plan())},
+          JournalGrid{pass, picture.plan()->grid()->shape()}};
+}
+
+TracerKey tracer_key(std::string_view name, std::string_view instance) {
+  return XXH3_64bits_withSeed(instance.data(), instance.size(),
+                              XXH3_64bits(name.data(), name.size()));
+}
+
+}  // namespace parray

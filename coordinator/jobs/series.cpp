@@ -1,0 +1,163 @@
+#include "coordinator/jobs/series.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/printable.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+/// How many frames are in which state, and what they have come to together.
+struct Totals {
+  std::uint32_t unfinished = 0;
+  std::uint32_t paused = 0;
+  std::uint32_t begun = 0;
+  std::uint32_t done = 0;
+  std::uint32_t failed = 0;
+  std::uint32_t cancelled = 0;
+  std::uint32_t missing = 0;  ///< not submitted yet
+  double progress = 0;        ///< summed
+  double samples_left = 0;
+  double samples_per_second = 0;
+};
+
+/// Frames that have come, of all that there are to be.
+std::uint32_t all_frames(const Series& series) {
+  std::uint32_t frames = 0;
+  for (const Job* job : series) {
+    frames = std::max(frames, job->record.frames);
+  }
+  return std::max(frames, static_cast<std::uint32_t>(series.size()));
+}
+
+Totals totals_of(const Series& series, Time now) {
+  Totals totals;
+  totals.missing = all_frames(series) - static_cast<std::uint32_t>(series.size());
+  for (const Job* job : series) {
+    const JobState state = job->record.state;
+    totals.unfinished += job->ended() ? 0 : 1;
+    totals.paused += state == JobState::paused ? 1 : 0;
+    totals.done += state == JobState::done ? 1 : 0;
+    totals.failed += state == JobState::failed ? 1 : 0;
+    totals.cancelled += state == JobState::cancelled ? 1 : 0;
+    totals.progress += job->ended() ? 1 : job->progress(now);
+    totals.samples_left += job->ended() ? 0 : job->samples_left(now);
+    totals.begun += job->ended() || (job->work && job->work->started != never) ? 1 : 0;
+    // The frame before may have its last leases out: each alone knows the speed of all workers.
+    totals.samples_per_second = std::max(totals.samples_per_second, job->samples_per_second(now));
+  }
+  totals.samples_left *=
+      totals.unfinished > 0 ? 1 + static_cast<double>(totals.missing) / totals.unfinished : 0;
+  return totals;
+}
+
+JobState state_of(const Totals& totals) {
+  if (totals.unfinished > 0 && totals.unfinished == totals.paused) {
+    return JobState::paused;
+  }
+  if (totals.unfinished > 0) {
+    return totals.begun > 0 ? JobState::running : JobState::queued;
+  }
+  if (totals.cancelled > 0) {
+    return JobState::cancelled;
+  }
+  if (totals.missing > 0) {
+    return JobState::queued;
+  }
+  return totals.failed > 0 ? JobState::failed : JobState::done;
+}
+
+const Job& first_in(const Series& series, JobState state) {
+  return **std::ranges::find_if(series, [&](const Job* j) { return j->record.state == state; });
+}
+
+/// Why not all of it is being rendered, or was; empty: it is.
+std::string reason_of(const Series& series, const Totals& totals) {
+  if (totals.failed > 0) {
+    const JobRecord& first = first_in(series, JobState::failed).record;
+    return fmt::format("{} of {} frames failed: first frame {}: {}", totals.failed,
+                       series.size() + totals.missing, first.frame, first.reason);
+  }
+  if (totals.cancelled > 0) {
+    return fmt::format("{} of {} frames were cancelled", totals.cancelled,
+                       series.size() + totals.missing);
+  }
+  return totals.paused > 0 && totals.paused == totals.unfinished
+             ? first_in(series, JobState::paused).record.reason
+             : "";
+}
+
+/// The first that there is, with its frame.
+std::string flag_of(const Series& series) {
+  const auto found =
+      std::ranges::find_if(series, [](const Job* j) { return !j->record.flag.empty(); });
+  return found == series.end()
+             ? ""
+             : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
+}
+
+}  // namespace
+
+bool has_ended(const Series& series) {
+  if (first_unfinished(series) != nullptr) {
+    return false;
+  }
+  return series.size() == all_frames(series) || std::ranges::any_of(series, [](const Job* j) {
+           return j->record.state == JobState::cancelled;
+         });
+}
+
+const Job* first_unfinished(const Series& series) {
+  const auto found = std::ranges::find_if(series, [](const Job* j) { return !j->ended(); });
+  return found == series.end() ? nullptr : *found;
+}
+
+json series_summary(const Series& series, Time now, const std::string& waits_for) {
+  const JobRecord& first = series.front()->record;
+  const Totals totals = totals_of(series, now);
+  const std::uint32_t frames = static_cast<std::uint32_t>(series.size()) + totals.missing;
+  const JobState state = state_of(totals);
+  json summary = job_summary(*series.front(), now, waits_for);
+  summary.erase("frame");
+  summary.erase("error");  // each frame has its own
+  summary["id"] = first.series_id;
+  summary["series"] = first.series;
+  summary["frames"] = frames;
+  summary["frames_done"] = totals.done;
+  summary["state"] = name_of(state);
+  summary["progress"] = totals.progress / frames;
+  summary["samples_per_second"] = totals.samples_per_second;
+  summary["seconds_left"] =
+      totals.samples_per_second > 0 ? totals.samples_left / totals.samples_per_second : -1;
+  summary["reason"] = reason_of(series, totals);
+  summary["flag"] = flag_of(series);
+  summary["whole"] = false;
+  if (totals.unfinished == 0 && state == JobState::queued) {
+    summary["waits_for"] =
+        fmt::format("{} of {} frames that have not been submitted: the same parray submit goes on",
+                    totals.missing, frames);
+  }
+  return summary;
+}
+
+json frame_list(const Series& series, std::uint32_t from) {
+  constexpr std::size_t most = 1000;
+  constexpr std::size_t longest_reason = 200;
+  json list = json::array();
+  for (const Job* job : series) {
+    if (job->record.frame >= from && list.size() < most) {
+      list.push_back({{"frame", job->record.frame},
+                      {"job", job->record.id},
+                      {"state", job->shown_state()},
+                      {"reason", printable(job->record.reason, longest_reason)}});
+    }
+  }
+  return list;
+}
+
+}  // namespace parray

@@ -1,0 +1,288 @@
+#include "coordinator/leases/lease_table.h"
+
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+
+namespace parray {
+
+LeaseTable::LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending,
+                       Epoch first_epoch, std::uint64_t most_cells)
+    : sizer_(sizer), most_cells_(std::max<std::uint64_t>(most_cells, 1)), next_epoch_(first_epoch) {
+  for (const CellRange& range : pending) {
+    add_pending(range);
+  }
+}
+
+void LeaseTable::add_pending(const CellRange& range) {
+  pending_cells_ += range.count();
+  auto next = pending_.upper_bound(range.begin);
+  if ((next != pending_.end() && next->first < range.end) ||
+      (next != pending_.begin() && std::prev(next)->second > range.begin)) {
+    throw std::logic_error("cells that are pending already");
+  }
+  CellRange merged = range;
+  if (next != pending_.end() && next->first == range.end) {
+    merged.end = next->second;
+    next = pending_.erase(next);
+  }
+  if (next != pending_.begin() && std::prev(next)->second == range.begin) {
+    std::prev(next)->second = merged.end;
+    return;
+  }
+  pending_.emplace(merged.begin, merged.end);
+}
+
+/// From the front: what was given back comes first, because the rest of the image waits for it.
+CellRange LeaseTable::take_pending(std::uint64_t cells) {
+  const auto first = pending_.begin();
+  const CellRange range{first->first, std::min(first->second, first->first + cells)};
+  const std::uint64_t end = first->second;
+  pending_.erase(first);
+  if (range.end < end) {
+    pending_.emplace(range.end, end);
+  }
+  pending_cells_ -= range.count();
+  return range;
+}
+
+void LeaseTable::hold(Leases::iterator lease, WorkerId worker, Time deadline) {
+  lease->second.holders.push_back({worker, deadline});
+  deadlines_.emplace(deadline, lease->first);
+  ++held_[worker];
+}
+
+Lease LeaseTable::lease_out(const CellRange& range, WorkerId worker, Time deadline) {
+  const Epoch epoch = next_epoch_++;
+  hold(leased_.emplace(epoch, Leased{range, {}}).first, worker, deadline);
+  return {epoch, range, true};
+}
+
+std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const LeaseRequest& request,
+                                       const FarmSpeed& farm, MachineKey machine) {
+  const auto check = std::ranges::find(checks_, machine, &Check::by);
+  if (check != checks_.end()) {
+    Check wanted = std::move(*check);
+    checks_.erase(check);
+    Lease lease = lease_out(wanted.range, worker, deadline);
+    lease.divisible = false;
+    leased_.at(lease.epoch).check = std::move(wanted);
+    return lease;
+  }
+  if (pending_cells_ == 0) {
+    return {};
+  }
+  const std::uint64_t cells = sizer_.cells(request, farm, pending_cells_, step_++);
+  return lease_out(take_pending(std::min(cells, most_cells_)), worker, deadline);
+}
+
+std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
+  for (auto lease = leased_.begin(); lease != leased_.end(); ++lease) {  // oldest first
+    const Leased& leased = lease->second;
+    const bool holds = std::any_of(leased.holders.begin(), leased.holders.end(),
+                                   [&](const Holder& h) { return h.worker == worker; });
+    if (!holds && !leased.check && !leased.arrived && leased.holders.size() < most_holders) {
+      hold(lease, worker, deadline);
+      return Lease{lease->first, leased.range};
+    }
+  }
+  return {};
+}
+
+void LeaseTable::want_check(Check check) { checks_.push_back(std::move(check)); }
+
+std::vector<LeaseTable::Check> LeaseTable::take_orphans(const std::set<MachineKey>& able) {
+  std::vector<Check> orphans = std::exchange(failed_checks_, {});
+  for (auto check = checks_.begin(); check != checks_.end();) {
+    if (able.contains(check->by)) {
+      ++check;
+    } else {
+      orphans.push_back(std::move(*check));
+      check = checks_.erase(check);
+    }
+  }
+  return orphans;
+}
+
+bool LeaseTable::checks_remain() const {
+  return !checks_.empty() || !failed_checks_.empty() ||
+         std::any_of(leased_.begin(), leased_.end(),
+                     [](const auto& lease) { return lease.second.check.has_value(); });
+}
+
+bool LeaseTable::let_go(Leases::iterator lease, WorkerId worker) {
+  auto& holders = lease->second.holders;
+  const auto holder = std::find_if(holders.begin(), holders.end(),
+                                   [worker](const Holder& h) { return h.worker == worker; });
+  if (holder == holders.end()) {
+    return false;
+  }
+  // Several holders may share a deadline: then the entry stays for the others.
+  const bool shared = std::any_of(holders.begin(), holders.end(), [&](const Holder& h) {
+    return h.worker != worker && h.deadline == holder->deadline;
+  });
+  if (!shared) {
+    deadlines_.erase({holder->deadline, lease->first});
+  }
+  holders.erase(holder);
+  const auto held = held_.find(worker);
+  if (--held->second == 0) {
+    held_.erase(held);
+  }
+  return true;
+}
+
+/// What nobody holds any more goes back to where it came from.
+void LeaseTable::retire_if_free(Leases::iterator lease) {
+  if (!lease->second.holders.empty() || lease->second.arrived) {
+    return;
+  }
+  if (lease->second.check) {
+    Check& check = *lease->second.check;
+    check.not_by.insert(check.by);
+    failed_checks_.push_back(std::move(check));
+  } else {
+    add_pending(lease->second.range);
+  }
+  leased_.erase(lease);
+}
+
+static bool is_part(const CellRange& range, std::uint64_t cells) {
+  return cells > 0 && cells < range.count();
+}
+
+/// Returns who held a copy.
+std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t cells) {
+  CellRange& range = lease->second.range;
+  const std::uint64_t end = std::exchange(range.end, range.begin + cells);
+  add_pending({range.end, end});
+  std::vector<WorkerId> others;
+  for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
+    others.push_back(holder.worker);
+    let_go(lease, holder.worker);
+  }
+  return others;
+}
+
+LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64_t cells) {
+  if (const auto late = late_.find(epoch); late != late_.end()) {
+    if (late->second.second.erase(worker) == 0) {
+      return {};
+    }
+    const CellRange range = late->second.first;
+    if (late->second.second.empty()) {
+      late_.erase(late);
+    }
+    return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
+  }
+  const auto lease = leased_.find(epoch);
+  if (lease == leased_.end() || !let_go(lease, worker)) {
+    return {};
+  }
+  const CellRange& range = lease->second.range;
+  if (std::exchange(lease->second.arrived, true)) {
+    return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
+  }
+  if (lease->second.check) {
+    return {Arrival::check, range};
+  }
+  std::vector<WorkerId> dropped =
+      is_part(range, cells) ? shorten(lease, cells) : std::vector<WorkerId>();
+  return {Arrival::first, range, std::move(dropped)};
+}
+
+std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
+  const auto lease = leased_.find(epoch);
+  std::vector<WorkerId> others;
+  for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
+    others.push_back(holder.worker);
+    let_go(lease, holder.worker);
+  }
+  if (!others.empty()) {
+    late_.emplace(epoch,
+                  std::pair(lease->second.range, std::set<WorkerId>(others.begin(), others.end())));
+  }
+  leased_.erase(lease);
+  return others;
+}
+
+bool LeaseTable::give_back(WorkerId worker, Epoch epoch) {
+  const auto lease = leased_.find(epoch);
+  if (lease == leased_.end()) {
+    return false;
+  }
+  const bool held = let_go(lease, worker);
+  const bool arrived = !held && std::exchange(lease->second.arrived, false);
+  retire_if_free(lease);
+  return held || arrived;
+}
+
+void LeaseTable::put_back(const std::vector<CellRange>& ranges) {
+  for (const CellRange& range : ranges) {
+    add_pending(range);
+  }
+}
+
+bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {
+  const auto lease = leased_.find(epoch);
+  if (lease == leased_.end()) {
+    return false;
+  }
+  for (const Holder& holder : lease->second.holders) {
+    if (holder.worker == worker) {
+      if (deadline > holder.deadline) {
+        let_go(lease, worker);
+        hold(lease, worker, deadline);
+      }
+      return true;
+    }
+  }
+  return false;
+}
+
+std::vector<Lease> LeaseTable::drop_worker(WorkerId worker) {
+  std::vector<Lease> dropped;
+  for (auto lease = leased_.begin(); lease != leased_.end() && held_by(worker) > 0;) {
+    const auto current = lease++;
+    if (let_go(current, worker)) {
+      dropped.push_back({current->first, current->second.range});
+      retire_if_free(current);
+    }
+  }
+  for (auto late = late_.begin(); late != late_.end();) {
+    late->second.second.erase(worker);
+    late = late->second.second.empty() ? late_.erase(late) : std::next(late);
+  }
+  return dropped;
+}
+
+std::vector<LeaseTable::Expired> LeaseTable::expire(Time now) {
+  std::vector<Expired> expired;
+  while (!deadlines_.empty() && deadlines_.begin()->first <= now) {
+    const auto lease = leased_.find(deadlines_.begin()->second);
+    for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
+      if (holder.deadline <= now) {
+        expired.push_back({{lease->first, lease->second.range}, holder.worker});
+        let_go(lease, holder.worker);
+      }
+    }
+    retire_if_free(lease);
+  }
+  return expired;
+}
+
+Time LeaseTable::next_deadline() const {
+  return deadlines_.empty() ? never : deadlines_.begin()->first;
+}
+
+std::optional<CellRange> LeaseTable::range_of(Epoch epoch) const {
+  const auto lease = leased_.find(epoch);
+  return lease == leased_.end() ? std::nullopt : std::optional(lease->second.range);
+}
+
+std::size_t LeaseTable::held_by(WorkerId worker) const {
+  const auto held = held_.find(worker);
+  return held == held_.end() ? 0 : held->second;
+}
+
+}  // namespace parray

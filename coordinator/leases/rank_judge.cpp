@@ -1,0 +1,130 @@
+#include "coordinator/leases/rank_judge.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace parray {
+
+std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts) {
+  std::vector<RankVoice> voices;
+  for (std::uint32_t rank = 0; rank < hosts.size(); ++rank) {
+    const auto first = std::find(hosts.begin(), hosts.end(), hosts[rank]) - hosts.begin();
+    voices.push_back({tracer_key("parray-mpi", hosts[rank] + " " + std::to_string(rank)),
+                      first == 0 ? rank : static_cast<std::uint32_t>(first)});
+  }
+  return voices;
+}
+
+RankJudge::RankJudge(JobPicture& picture, std::vector<RankVoice> ranks, Hooks hooks)
+    : picture_(picture), ranks_(std::move(ranks)), hooks_(std::move(hooks)) {}
+
+std::optional<std::uint32_t> RankJudge::rank_of(TracerKey tracer) const {
+  const auto found = std::ranges::find(ranks_, tracer, &RankVoice::tracer);
+  if (found == ranks_.end()) {
+    return {};
+  }
+  return static_cast<std::uint32_t>(found - ranks_.begin());
+}
+
+bool RankJudge::admit(std::uint32_t rank, const TracedCells& traced,
+                      const std::vector<std::uint64_t>& digests) {
+  if (!hooks_.trace) {
+    return true;
+  }
+  const std::shared_ptr<const WorkPlan> plan = picture_.plan();
+  while (!left_out(rank) && !self_doubt_ && picture_.plan() == plan) {
+    const auto differing = picture_.collector().differing(traced.range, digests);
+    if (differing.empty()) {
+      return true;
+    }
+    const std::uint64_t cell = differing.front().cell;
+    settle(rank, cell, digests[cell - traced.range.begin]);
+  }
+  return false;
+}
+
+/// Of a cell in rank 0, traced now.
+std::uint64_t RankJudge::truth_of(std::uint64_t cell) const {
+  return picture_.collector().digests_of(hooks_.trace(picture_.plan()->batch({cell, cell + 1})))[0];
+}
+
+/// At least one of the two is wrong.
+void RankJudge::settle(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim) {
+  const std::uint64_t truth = truth_of(cell);
+  const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth});
+  if (claim != truth) {
+    convict(ranks_[rank].tracer);
+  }
+  if (!wrong.empty()) {
+    convict(wrong.front().tracer);
+  }
+}
+
+void RankJudge::convict(TracerKey tracer) {
+  Verdict verdict;
+  verdict.rank = rank_of(tracer);
+  if (verdict.rank && left_out(*verdict.rank)) {
+    return;
+  }
+  if (!verdict.rank) {
+    retract(tracer, verdict);
+  }
+  for (std::uint32_t rank = 0; verdict.rank && rank < ranks_.size(); ++rank) {
+    if (ranks_[rank].machine == ranks_[*verdict.rank].machine) {
+      left_out_.insert(rank);
+      verdict.left_out.push_back(rank);
+      retract(ranks_[rank].tracer, verdict);
+    }
+  }
+  self_doubt_ = self_doubt_ || left_out(0);
+  verdicts_.push_back(verdict);
+  if (hooks_.decided) {
+    hooks_.decided(verdict);
+  }
+}
+
+void RankJudge::retract(TracerKey tracer, Verdict& verdict) {
+  const JobPicture::Retraction retraction = picture_.retract(tracer);
+  rechecks_.insert(rechecks_.end(), retraction.unchecked.begin(), retraction.unchecked.end());
+  if (retraction.restarted) {
+    verdict.restarted = true;
+    rechecks_.clear();
+    if (hooks_.restarted) {
+      hooks_.restarted();
+    }
+    return;
+  }
+  for (const CellRange& range : retraction.cells) {
+    verdict.cells += range.count();
+  }
+  if (!retraction.cells.empty() && hooks_.retracted) {
+    hooks_.retracted(retraction.cells);
+  }
+}
+
+void RankJudge::note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in) {
+  for (const CellRange& range : were_in) {
+    picture_.note_check(ranks_[rank].tracer, range);
+  }
+}
+
+void RankJudge::recheck(std::uint64_t most_cells) {
+  for (; most_cells > 0 && !rechecks_.empty(); --most_cells) {
+    CellRange& range = rechecks_.front();
+    const std::uint64_t cell = range.begin++;
+    if (range.count() == 0) {
+      rechecks_.pop_front();
+    }
+    if (!picture_.collector().has(cell) || picture_.collector().is_checked(cell)) {
+      continue;
+    }
+    const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth_of(cell)});
+    if (wrong.empty()) {
+      picture_.note_check(ranks_[0].tracer, {cell, cell + 1});
+    } else {
+      convict(wrong.front().tracer);
+    }
+  }
+}
+
+}  // namespace parray

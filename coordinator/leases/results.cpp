@@ -1,0 +1,209 @@
+// What comes back from workers, and what is believed of it.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/base/bytes.h"
+#include "coordinator/disputes/merged.h"
+#include "coordinator/loop/coordinator.h"
+
+namespace parray {
+
+void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  Job* job = job_of(m.job);
+  LeaseTable::Arrived arrived;
+  if (job != nullptr && job->work && job->work->leases && worker->quarantined.empty()) {
+    const std::size_t held = job->work->leases->held_by(worker->id);
+    arrived = job->work->leases->arrive(worker->id, m.epoch, m.count);
+    worker->held -= held - job->work->leases->held_by(worker->id);
+    revoke_copies(*job, m.epoch, arrived.dropped);
+  }
+  if (job == nullptr || arrived.kind == LeaseTable::Arrival::stale) {
+    ++tally_.stale;
+    send(peer, msg::ResultVerdict{m.job, m.epoch, msg::Verdict::stale});
+    return;
+  }
+  grants_due_ = true;
+  take_result(now, *worker, *job, m, arrived);
+}
+
+void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
+                              const LeaseTable::Arrived& arrived) {
+  auto merged = std::make_shared<Merged>();
+  merged->worker = worker.id;
+  merged->tracer = worker.key;
+  merged->machine = worker.machine_key;
+  merged->ours = worker.ours;
+  merged->process_leases = worker.accepted;
+  merged->name = worker.hello.name;
+  merged->epoch = result.epoch;
+  merged->threads = worker.hello.threads;
+  const WorkerRecord::Granted granted = worker.granted(job.record.id, result.epoch, now);
+  merged->granted_at = since_1970(granted.at);
+  merged->charged = granted.charged;
+  merged->arrived_at = since_1970(now);
+  merged->arrived = arrived;
+  merged->seconds = result.seconds;
+  merged->build_seconds = result.build_seconds;
+  merged->accelerator_bytes = result.accelerator_bytes;
+  merged->isa = result.isa;
+  const auto work = [merged, store = store_, id = job.record.id, picture = job.work->picture,
+                     plan = job.work->plan, pass = job.work->pass, parcel = std::move(result.cells),
+                     depth = job.record.settings.max_depth] {
+    if (picture->plan() != plan) {
+      return;
+    }
+    const CellRange& range = merged->arrived.range;
+    const CellBatch batch = plan->batch(range);
+    std::shared_ptr<const TracedCells> cells;
+    Bulk packed;
+    try {
+      if (store != nullptr) {
+        packed = parcel.packed(*plan->grid());
+      }
+      cells = parcel.open(batch, depth);
+    } catch (const ChecksumError& error) {
+      merged->kind = Merged::Kind::damaged;
+      merged->fault = error.what();
+      return;
+    } catch (const DecodeError& error) {
+      merged->kind = Merged::Kind::forged;
+      merged->fault = error.what();
+      return;
+    }
+    ResultCollector& collector = picture->collector();
+    merged->samples = cells->samples;
+    if (merged->arrived.kind == LeaseTable::Arrival::first) {
+      merged->taken = collector.take(merged->machine, *cells);
+      if (store != nullptr) {
+        store->append_rows(id, picture->cells_entry(merged->machine, range, packed.data.view()));
+      }
+      keep_journal(*picture, store, id, merged->entries(picture->journal(), pass, packed.checksum));
+    } else {
+      merged->digests = collector.digests_of(*cells);
+      merged->taken = collector.compare(range, merged->digests);
+    }
+    merged->whole = picture->framebuffer().whole();
+    merged->kind = Merged::Kind::taken;
+    if (merged->taken.mismatches > 0) {
+      merged->kind = Merged::Kind::differs;
+      merged->differing = collector.differing(range, merged->digests);
+    } else if (merged->arrived.kind != LeaseTable::Arrival::first) {
+      picture->note_check(merged->machine, range);
+      if (store != nullptr) {
+        store->append_rows(id, picture->check_entry(merged->machine, range));
+      }
+    }
+  };
+  const auto errands = for_job(job, "taking in a result");
+  errands.give([this, work, merged, peer = worker.peer, id = job.record.id,
+                generation = job.work->generation]() -> Backroom::Outcome {
+    work();
+    return {
+        [this, merged, id, generation] {
+          if (Job* there = job_at_work(id, generation)) {
+            note_merged(*there, *merged);
+          }
+        },
+        [this, merged, peer, id] {
+          using Kind = Merged::Kind;
+          const bool first = merged->arrived.kind == LeaseTable::Arrival::first;
+          const msg::Verdict verdict =
+              merged->kind == Kind::taken
+                  ? (first ? msg::Verdict::accepted : msg::Verdict::duplicate)
+                  : (merged->kind == Kind::differs ? msg::Verdict::mismatch : msg::Verdict::stale);
+          send(peer, msg::ResultVerdict{id, merged->epoch, verdict});
+        }};
+  });
+}
+
+void Coordinator::note_merged(Job& job, const Merged& merged) {
+  grants_due_ = true;
+  const bool again = merged.arrived.kind == LeaseTable::Arrival::again;
+  LeaseTable& leases = *job.work->leases;
+  switch (merged.kind) {
+    case Merged::Kind::untimely:
+      ++tally_.stale;
+      return;
+    case Merged::Kind::damaged:
+    case Merged::Kind::forged:
+      ++tally_.malformed;
+      if (!again) {
+        leases.give_back(merged.worker, merged.epoch);
+      }
+      if (merged.kind == Merged::Kind::forged) {
+        quarantine(merged.machine, merged.fault);
+      } else {
+        warnings_.warn(
+            now_, fmt::format("job {} lease {}: result of worker '{}' dropped: {}", job.record.id,
+                              lease_number(merged.epoch), merged.name, merged.fault));
+      }
+      return;
+    case Merged::Kind::taken:
+    case Merged::Kind::differs:
+      break;
+  }
+  if (!again) {
+    revoke_copies(job, merged.epoch, leases.finish(merged.epoch));
+  }
+  if (merged.arrived.kind == LeaseTable::Arrival::first) {
+    note_accepted(job, merged);
+  } else {
+    settle(job, merged);
+  }
+  if (job.work) {
+    end_pass_if_done(job);
+  }
+}
+
+/// Tells workers that hold them no more.
+void Coordinator::revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders) {
+  for (const WorkerId holder : holders) {
+    if (WorkerRecord* worker = workers_.by_id(holder)) {
+      --worker->held;
+      send(worker->peer, msg::Revoke{job.record.id, epoch});
+    }
+  }
+}
+
+void Coordinator::note_accepted(Job& job, const Merged& merged) {
+  ++tally_.accepted;
+  tally_.samples += merged.taken.fresh_samples;
+  log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
+              lease_number(merged.epoch), merged.worker, merged.name);
+  JobWork& work = *job.work;
+  note_success(job, merged.worker);
+  work.samples += merged.taken.fresh_samples;
+  work.cells += merged.taken.fresh;
+  work.whole = merged.whole;
+  work.facts.trace_seconds += merged.seconds;
+  work.facts.build_seconds = std::max(work.facts.build_seconds, merged.build_seconds);
+  work.facts.accelerator_bytes = std::max(work.facts.accelerator_bytes, merged.accelerator_bytes);
+  work.facts.isa = merged.isa;
+  draw_check(job, merged);
+  WorkerRecord* worker = workers_.by_id(merged.worker);
+  const double cost = merged.seconds * merged.threads;
+  queue_.correct(job.record.user, cost - merged.charged);
+  if (worker == nullptr) {
+    return;
+  }
+  workers_.measure(*worker, merged.samples, merged.seconds);
+  ++worker->accepted;
+  if (merged.samples > 0) {
+    constexpr double least = 1e-10;
+    constexpr double most = 1e3;
+    const double price = std::clamp(cost / static_cast<double>(merged.samples), least, most);
+    work.price = work.price > 0 ? (work.price + price) / 2 : price;
+    price_ = work.price;
+  }
+  if (work.contributors.insert(worker->id).second) {
+    work.facts.threads += worker->hello.threads;
+    ++work.facts.workers;
+  }
+}
+
+}  // namespace parray

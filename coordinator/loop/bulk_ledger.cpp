@@ -1,0 +1,54 @@
+#include "coordinator/loop/bulk_ledger.h"
+
+#include <string_view>
+#include <utility>
+
+namespace parray {
+
+/// An answer, until its last holder lets go of it.
+struct BulkLedger::Entry {
+  std::shared_ptr<UnderWay> under_way;
+  PeerId peer;
+  std::uint64_t bytes = 0;
+
+  Entry(std::shared_ptr<UnderWay> all, PeerId of, std::uint64_t size)
+      : under_way(std::move(all)), peer(std::move(of)), bytes(size) {}
+  ~Entry() {
+    const std::scoped_lock lock(under_way->mutex);
+    under_way->bytes -= bytes;
+    const auto answers = under_way->answers.find(peer);
+    if (--answers->second == 0) {
+      under_way->answers.erase(answers);
+    }
+  }
+  Entry(const Entry&) = delete;
+  Entry& operator=(const Entry&) = delete;
+};
+
+BulkLedger::Ticket BulkLedger::admit(const PeerId& peer, std::uint64_t bytes) {
+  {
+    const std::scoped_lock lock(under_way_->mutex);
+    auto& answers = under_way_->answers;
+    const auto of_peer = answers.find(peer);
+    if ((of_peer != answers.end() && of_peer->second >= most_of_peer_) ||
+        (!answers.empty() && under_way_->bytes + bytes > most_)) {
+      return nullptr;
+    }
+    ++answers[peer];
+    under_way_->bytes += bytes;
+  }
+  return std::make_shared<const Entry>(under_way_, peer, bytes);
+}
+
+std::uint64_t BulkLedger::bytes() const {
+  const std::scoped_lock lock(under_way_->mutex);
+  return under_way_->bytes;
+}
+
+Frame with_ticket(Frame bytes, BulkLedger::Ticket ticket) {
+  using Held = std::pair<Frame, BulkLedger::Ticket>;
+  const std::string_view view = bytes.view();
+  return {std::make_shared<const Held>(std::move(bytes), std::move(ticket)), view};
+}
+
+}  // namespace parray

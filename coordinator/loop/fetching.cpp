@@ -1,0 +1,209 @@
+// Pictures and journals for clients.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "common/image/image.h"
+#include "common/image/picture_bytes.h"
+#include "coordinator/jobs/picture_file.h"
+#include "coordinator/loop/coordinator.h"
+
+namespace parray {
+
+using nlohmann::json;
+
+static std::string no_longer_kept(JobId id) {
+  return fmt::format("the picture of job {} is no longer kept", id);
+}
+
+/// The answer to a fetch, without the picture and its report.
+static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
+  const RenderSettings& s = record.settings;
+  return {m.request,
+          json::object(),
+          s.width,
+          s.height,
+          m.statistics || m.replicates,
+          m.replicates && s.replicates,
+          {}};
+}
+
+void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
+  const Job* job = asked_for(peer, m.request, m.job);
+  if (job == nullptr) {
+    return;
+  }
+  if (m.partial && !job->ended()) {
+    send_partial(peer, m, *job);
+  } else if (job->record.state != JobState::done) {
+    fail_request(peer, m.request, 2,
+                 "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
+                     ", not done: see parray watch");
+  } else {
+    send_picture(peer, m, *job);
+  }
+}
+
+/// Null once the client has been told that there is no room now.
+BulkLedger::Ticket Coordinator::admit_bulk(const PeerId& peer, std::uint64_t request,
+                                           std::uint64_t bytes) {
+  BulkLedger::Ticket ticket = bulk_.admit(peer, bytes);
+  if (!ticket) {
+    send(peer, msg::Error{request, 2,
+                          "too many pictures wait for clients to read them: read those that you "
+                          "asked for, and ask again later",
+                          true});
+  }
+  return ticket;
+}
+
+void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  if (store_ != nullptr) {
+    send_kept_picture(peer, m, job);
+    return;
+  }
+  if (job.picture_bytes == 0) {
+    fail_request(peer, m.request, 1, no_longer_kept(m.job));
+    return;
+  }
+  msg::ImageData answer = answer_to(m, job.record);
+  answer.report = json::parse(job.record.report);
+  answer.picture = job.picture;
+  send(peer, std::move(answer));
+}
+
+void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  const auto answer = std::make_shared<msg::ImageData>(answer_to(m, job.record));
+  const auto ticket =
+      admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
+  if (!ticket) {
+    return;
+  }
+  const std::string doing = fmt::format("reading the picture of job {}", m.job);
+  for_client(peer, m.request, doing)
+      .give([this, answer, ticket, peer, store = store_, id = m.job,
+             report = job.record.report]() -> Backroom::Outcome {
+        const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
+        if (kept->bytes) {
+          answer->report = json::parse(report);
+          kept->bytes->resize(std::min<std::size_t>(
+              kept->bytes->size(),
+              picture_size(answer->width, answer->height, detail_of(*answer))));
+          answer->picture =
+              PictureParcel(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
+        }
+        return {[this, answer, peer, kept, id] {
+                  note_picture_file(id, *kept);
+                  if (kept->bytes) {
+                    send(peer, std::move(*answer));
+                  } else {
+                    fail_request(peer, answer->request, 1,
+                                 kept->damage.empty() ? no_longer_kept(id) : kept->damage);
+                  }
+                },
+                {}};
+      });
+}
+
+/// Says in the job's flag and history that the file of its picture is damaged, or was.
+void Coordinator::note_picture_file(JobId id, const PictureFile& kept) {
+  Job* job = job_of(id);
+  if (job == nullptr) {
+    return;
+  }
+  if (!kept.damage.empty()) {
+    warnings_.warn(now_, fmt::format("job {}: {}{}", id, kept.damage,
+                                     kept.restored ? ": restored from the standby" : ""));
+  }
+  std::string flag = flag_with(job->record.flag, kept);
+  if (flag != job->record.flag) {
+    job->record.flag = std::move(flag);
+    note(*job,
+         job->record.flag.empty() ? "the file of its picture can be read again" : job->record.flag);
+    keep(*job);
+  }
+}
+
+/// What there is of a picture, for those who cannot wait.
+void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  if (!job.work || !job.work->picture) {
+    fail_request(peer, m.request, 2, "job " + std::to_string(m.job) + " has nothing to show yet");
+    return;
+  }
+  // Without a store the client is in this process, and nothing is copied.
+  const RenderSettings& s = job.record.settings;
+  const BulkLedger::Ticket ticket =
+      store_ == nullptr
+          ? nullptr
+          : admit_bulk(peer, m.request, picture_size(s.width, s.height, PictureDetail::image));
+  if (store_ != nullptr && !ticket) {
+    return;
+  }
+  const std::string doing = fmt::format("reading the picture of job {}", m.job);
+  for_client(peer, m.request, doing)
+      .give([this, peer, ticket, request = m.request,
+             picture = job.work->picture]() -> Backroom::Outcome {
+        auto parts = std::make_shared<PictureParts>();
+        parts->image = shown_image(*picture).image;
+        const json report = {{"partial", true},
+                             {"samples", picture->framebuffer().counts().samples}};
+        const auto answer = std::make_shared<msg::ImageData>(
+            msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
+                           PictureParcel(parts)});
+        if (ticket) {
+          Bulk bytes = answer->picture.bytes(PictureDetail::image);
+          bytes.data = with_ticket(std::move(bytes.data), ticket);
+          answer->picture = PictureParcel(std::move(bytes));
+        }
+        return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
+      });
+}
+
+/// What has been merged, so far or in all.
+void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
+  const Job* job = asked_for(peer, m.request, m.job);
+  if (job == nullptr) {
+    return;
+  }
+  const auto answer = std::make_shared<msg::JournalData>();
+  answer->request = m.request;
+  answer->job = job_summary(*job, now, waits_for(*job));
+  const bool done = job->record.state == JobState::done;
+  const RenderSettings& s = job->record.settings;
+  const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
+  if (!ticket) {
+    return;
+  }
+  const std::string doing = fmt::format("reading the journal of job {}", m.job);
+  for_client(peer, m.request, doing)
+      .give([this, answer, ticket, peer, done, store = store_, id = m.job, kept = job->journal,
+             report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
+             picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
+        answer->report = report.empty() ? json::object() : json::parse(report);
+        std::string bytes = kept;
+        PictureFile file;
+        if (picture) {
+          bytes = picture->journal().bytes();
+        } else if (store != nullptr && done) {
+          file = read_picture_file(*store, id);
+          bytes = file.bytes && file.bytes->size() > size ? file.bytes->substr(size) : "";
+          file.bytes = file.bytes ? std::optional(std::string()) : std::nullopt;
+        }
+        answer->journal = Bulk::of(with_ticket(std::move(bytes), ticket));
+        return {[this, answer, peer, file, id] {
+                  note_picture_file(id, file);
+                  if (file.damage.empty() || file.restored) {
+                    send(peer, std::move(*answer));
+                  } else {
+                    fail_request(peer, answer->request, 1, file.damage);
+                  }
+                },
+                {}};
+      });
+}
+
+}  // namespace parray

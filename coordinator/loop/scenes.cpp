@@ -1,0 +1,67 @@
+// Scenes on their way to workers.
+#include <spdlog/spdlog.h>
+
+#include "coordinator/loop/coordinator.h"
+
+namespace parray {
+
+/// That of a job at work; null: there is none.
+const SceneParcel* Coordinator::scene_at_work(const std::string& scene) const {
+  for (const JobId id : at_work_) {
+    const Job& job = jobs_.at(id);
+    if (job.work && job.record.scene == scene && job.work->plan) {
+      return &job.work->scene;
+    }
+  }
+  return nullptr;
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::NeedScene& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  const SceneParcel* scene = scene_at_work(m.scene);
+  if (scene == nullptr) {
+    return;
+  }
+  const Bulk* bytes = scene->held_bytes();
+  if (bytes == nullptr) {  // only in one process
+    send(peer, msg::SceneSource{m.scene, {}, "", "", scene->scene()});
+    return;
+  }
+  send(peer, scenes_.source_for(*worker, m.scene, bytes->data.size(), m.failed));
+  const WorkerRecord* source = workers_.by_id(scenes_.source_of(worker->id, m.scene));
+  log_->debug("scene {:.8} for worker {} '{}': from {}{}", m.scene, worker->id, worker->hello.name,
+              source == nullptr ? "here" : source->hello.name,
+              m.failed > 0 ? fmt::format(", its source {}", m.failed + 1) : "");
+}
+
+void Coordinator::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  const SceneParcel* scene = scene_at_work(m.scene);
+  const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
+  auto chunk = bytes == nullptr ? std::nullopt : scenes_.chunk(m.scene, bytes->data, m.chunk);
+  if (chunk) {
+    send(peer, std::move(*chunk));
+  } else {
+    send(peer, msg::NoScene{m.scene});
+  }
+}
+
+/// What was kept to send it, if no job at work needs it any more.
+void Coordinator::forget_scene(const std::string& scene) {
+  if (scene_at_work(scene) != nullptr) {
+    return;
+  }
+  const SceneService::Spread spread = scenes_.forget_scene(scene);
+  if (spread.workers > 0) {
+    log_->debug("scene {:.8} went to {} workers, {} bytes of it from here", scene, spread.workers,
+                spread.bytes);
+  }
+}
+
+}  // namespace parray

@@ -1,0 +1,370 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "cli/input/scene_file/scene_file.h"
+#include "common/trace/integrator/path.h"
+#include "common/trace/tracer.h"
+#include "tests/support/dice.h"
+#include "tests/support/lane_accelerator.h"
+#include "tests/support/reference_tracer.h"
+
+/// Scenes whose every sample is known exactly.
+namespace parray {
+namespace {
+
+using test::TracedPicture;
+
+constexpr std::uint64_t one = std::uint64_t{1} << 32;  // radiance 1 in fixed point, sky 1
+
+struct Picture {
+  std::vector<PixelSums> pixels;
+  TraceCounts counts;
+  std::uint32_t spp = 0;
+
+  /// Pixels whose sums are not those of `spp` samples of this fixed-point radiance.
+  [[nodiscard]] std::size_t pixels_other_than(std::uint64_t radiance) const {
+    return static_cast<std::size_t>(
+        std::count_if(pixels.begin(), pixels.end(), [&](const PixelSums& pixel) {
+          PixelSums expected;
+          for (std::size_t c = 0; c < 3; ++c) {
+            expected.sum[c] = spp * radiance;
+            expected.sum_of_squares[c] = spp * RadianceScale::square_of(radiance);
+            expected.odd[c] = spp / 2 * radiance;
+          }
+          return !(pixel == expected);
+        }));
+  }
+};
+
+Picture trace(const Scene& scene, const RenderSettings& settings) {
+  const auto tracer = make_path_tracer(scene, settings);
+  Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height),
+                  {},
+                  settings.samples_per_pixel};
+  for (std::uint32_t y = 0; y < settings.height; ++y) {
+    tracer->trace(
+        {y, 0, settings.width}, {0, settings.samples_per_pixel},
+        std::span(picture.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+        picture.counts);
+  }
+  return picture;
+}
+
+constexpr std::uint32_t width = 30;
+constexpr std::uint32_t height = 20;
+constexpr std::uint32_t spp = 4;
+
+RenderSettings small(RenderSettings settings, Precision precision, AcceleratorKind accelerator) {
+  settings.width = width;
+  settings.height = height;
+  settings.samples_per_pixel = spp;
+  settings.precision = precision;
+  settings.accelerator = accelerator;
+  return settings;
+}
+
+/// `check` for every precision and accelerator.
+template <typename Check>
+void for_all_kernels(const Scene& scene, const RenderSettings& settings, Check check) {
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    for (const AcceleratorKind accelerator :
+         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
+      CAPTURE(name_of(precision));
+      CAPTURE(name_of(accelerator));
+      const Picture picture = trace(scene, small(settings, precision, accelerator));
+      CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
+      CHECK(picture.counts.nonfinite == 0);
+      check(picture);
+    }
+  }
+}
+
+SceneFile shipped(const std::string& name) {
+  return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name);
+}
+
+Scene under_white_sky() {
+  Scene scene;
+  scene.sky = {{1, 1, 1}, {1, 1, 1}};
+  scene.camera.aperture = 0;
+  scene.camera.tan_half_vfov = 0.5;
+  return scene;
+}
+
+Material diffuse(double albedo) { return {MaterialType::diffuse, {albedo, albedo, albedo}, 0, 1}; }
+Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
+
+/// Glass within bubbles within glass, and two solid balls that overlap.
+Scene nested_glass() {
+  Scene scene = under_white_sky();
+  scene.camera.look_from = {0, 0.5, 4};
+  scene.materials = {glass(1.5), glass(1 / 1.5), glass(1.33), glass(2.4)};
+  scene.spheres = {{{0, 0, 0}, 1, 0},         {{0, 0, 0}, 0.95, 1},     {{0.1, 0, 0}, 0.8, 2},
+                   {{0.1, 0, 0}, 0.4, 1},     {{0.1, 0, 0}, 0.2, 3},    {{1.5, 0.2, 0.3}, 0.6, 0},
+                   {{1.9, 0.2, 0.3}, 0.5, 2}, {{-1.6, 0, 0.5}, 0.6, 3}, {{-1.6, 0, 0.5}, 0.599, 1}};
+  return scene;
+}
+
+/// Follows one path by the kernel's own steps. False: a crossing did not alternate with the one
+/// before it of the same sphere, or the path reached the sky from inside of something.
+template <typename Real, SphereSearch<Real> S>
+bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray,
+                const SampleRandom& random, std::uint64_t& crossings) {
+  InsideStack<Real> sides;
+  start_sides(scene, scene, 0, 0, ray.origin, sides);
+  std::vector<bool> inside(scene.spheres.size(), false);
+  for (const std::uint32_t index : sides.inside()) {
+    inside[index] = true;
+  }
+  for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
+    const Hit<Real> hit = first_crossing(scene, search, ray, sides);
+    if (hit.sphere == no_sphere) {
+      return sides.inside().empty();
+    }
+    if (hit.leaving != inside[hit.sphere] || !(hit.t >= 0)) {
+      return false;
+    }
+    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const auto scattering = scatter(scene.surfaces[scene.material_of[hit.sphere]], ray.direction,
+                                    hit.leaving ? -normal : normal, hit.leaving, random, bounce);
+    if (scattering.event == Event::absorbed) {
+      return true;
+    }
+    if (scattering.event == Event::refracted) {
+      sides.cross(hit.sphere, hit.leaving);
+      inside[hit.sphere] = !hit.leaving;
+      ++crossings;
+    }
+    sides.stand_on(hit.sphere, normal);
+    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
+    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+    const auto depth = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), true));
+    if (depth != sides.inside().size()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <typename Real>
+TracedPicture<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
+  TracedPicture<Real> result{{{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+                             {CameraRays<Real>(scene.camera, width, height), {}, depth}};
+  for (const Sphere& sphere : scene.spheres) {
+    result.spheres.push_back({vec_cast<Real>(sphere.center), static_cast<Real>(sphere.radius)});
+    result.material_of.push_back(sphere.material);
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("the shipped furnace is exactly 1 in every sample") {
+  const SceneFile file = shipped("furnace.json");
+  for_all_kernels(file.scene, file.settings, [](const Picture& picture) {
+    CHECK(picture.pixels_other_than(one) == 0);
+    CHECK(picture.counts.rays > 2 * picture.counts.samples);
+  });
+}
+
+TEST_CASE("the shipped cavity is exactly 0 in every sample") {
+  const SceneFile file = shipped("cavity.json");
+  for_all_kernels(file.scene, file.settings, [&](const Picture& picture) {
+    CHECK(picture.pixels_other_than(0) == 0);
+    CHECK(picture.counts.rays == picture.counts.samples * file.settings.max_depth);
+  });
+}
+
+TEST_CASE("a sample of a lone diffuse sphere of albedo 1/2 is exactly 1/2 at every radius") {
+  RenderSettings settings;
+  settings.max_depth = 2;
+  for (int k = -20; k <= 30; k += 2) {
+    CAPTURE(k);
+    Scene scene = under_white_sky();
+    const double r = std::ldexp(1.0, k);
+    scene.camera.look_from = {0, 0, 3 * r};
+    scene.materials = {diffuse(0.5)};
+    scene.spheres = {{{0, 0, 0}, r, 0}};
+    for_all_kernels(scene, settings, [](const Picture& picture) {
+      std::uint64_t hits = 0;
+      for (const PixelSums& pixel : picture.pixels) {
+        const std::uint64_t misses = (pixel.sum[0] - spp * (one / 2)) / (one / 2);
+        PixelSums expected;
+        const std::uint64_t odd_misses = (pixel.odd[0] - spp / 2 * (one / 2)) / (one / 2);
+        for (std::uint32_t s = 0; s < spp; ++s) {
+          const std::uint64_t missed = s % 2 == 1 ? odd_misses : misses - odd_misses;
+          const std::uint64_t value = s / 2 < missed ? one : one / 2;
+          expected.add({value, value, value}, s);
+        }
+        REQUIRE(pixel == expected);
+        hits += spp - misses;
+      }
+      CHECK(hits > 300);
+      CHECK(picture.counts.rays == picture.counts.samples + hits);  // none met the sphere twice
+    });
+  }
+}
+
+TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes along its chord",
+                   Real, float, double) {
+  test::Dice dice(9);
+  int again = 0;
+  int again_without_sides = 0;
+  int other_than_chord = 0;
+  for (int i = 0; i < 50'000; ++i) {
+    Scene one_ball = under_white_sky();
+    one_ball.materials = {glass(1.5)};
+    one_ball.spheres = {{dice.ten_to(0, 4) * dice.direction(), dice.ten_to(-2, 3), 0}};
+    const TracedPicture<Real> scene = trace_scene<Real>(one_ball, 2);
+    const Linear<Real> linear(scene.spheres);
+    const SphereShape<Real>& sphere = scene.spheres[0];
+    const Vec3d n = dice.direction();
+    const Vec3d outward = normalize(dice.across(n) + dice.ten_to(-18, 1) * n);
+    const Vec3<Real> normal = normalize(vec_cast<Real>(n));
+    const Vec3<Real> origin = sphere.center + sphere.radius * normal;
+    const Ray<Real> away(origin, vec_cast<Real>(outward));
+    const Ray<Real> into(origin, vec_cast<Real>(-outward));
+    InsideStack<Real> sides;
+    sides.start({});
+    again_without_sides += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    sides.stand_on(0, normal);
+    again += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    sides.cross(0, false);
+    const Hit<Real> end = first_crossing(scene, linear, into, sides);
+    other_than_chord += end.leaving && end.t == chord_from_surface(into, sphere, normal) ? 0 : 1;
+  }
+  CHECK(again == 0);
+  CHECK(other_than_chord == 0);
+  CHECK(again_without_sides > 1000);  // what computed distances alone would make of it
+}
+
+TEST_CASE("nothing leaks out of a closed diffuse sphere at any radius, wherever the camera is") {
+  RenderSettings settings;
+  settings.max_depth = 100;
+  for (int k = -20; k <= 30; k += 5) {
+    for (const double off_centre : {0.0, 0.999}) {
+      CAPTURE(k);
+      CAPTURE(off_centre);
+      Scene scene = under_white_sky();
+      const double r = std::ldexp(1.0, k);
+      scene.camera.look_from = {off_centre * r, 0, 0};
+      scene.camera.look_at = {-r, -0.3 * r, 0.2 * r};
+      scene.materials = {diffuse(1)};
+      scene.spheres = {{{0, 0, 0}, r, 0}};
+      for_all_kernels(scene, settings, [&](const Picture& picture) {
+        CHECK(picture.pixels_other_than(0) == 0);
+        CHECK(picture.counts.rays == picture.counts.samples * settings.max_depth);
+      });
+    }
+  }
+}
+
+TEST_CASE("nothing leaks into a closed sphere of any material from a camera in it") {
+  RenderSettings settings;
+  settings.max_depth = 100;
+  for (const Material& material : {diffuse(1), Material{MaterialType::metal, {1, 1, 1}, 0, 1},
+                                   Material{MaterialType::metal, {1, 1, 1}, 0.5, 1}}) {
+    Scene scene = under_white_sky();
+    scene.camera.look_from = {700, 0, 0};
+    scene.materials = {material, diffuse(1), glass(1.5)};
+    // A ground-sized sphere through the wall and a bubble at the camera.
+    scene.spheres = {{{0, 0, 0}, 1000, 0}, {{0, -1500, 0}, 900, 1}, {{700, 0, 0}, 2, 2}};
+    for_all_kernels(scene, settings,
+                    [](const Picture& picture) { CHECK(picture.pixels_other_than(0) == 0); });
+  }
+}
+
+TEST_CASE("a sample that is not a number is counted and adds nothing, even under an even sky") {
+  Scene scene = under_white_sky();
+  scene.camera.aperture = 1;
+  scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
+  const Picture picture = trace(scene, small({}, Precision::f32, AcceleratorKind::linear));
+  CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
+  CHECK(picture.counts.nonfinite == picture.counts.samples);
+  CHECK(picture.pixels_other_than(0) == 0);
+}
+
+TEST_CASE_TEMPLATE("no material turns a normal that is not a number into plain black", Real, float,
+                   double) {
+  const Real nan = std::numeric_limits<Real>::quiet_NaN();
+  for (const Material& material :
+       {diffuse(0.5), glass(1.5), Material{MaterialType::metal, {1, 1, 1}, 0, 1},
+        Material{MaterialType::metal, {1, 1, 1}, 0.5, 1}}) {
+    for (const bool leaving : {false, true}) {
+      const auto scattering = scatter<Real>(MaterialParameters<Real>(material), {0, 1, 0},
+                                            {nan, nan, nan}, leaving, SampleRandom(1, 2, 3), 0);
+      CHECK(scattering.event != Event::absorbed);
+      CHECK(std::isnan(scattering.direction.y));
+    }
+  }
+}
+
+TEST_CASE("glass in glass loses no light") {
+  RenderSettings settings;
+  settings.max_depth = 100'000;
+  for_all_kernels(nested_glass(), settings,
+                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+}
+
+TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absorbs") {
+  RenderSettings settings;
+  Scene scene = under_white_sky();
+  scene.camera.look_from = {0, 0, 3};
+  scene.materials = {{MaterialType::metal, {1, 1, 1}, 0, 1}};
+  scene.spheres = {{{0, 0, 0}, 1, 0}};
+  for_all_kernels(scene, settings,
+                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+  scene.materials[0].fuzz = 1;
+  for_all_kernels(scene, settings, [](const Picture& picture) {
+    for (const PixelSums& pixel : picture.pixels) {
+      REQUIRE(pixel.sum[0] % one == 0);  // each sample is all or nothing
+    }
+    CHECK(picture.pixels_other_than(one) > 0);
+  });
+}
+
+TEST_CASE_TEMPLATE("a path goes into and out of every sphere in turn", Real, float, double) {
+  std::uint64_t crossings = 0;
+  std::uint64_t broken = 0;
+  const TracedPicture<Real> scene = trace_scene<Real>(nested_glass(), 1000);
+  const Linear<Real> linear(scene.spheres);
+  const test::LaneTree<Real> tree(scene.spheres);
+  for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
+    for (std::uint32_t s = 0; s < 16; ++s) {
+      const SampleRandom random(5, pixel, s);
+      const Ray<Real> ray = scene.view.template ray<Real>(pixel % width, pixel / width, random);
+      broken += alternates(scene, linear, ray, random, crossings) ? 0U : 1U;
+      broken += alternates(scene, tree, ray, random, crossings) ? 0U : 1U;
+    }
+  }
+  CHECK(broken == 0);
+  CHECK(crossings > 20'000);
+}
+
+TEST_CASE_TEMPLATE("sides alternate for rays that graze a glass ball", Real, float, double) {
+  Scene glass_ball = under_white_sky();
+  glass_ball.materials = {glass(1.5)};
+  glass_ball.spheres = {{{0, 0, 0}, 1, 0}};
+  const TracedPicture<Real> scene = trace_scene<Real>(glass_ball, 10'000);
+  const Linear<Real> linear(scene.spheres);
+  test::Dice dice(6);
+  std::uint64_t crossings = 0;
+  std::uint64_t broken = 0;
+  for (std::uint32_t i = 0; i < 40'000; ++i) {
+    const Vec3d axis = dice.direction();
+    const Vec3d side = dice.across(axis);
+    const double impact = 1 - dice.ten_to(-9, -1);
+    const Ray<Real> ray(vec_cast<Real>(impact * side - 3 * axis), vec_cast<Real>(axis));
+    broken += alternates(scene, linear, ray, SampleRandom(7, i, 0), crossings) ? 0U : 1U;
+  }
+  CHECK(broken == 0);
+  CHECK(crossings > 10'000);
+}
+
+}  // namespace parray

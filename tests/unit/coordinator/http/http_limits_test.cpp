@@ -1,0 +1,381 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/error.h"
+#include "coordinator/http/budget.h"
+#include "coordinator/http/chunk_decoder.h"
+#include "coordinator/http/exchange.h"
+#include "coordinator/http/pace.h"
+#include "coordinator/http/places.h"
+#include "coordinator/http/request_head.h"
+#include "coordinator/http/seats.h"
+#include "coordinator/http/turns.h"
+#include "coordinator/loop/submit_token.h"
+
+namespace parray::http {
+namespace {
+
+int status_of_head(const std::string& text) {
+  try {
+    parse_head(text);
+  } catch (const Problem& problem) {
+    return problem.status();
+  }
+  return 200;
+}
+
+TEST_CASE("a head ends behind its empty line, however its bytes come") {
+  const std::string text = "GET / HTTP/1.1\r\nHost: a\r\n\r\nGET";
+  const std::size_t end = text.size() - 3;
+  CHECK(end_of_head(text, 0) == end);
+  for (std::size_t there = 1; there <= end; ++there) {
+    CHECK(end_of_head(text.substr(0, there), there - 1).has_value() == (there == end));
+  }
+  CHECK_FALSE(end_of_head("GET / HTTP/1.1\n\n", 0));
+}
+
+TEST_CASE("a head says its method, target, fields and how long its body is") {
+  const RequestHead get = parse_head("GET /a?b=c HTTP/1.1\r\nHOST:  x:1 \r\nEmpty:\r\n\r\n");
+  CHECK(get.method == "GET");
+  CHECK(get.target == "/a?b=c");
+  CHECK(get.path() == "/a");
+  CHECK(get.field("host") == "x:1");
+  CHECK(get.field("empty").empty());
+  CHECK_FALSE(get.has_body());
+  CHECK_FALSE(get.closes);
+  const RequestHead post = parse_head("POST / HTTP/1.1\r\nContent-Length: 17\r\n\r\n");
+  CHECK(post.length == 17);
+  CHECK(post.has_body());
+  CHECK(parse_head("POST / HTTP/1.1\r\nTransfer-Encoding: Chunked\r\n\r\n").chunked);
+  CHECK(parse_head("GET / HTTP/1.1\r\nConnection: Close\r\n\r\n").closes);
+  CHECK(parse_head("GET / HTTP/1.0\r\n\r\n").closes);
+}
+
+TEST_CASE("a head that two programs could read in two ways is refused") {
+  const std::string post = "POST / HTTP/1.1\r\n";
+  for (const char* field :
+       {"Content-Length: 2\r\nContent-Length: 2", "Content-Length: -1", "Content-Length: +1",
+        "Content-Length: 1, 1", "Content-Length:", "Content-Length: 99999999999999999999",
+        "Content-Length: 0x1", "Content-Length : 1", " Content-Length: 1", "no colon", ": a",
+        "a: b\nc: d", "a: b\rc: d", "Content-Length: 1\r\nTransfer-Encoding: chunked",
+        "Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked", "Host: a\r\nHost: a",
+        "Host: a\r\nHost: b"}) {
+    CHECK_MESSAGE(status_of_head(post + field + "\r\n\r\n") == 400, field);
+  }
+  CHECK(status_of_head(post + "Transfer-Encoding: gzip\r\n\r\n") == 501);
+  for (const char* line : {"GET", "GET /", "GET  / HTTP/1.1", "GET / / HTTP/1.1", "G(T / HTTP/1.1",
+                           " GET / HTTP/1.1", "", "GET /\x01 HTTP/1.1"}) {
+    CHECK_MESSAGE(status_of_head(std::string(line) + "\r\n\r\n") == 400, line);
+  }
+  CHECK(status_of_head(std::string("GET /\0 HTTP/1.1\r\n\r\n", 19)) == 400);
+  CHECK(status_of_head("GET / HTTP/2.0\r\n\r\n") == 505);
+}
+
+TEST_CASE("a target in absolute form becomes its path, and its host counts") {
+  const auto read = [](const std::string& target) {
+    return parse_head("GET " + target + " HTTP/1.1\r\nHost: field\r\n\r\n");
+  };
+  CHECK(read("http://a:1/b?c=http://d").target == "/b?c=http://d");
+  CHECK(read("http://a:1/b").field("host") == "a:1");
+  CHECK(read("HTTPS://a?b").target == "/?b");
+  CHECK(read("http://a").target == "/");
+  CHECK(read("/b").field("host") == "field");
+  CHECK(read("ftp://a/b").target == "ftp://a/b");
+  CHECK(status_of_head("GET http:///b HTTP/1.1\r\n\r\n") == 400);
+  CHECK(status_of_head("GET http://user@a/b HTTP/1.1\r\n\r\n") == 400);
+}
+
+TEST_CASE("a head as text is the same head, without what this program answers by itself") {
+  const std::string text = "PUT /a HTTP/1.1\r\nhost: b\r\ncontent-length: 3\r\n";
+  const RequestHead head = parse_head(text + "Expect: 100-Continue\r\n\r\n");
+  CHECK(head.expects);
+  CHECK(text_of(head) == text + "\r\n");
+  const RequestHead old = parse_head("GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");
+  CHECK(old.old);
+  CHECK(text_of(old) == "GET / HTTP/1.0\r\nconnection: close\r\n\r\n");
+  CHECK(status_of_head("PUT / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n") == 400);
+  CHECK_FALSE(parse_head("PUT / HTTP/1.0\r\nExpect: 100-continue\r\n\r\n").expects);
+}
+
+struct Decoded {
+  std::string data;
+  std::size_t used = 0;
+  bool done = false;
+  int status = 200;
+};
+
+/// `piece`: bytes that come at once.
+Decoded decode_chunks(const std::string& text, std::size_t piece) {
+  Decoded decoded;
+  ChunkDecoder decoder;
+  try {
+    for (std::size_t there = 0; there < text.size() && !decoder.done();) {
+      there = std::min(there + piece, text.size());
+      const std::string_view input = std::string_view(text).substr(0, there);
+      for (std::size_t used = 1; used > 0;) {
+        const ChunkDecoder::Step step = decoder.step(input.substr(decoded.used));
+        used = step.used;
+        decoded.used += used;
+        decoded.data += step.data;
+      }
+    }
+  } catch (const Problem& problem) {
+    decoded.status = problem.status();
+  }
+  decoded.done = decoder.done();
+  return decoded;
+}
+
+TEST_CASE("a chunked body is decoded up to its end, however its bytes come") {
+  const std::string body =
+      "5\r\nhello\r\n00A;x=\"y\"\r\n, 0\r\nworld\r\n000\r\nX: 1\r\nHost: a\r\n\r\n";
+  for (std::size_t piece = 1; piece <= body.size() + 9; ++piece) {
+    const Decoded decoded = decode_chunks(body + "GET / HTT", piece);
+    CHECK(decoded.data == "hello, 0\r\nworld");
+    CHECK(decoded.done);
+    CHECK(decoded.used == body.size());
+  }
+  const Decoded unfinished = decode_chunks(body.substr(0, body.size() - 1), 100);
+  CHECK(unfinished.status == 200);
+  CHECK_FALSE(unfinished.done);
+  CHECK(decode_chunks("ffffffffffffffff\r\nabc", 100).data == "abc");
+}
+
+TEST_CASE("the longest line of a chunked body is taken, however its bytes come") {
+  const std::string longest = "0;" + std::string(1022, 'e') + "\r\n\r\n";
+  const std::string longer = "0;" + std::string(1023, 'e') + "\r\n\r\n";
+  for (const std::size_t piece : {1U, 2U, 5U, 1025U, 2000U}) {
+    CHECK_MESSAGE(decode_chunks(longest, piece).done, piece);
+    CHECK_MESSAGE(decode_chunks(longer, piece).status == 400, piece);
+  }
+}
+
+TEST_CASE("a chunked body of wrong framing is refused") {
+  const std::string end = "\r\n0\r\n\r\n";
+  for (const char* size : {"+1", "-1", " 1", "1 ", "\t1", "0x1", "1 ;a", "", ";a", "g", "1g",
+                           "00000000000000001", "10000000000000000", "1\n", "1;\x01", "1\r"}) {
+    CHECK_MESSAGE(decode_chunks(size + ("\r\na" + end), 1).status == 400, size);
+  }
+  CHECK(decode_chunks("1\r\nab" + end, 1).status == 400);
+  CHECK(decode_chunks("2\r\na\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("0\r\nno field\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("0\r\nGET / HTTP/1.1\r\nHost: a\r\n\r\n", 1).status == 400);
+  CHECK(decode_chunks("1;" + std::string(2000, 'a'), 100).status == 400);
+  std::string trailer = "0\r\n";
+  for (int i = 0; i < 1000; ++i) trailer += "field: x\r\n";
+  CHECK(decode_chunks(trailer, 100).status == 400);
+}
+
+TEST_CASE("who is slower than the rate is given up however evenly the bytes come") {
+  const auto seconds_until_over = [](std::size_t bytes_a_second) {
+    Pace pace(seconds(10), 1000);
+    int waited = 0;
+    while (!pace.over() && waited < 1000) {
+      pace.waited(seconds(1));
+      pace.moved(bytes_a_second);
+      ++waited;
+    }
+    return waited;
+  };
+  CHECK(seconds_until_over(0) == 10);
+  CHECK(seconds_until_over(1) <= 11);
+  CHECK(seconds_until_over(500) <= 20);
+  CHECK(seconds_until_over(1000) == 1000);
+  CHECK(seconds_until_over(5000) == 1000);
+}
+
+TEST_CASE("bytes give back no more than the whole patience") {
+  Pace pace(seconds(10), 1000);
+  pace.moved(1'000'000);
+  CHECK(pace.left() == seconds(10));
+  pace.waited(seconds(4));
+  pace.moved(1000);
+  CHECK(pace.left() == seconds(7));
+}
+
+constexpr SeatLimits few{.connections = 4, .of_address = 3, .reserve = 2};
+
+TEST_CASE("a connection has one deadline for its whole head and one for silence") {
+  Seats seats{few};
+  seats.enter(seconds(0), 1, "a");
+  seats.enter(seconds(0), 2, "a");
+  seats.begins_head(seconds(1), 1);
+  seats.begins_head(seconds(9), 1);  // more of the same head
+  CHECK(seats.late(seconds(10)).empty());
+  CHECK(seats.late(seconds(11)) == std::vector<ConnectionId>{1});
+  seats.has_asked(1);
+  CHECK(seats.late(seconds(15)) == std::vector<ConnectionId>{2});
+  seats.leave(2);
+  CHECK(seats.late(seconds(1000)).empty());
+  seats.awaits_head(seconds(1000), 1);
+  CHECK(seats.late(seconds(1014)).empty());
+  CHECK(seats.late(seconds(1015)) == std::vector<ConnectionId>{1});
+}
+
+TEST_CASE("the longest silent connection of an address makes room for its next one") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    CHECK_FALSE(seats.enter(seconds(id), id, "a").displaced);
+  }
+  seats.has_asked(1);
+  const auto next = seats.enter(seconds(4), 4, "a");
+  CHECK(next.displaced == 2);
+  CHECK_FALSE(next.reserve);
+  CHECK_FALSE(seats.enter(seconds(5), 5, "b").displaced);
+  CHECK(seats.enter(seconds(6), 6, "c").displaced == 3);  // there are four in all
+}
+
+TEST_CASE("where all have asked the next ones sit in the reserve, for a short time") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    seats.enter(seconds(0), id, "a");
+    seats.has_asked(id);
+  }
+  CHECK(seats.enter(seconds(1), 4, "a").reserve);
+  CHECK_FALSE(seats.enter(seconds(1), 5, "b").reserve);
+  CHECK(seats.enter(seconds(2), 6, "a").reserve);
+  CHECK(seats.enter(seconds(2), 7, "a").displaced == 4);  // the reserve is full
+  CHECK(seats.late(seconds(4)) == std::vector<ConnectionId>{6, 7});
+  seats.has_asked(6);
+  seats.has_asked(7);
+  CHECK(seats.enter(seconds(3), 8, "a").displaced == 8);  // there is no room at all
+  seats.leave(1);
+  CHECK_FALSE(seats.enter(seconds(4), 9, "a").reserve);
+}
+
+TEST_CASE("who has got the last answer makes room before those who are silent") {
+  Seats seats{few};
+  for (ConnectionId id = 1; id <= 3; ++id) {
+    seats.enter(seconds(0), id, "a");
+    seats.has_asked(id);
+  }
+  for (ConnectionId id = 4; id <= 5; ++id) {
+    CHECK(seats.enter(seconds(1), id, "a").reserve);
+    seats.has_asked(id);
+    seats.has_ended(seconds(2), id);
+  }
+  CHECK(seats.late(seconds(100)).empty());
+  CHECK(seats.enter(seconds(3), 6, "a").displaced == 4);
+  CHECK(seats.enter(seconds(4), 7, "a").displaced == 5);  // not 6, which has not asked yet
+  seats.has_ended(seconds(5), 2);
+  const auto next = seats.enter(seconds(6), 8, "a");
+  CHECK(next.displaced == 2);
+  CHECK_FALSE(next.reserve);
+}
+
+TEST_CASE("an address of IPv6 counts as its network") {
+  CHECK(owner_of_address("10.1.2.3") == "10.1.2.3");
+  CHECK(owner_of_address("2001:db8:1:2:3:4:5:6") == owner_of_address("2001:db8:1:2::9"));
+  CHECK(owner_of_address("2001:db8:1:2::9") != owner_of_address("2001:db8:1:3::9"));
+  CHECK(owner_of_address("::ffff:10.1.2.3") != owner_of_address("::ffff:10.1.2.4"));
+}
+
+TEST_CASE("names take turns, whoever has more waiting") {
+  Turns<std::string> turns(2);
+  for (const char* item : {"a1", "a2", "a3", "a4"}) turns.push("a", item);
+  turns.push("b", "b1");
+  turns.push("b", "b2");
+  CHECK(turns.take() == "a1");
+  CHECK(turns.take() == "b1");
+  turns.push("c", "c1");
+  CHECK(turns.take() == "c1");
+  CHECK(turns.take() == "a2");
+  CHECK(turns.take() == "b2");
+  CHECK_FALSE(turns.take());  // a has as many under way as one may have
+  CHECK(turns.waiting() == 2);
+  CHECK(turns.waiting("a") == 2);
+  turns.ended("a");
+  CHECK(turns.take() == "a3");
+  turns.ended("b");
+  turns.ended("b");
+  CHECK_FALSE(turns.take());
+}
+
+TEST_CASE("a token's name is the job's, and its digest tells contents apart") {
+  CHECK(name_in_token("http-a#12") == "http-a");
+  CHECK(name_in_token("abc") == "abc");
+  CHECK(may_be_same_content("a#1", "a#1"));
+  CHECK_FALSE(may_be_same_content("a#1", "a#2"));
+  CHECK(may_be_same_content("a", "a#2"));  // of a job that was submitted before there were digests
+}
+
+TEST_CASE("a budget is not exceeded, but by something large alone") {
+  Budget budget(100);
+  {
+    const auto most = budget.try_hold(60);
+    CHECK(most);
+    CHECK_FALSE(budget.try_hold(41));
+    CHECK(budget.try_hold(40));
+    CHECK_THROWS_AS(budget.hold(41, Time(0), "another"), Problem);
+    CHECK(budget.held() == 60);
+  }
+  CHECK(budget.held() == 0);
+  const auto large = budget.try_hold(1000);
+  CHECK(large);
+  CHECK_FALSE(budget.try_hold(1));
+}
+
+TEST_CASE("who waits for memory gets it when it is given back") {
+  Budget budget(100);
+  auto first = budget.try_hold(100);
+  std::thread waiting([&] { CHECK_NOTHROW(budget.hold(50, seconds(60), "another")); });
+  first.reset();
+  waiting.join();
+  CHECK(budget.held() == 0);
+}
+
+/// Owners in the order in which they got the one place that there is.
+class Queue {
+ public:
+  explicit Queue(Places& places) : places_(places) {}
+  ~Queue() { wait(); }
+  Queue(const Queue&) = delete;
+  Queue& operator=(const Queue&) = delete;
+
+  /// Returns when it waits.
+  void add(const std::string& owner) {
+    const std::size_t before = places_.waiting();
+    threads_.emplace_back([this, owner] {
+      const Places::Entry entry(places_, owner);
+      const Places::Place place(entry);
+      order_.push_back(owner);  // guarded by the place
+    });
+    while (places_.waiting() == before) std::this_thread::yield();
+  }
+  void wait() {
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+  [[nodiscard]] const std::vector<std::string>& order() const { return order_; }
+
+ private:
+  Places& places_;
+  std::vector<std::string> order_;
+  std::vector<std::thread> threads_;
+};
+
+TEST_CASE("places are given by turns, whoever asks for more, and not after the end") {
+  Places places("things", {.places = 1, .of_one = 1, .inside = 4, .one_inside = 3});
+  Queue queue(places);
+  {
+    const Places::Entry first(places, "a");
+    const Places::Place held(first);
+    queue.add("a");
+    queue.add("a");
+    CHECK_THROWS_AS(Places::Entry(places, "a"), Problem);  // three are inside
+    queue.add("b");
+    CHECK_THROWS_AS(Places::Entry(places, "c"), Problem);  // four in all
+  }
+  queue.wait();
+  CHECK(queue.order() == std::vector<std::string>{"b", "a", "a"});
+  const Places::Entry late(places, "c");
+  places.stop();
+  CHECK_THROWS_AS(Places::Place{late}, RunError);
+}
+
+}  // namespace
+}  // namespace parray::http

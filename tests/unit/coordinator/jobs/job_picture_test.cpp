@@ -1,0 +1,237 @@
+// A job's picture and the log from which another life of it goes on.
+#include "coordinator/jobs/job_picture.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/scene/limits.h"
+#include "tests/support/dice.h"
+#include "tests/support/faulty_team.h"
+#include "tests/support/window_rig.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+using test::made_cells;
+using Log = std::vector<std::string>;
+
+constexpr TracerKey honest = 1;
+constexpr TracerKey liar = 66;
+
+RenderSettings one_pass() { return test::made_settings(40, 12, 50); }
+RenderSettings in_passes() {
+  RenderSettings settings = test::made_settings(20, 12, 300);
+  settings.adaptive = true;
+  return settings;
+}
+
+/// One life of a job's picture, which leaves a log.
+struct Life {
+  explicit Life(const RenderSettings& settings, const Log& its_log = {},
+                std::vector<std::uint64_t> begun = {})
+      : picture(settings, SceneFacts(test::small_scene()), std::move(begun)), log(its_log) {
+    for (const std::string& entry : log) {
+      picture.replay(entry);
+    }
+    picture.end_replay();
+    if (!picture.has_begun() || picture.collector().done()) {
+      complete = !picture.begin_pass();
+    }
+  }
+
+  void take(TracerKey tracer, const CellRange& range) {
+    TracedCells cells = made_cells(picture.plan()->batch(range));
+    if (tracer == liar) {
+      test::tell_a_lie(cells, record_bytes(picture.plan()->grid()->shape().cell_pixels));
+    }
+    picture.take(tracer, cells);
+    log.push_back(JobPicture::cells_entry(picture.passes().pass(), tracer, range,
+                                          pack_cells(cells, *picture.plan()->grid())));
+  }
+  /// Some of what is missing of the pass.
+  void take_some(Dice& dice, TracerKey tracer = honest) {
+    const auto missing = picture.collector().missing();
+    const CellRange& all = missing[dice.below(missing.size())];
+    const std::uint64_t begin = all.begin + dice.below(all.count());
+    take(tracer, {begin, begin + 1 + dice.below(all.end - begin)});
+  }
+  void take_missing() {
+    for (const CellRange& range : picture.collector().missing()) {
+      take(honest, range);
+    }
+  }
+  void finish() {
+    while (!complete) {
+      take_missing();
+      complete = !picture.begin_pass();
+    }
+  }
+  [[nodiscard]] const Framebuffer& framebuffer() const { return picture.framebuffer(); }
+
+  JobPicture picture;
+  Log log;
+  bool complete = false;
+};
+
+/// `entry`, with a number in place of the one at `at`.
+template <typename T>
+std::string with(std::string entry, std::size_t at, T value) {
+  std::memcpy(entry.data() + at, &value, sizeof value);
+  return entry;
+}
+
+}  // namespace
+
+TEST_CASE("another life has the sums of the one before, however the pass was cut") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    CAPTURE(seed);
+    Dice dice(seed);
+    Life life(one_pass());
+    for (std::uint64_t i = 1 + dice.below(10); i > 0 && !life.picture.collector().done(); --i) {
+      life.take_some(dice, 1 + dice.below(3));
+    }
+    Life next(one_pass(), life.log);
+    CHECK(test::same_sums(next.framebuffer(), life.framebuffer()));
+    CHECK(next.picture.collector().missing() == life.picture.collector().missing());
+    CHECK(next.picture.collector().tracers() == life.picture.collector().tracers());
+    next.finish();
+    CHECK(test::same_sums(next.framebuffer(), test::made_framebuffer(one_pass())));
+  }
+}
+
+TEST_CASE("a job that dies at any moment of any pass goes on to the same passes and bits") {
+  Life whole(in_passes());
+  whole.finish();
+  const auto passes = whole.picture.passes().begun();
+  REQUIRE(passes.size() >= 3);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    Dice dice(seed);
+    Log log;
+    std::vector<std::uint64_t> begun;
+    bool complete = false;
+    for (int lives = 0; !complete; ++lives) {
+      REQUIRE(lives < 1000);
+      Life life(in_passes(), log, begun);
+      for (std::uint64_t entries = dice.below(6); entries > 0 && !life.complete; --entries) {
+        if (!life.picture.collector().done()) {
+          life.take_some(dice);
+        } else if (dice.one_in(2)) {
+          life.complete = !life.picture.begin_pass();
+        }
+      }
+      log = life.log;
+      begun = life.picture.passes().begun();
+      complete = life.complete;
+      if (complete) {
+        CHECK(begun == passes);
+        CHECK(test::same_sums(life.framebuffer(), whole.framebuffer()));
+      }
+    }
+  }
+}
+
+TEST_CASE("what was set back stays so in another life, and the end is the same") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    CAPTURE(seed);
+    Dice dice(seed);
+    Life life(one_pass());
+    for (int i = 0; i < 6 && !life.picture.collector().done(); ++i) {
+      life.take_some(dice, i == 0 || dice.one_in(3) ? liar : honest);
+    }
+    CHECK(life.picture.relies_on(liar));
+    const auto retraction = life.picture.retract(liar);
+    CHECK_FALSE(retraction.restarted);
+    CHECK_FALSE(retraction.cells.empty());
+    CHECK_FALSE(life.picture.relies_on(liar));
+    life.log.push_back(life.picture.retraction_entry(retraction.cells));
+    life.take_some(dice);
+    Life next(one_pass(), life.log);
+    CHECK(test::same_sums(next.framebuffer(), life.framebuffer()));
+    next.finish();
+    CHECK(test::same_sums(next.framebuffer(), test::made_framebuffer(one_pass())));
+  }
+}
+
+TEST_CASE("a picture in passes that a liar has touched, in whichever pass, begins again") {
+  Life whole(in_passes());
+  whole.finish();
+  for (const int lying_pass : {0, 1}) {
+    Life life(in_passes());
+    for (int pass = 0; pass < 2; ++pass) {
+      if (pass == lying_pass) {
+        life.take(liar, {1, 3});
+      }
+      life.take_missing();
+      life.picture.begin_pass();
+    }
+    CHECK(life.picture.relies_on(liar));
+    CHECK_FALSE(life.picture.relies_on(99));
+    const auto retraction = life.picture.retract(liar);
+    CHECK(retraction.restarted);
+    CHECK(retraction.cells == std::vector<CellRange>{{0, life.picture.plan()->cells()}});
+    CHECK(life.picture.passes().pass() == 0);
+    CHECK(life.framebuffer().counts() == TraceCounts{});
+    CHECK_FALSE(life.picture.relies_on(liar));
+    life.finish();
+    CHECK(test::same_sums(life.framebuffer(), whole.framebuffer()));
+    CHECK(life.picture.passes().begun() == whole.picture.passes().begun());
+  }
+}
+
+TEST_CASE("an entry of a life that never was is refused") {
+  Life life(one_pass());
+  life.take(honest, {2, 5});
+  const std::string entry = life.log.front();
+  const auto refused = [](const std::string& damaged) {
+    Life fresh(one_pass());
+    CHECK_THROWS_AS(fresh.picture.replay(damaged), DecodeError);
+  };
+  for (std::size_t size = 0; size < entry.size(); ++size) {
+    refused(entry.substr(0, size));
+  }
+  refused(entry + '\0');
+  refused(with(entry, 0, std::uint32_t{3}));  // of no kind
+  refused(with(entry, 4, std::uint32_t{1}));  // of a pass that has not begun
+  refused(with(entry, 4, UINT32_MAX));
+  refused(with(entry, 16, std::uint64_t{5}));  // no cells
+  refused(with(entry, 16, std::uint64_t{6}));
+  refused(with(entry, 24, life.picture.plan()->cells() + 1));
+  refused(with(entry, 24, UINT64_MAX));
+  refused(with(entry, 24, std::uint64_t{6}));  // more than it holds
+  const std::string retraction = life.picture.retraction_entry({{2, 4}});
+  refused(retraction.substr(0, retraction.size() - 1));
+  refused(with(retraction, 8, std::uint64_t{4}));
+  refused(with(retraction, 16, UINT64_MAX));
+}
+
+TEST_CASE("a picture under way takes no more memory than a job is counted for") {
+  const auto of = [](std::uint32_t side, bool passes) {
+    RenderSettings settings = passes ? in_passes() : one_pass();
+    settings.width = settings.height = side;
+    return JobPicture::memory(settings);
+  };
+  CHECK(of(4096, false) >= 4096 * 4096 * 76ULL);  // the framebuffer alone
+  CHECK(of(4096, false) < 4096 * 4096 * 250ULL);
+  CHECK(of(4096, true) > of(4096, false));
+  CHECK(of(1, false) > 0);
+  RenderSettings largest = one_pass();
+  largest.width = largest.height = 8192;
+  REQUIRE(std::uint64_t{largest.width} * largest.height == limits::max_pixels);
+  CHECK(JobPicture::memory(largest) > JobPicture::memory(one_pass()));
+}
+
+TEST_CASE("a process of a worker has the same key in every life of a coordinator, and its own") {
+  CHECK(tracer_key("node 1", "123") == tracer_key("node 1", "123"));
+  CHECK(tracer_key("node 1", "123") != tracer_key("node 1", "124"));
+  CHECK(tracer_key("node 1", "123") != tracer_key("node 2", "123"));
+  CHECK(tracer_key("node 1", "23") != tracer_key("node ", "123"));
+}
+
+}  // namespace parray

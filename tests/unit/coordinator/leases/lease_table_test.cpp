@@ -1,0 +1,388 @@
+#include "coordinator/leases/lease_table.h"
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+/// Each arrow of the picture "A lease" in proto/PROTOCOL.md, and the bounds around it.
+/// Histories of many steps: lease_history_test.cpp.
+namespace parray {
+namespace {
+
+using enum LeaseTable::Arrival;
+using Workers = std::vector<WorkerId>;
+using Ranges = std::vector<CellRange>;
+
+constexpr WorkerId ann = 1;
+constexpr WorkerId bob = 2;
+constexpr WorkerId cid = 3;
+
+/// Leases are half of what is left, as for two workers.
+ChunkSizer halves() {
+  RenderSettings settings;
+  settings.width = 10;
+  settings.height = 100;  // a cell is a row
+  settings.samples_per_pixel = 4;
+  settings.schedule = SchedulePolicy::guided;
+  settings.row_order = RowOrder::sequential;
+  return {settings.schedule, WorkPlan(settings, {{{0, 4}}, {}}), {}};
+}
+
+LeaseTable table_of(Ranges pending, Epoch first_epoch = 1, std::uint64_t most = UINT64_MAX) {
+  return {halves(), std::move(pending), first_epoch, most};
+}
+
+std::optional<Lease> grant(LeaseTable& table, WorkerId worker, Time deadline = seconds(10)) {
+  return table.grant(deadline, worker, {1, 0}, {0, 0, 2, 2}, worker);
+}
+
+/// Two cells in one lease, granted to Ann until 10 s.
+struct OneLease {
+  LeaseTable table = table_of({{0, 2}});
+  Epoch epoch = grant(table, ann)->epoch;
+};
+
+std::vector<Epoch> epochs_of(const std::vector<Lease>& leases) {
+  std::vector<Epoch> epochs;
+  for (const Lease& lease : leases) {
+    epochs.push_back(lease.epoch);
+  }
+  return epochs;
+}
+
+}  // namespace
+
+TEST_CASE("pending cells become leased by a grant, from the front, over gaps, until none is left") {
+  LeaseTable table = table_of({{0, 6}, {8, 9}}, 100);
+  CHECK(table.pending_cells() == 7);
+  CHECK(table.next_deadline() == never);
+  Ranges granted;
+  for (Epoch epoch = 100; const auto lease = grant(table, ann, seconds(epoch)); ++epoch) {
+    CHECK(lease->epoch == epoch);
+    granted.push_back(lease->range);
+  }
+  CHECK(granted == Ranges{{0, 4}, {4, 6}, {8, 9}});
+  CHECK(table.leased() == 3);
+  CHECK(table.held_by(ann) == 3);
+  CHECK(table.held_by(bob) == 0);
+  CHECK(table.next_deadline() == seconds(100));
+  CHECK(table.range_of(101) == CellRange{4, 6});
+  CHECK_FALSE(table.range_of(99));
+  CHECK_FALSE(table.has_pending());
+  CHECK_FALSE(table.idle());
+}
+
+TEST_CASE("a lease has no more cells than a result may have") {
+  LeaseTable table = table_of({{0, 100}}, 1, 3);
+  CHECK(grant(table, ann)->range == CellRange{0, 3});
+  LeaseTable least = table_of({{0, 100}}, 1, 0);
+  CHECK(grant(least, ann)->range.count() == 1);
+}
+
+TEST_CASE("a lease ends with its holder's result") {
+  OneLease f;
+  const auto arrived = f.table.arrive(ann, f.epoch);
+  CHECK(arrived.kind == first);
+  CHECK(arrived.range == CellRange{0, 2});
+  CHECK(f.table.held_by(ann) == 0);
+  CHECK(f.table.next_deadline() == never);
+  CHECK_FALSE(f.table.idle());  // it is being merged
+  CHECK(f.table.finish(f.epoch).empty());
+  CHECK(f.table.idle());
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);  // again
+}
+
+TEST_CASE("a result of a lease's first cells gives the others back at once, and copies end") {
+  OneLease f;
+  REQUIRE(f.table.grant_copy(seconds(10), bob));
+  const auto arrived = f.table.arrive(ann, f.epoch, 1);
+  CHECK(arrived.kind == first);
+  CHECK(arrived.range == CellRange{0, 1});
+  CHECK(arrived.dropped == Workers{bob});
+  CHECK(f.table.held_by(bob) == 0);
+  CHECK(f.table.pending_cells() == 1);
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
+  CHECK(grant(f.table, cid)->range == CellRange{1, 2});
+  SUBCASE("whose result is in") {
+    CHECK(f.table.finish(f.epoch).empty());
+    CHECK_FALSE(f.table.has_pending());
+  }
+  SUBCASE("whose result is no good") {
+    CHECK(f.table.give_back(ann, f.epoch));
+    CHECK(grant(f.table, ann)->range == CellRange{0, 1});
+  }
+}
+
+TEST_CASE("a part of cells that another result is of is stale, and is compared with nothing") {
+  OneLease f;
+  REQUIRE(f.table.grant_copy(seconds(10), bob));
+  f.table.arrive(bob, f.epoch);
+  SUBCASE("while that is merged") {}
+  SUBCASE("after that was merged") { f.table.finish(f.epoch); }
+  CHECK(f.table.arrive(ann, f.epoch, 1).kind == stale);
+  CHECK(f.table.held_by(ann) == 0);
+}
+
+TEST_CASE("the first holder alone may return a part: not who holds a copy, or makes a check") {
+  OneLease f;
+  LeaseTable table = table_of({{0, 2}});
+  const auto lease = grant(table, ann);
+  CHECK(lease->divisible);
+  CHECK_FALSE(table.grant_copy(seconds(10), bob)->divisible);
+  table.arrive(ann, lease->epoch);
+  table.finish(lease->epoch);
+  table.want_check({lease->range, bob, {ann}});
+  CHECK_FALSE(grant(table, bob)->divisible);
+}
+
+TEST_CASE("a result of somebody who does not hold the lease is stale, and changes nothing") {
+  OneLease f;
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
+  CHECK(f.table.arrive(ann, f.epoch + 1).kind == stale);
+  CHECK(f.table.arrive(ann, 0).kind == stale);
+  CHECK(f.table.held_by(ann) == 1);
+  CHECK(f.table.arrive(ann, f.epoch).kind == first);
+  CHECK(f.table.arrive(bob, f.epoch).kind == stale);
+}
+
+TEST_CASE("what was no good is pending again, under an epoch never used before") {
+  OneLease f;
+  SUBCASE("because the result was") { f.table.arrive(ann, f.epoch); }
+  SUBCASE("because the worker says so") {}
+  CHECK(f.table.give_back(ann, f.epoch));
+  CHECK_FALSE(f.table.give_back(ann, f.epoch));
+  CHECK(f.table.pending_cells() == 2);
+  CHECK(f.table.held_by(ann) == 0);
+  const auto again = grant(f.table, bob);
+  CHECK(again->epoch == f.epoch + 1);
+  CHECK(again->range == CellRange{0, 2});
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+}
+
+TEST_CASE("nobody gives back what he does not hold") {
+  OneLease f;
+  CHECK_FALSE(f.table.give_back(bob, f.epoch));
+  CHECK_FALSE(f.table.give_back(ann, f.epoch + 1));
+  CHECK(f.table.held_by(ann) == 1);
+}
+
+TEST_CASE("a lease whose deadline passes goes back, and its result is stale") {
+  OneLease f;
+  CHECK(f.table.expire(seconds(10) - Time(1)).empty());
+  const auto expired = f.table.expire(seconds(10));
+  REQUIRE(expired.size() == 1);
+  CHECK(expired[0].lease.epoch == f.epoch);
+  CHECK(expired[0].worker == ann);
+  CHECK(f.table.pending_cells() == 2);
+  CHECK(f.table.leased() == 0);
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+  CHECK(f.table.expire(seconds(99)).empty());
+}
+
+TEST_CASE("a lost worker's leases go back, join their neighbours and are granted first") {
+  LeaseTable table = table_of({{0, 8}});
+  const auto first_lease = grant(table, ann);  // 0 .. 3
+  const auto kept = grant(table, bob);         // 4, 5
+  const auto second = grant(table, ann);       // 6, 7
+  CHECK(epochs_of(table.drop_worker(ann)) == std::vector<Epoch>{first_lease->epoch, second->epoch});
+  CHECK(table.held_by(bob) == 1);
+  CHECK(table.drop_worker(ann).empty());
+  CHECK(table.arrive(ann, second->epoch).kind == stale);
+  CHECK(table.arrive(bob, kept->epoch).kind == first);
+  CHECK(table.give_back(bob, kept->epoch));
+  CHECK(grant(table, cid)->range == CellRange{0, 4});  // half of one run of eight
+}
+
+TEST_CASE("a heartbeat moves the deadline on, never back") {
+  OneLease f;
+  CHECK(f.table.extend(ann, f.epoch, seconds(20)));
+  CHECK(f.table.extend(ann, f.epoch, seconds(15)));
+  CHECK(f.table.next_deadline() == seconds(20));
+  CHECK(f.table.expire(seconds(19)).empty());
+  CHECK(f.table.expire(seconds(20)).size() == 1);
+}
+
+TEST_CASE("only a holder's heartbeat counts, and none once its result is there") {
+  OneLease f;
+  CHECK_FALSE(f.table.extend(bob, f.epoch, seconds(20)));
+  CHECK_FALSE(f.table.extend(ann, f.epoch + 1, seconds(20)));
+  CHECK(f.table.next_deadline() == seconds(10));
+  f.table.arrive(ann, f.epoch);
+  CHECK_FALSE(f.table.extend(ann, f.epoch, seconds(20)));
+}
+
+TEST_CASE("a copy is of the oldest lease that nobody else has a copy of, and not of one's own") {
+  LeaseTable table = table_of({{0, 4}});
+  const auto oldest = grant(table, ann);
+  const auto second = grant(table, bob);
+  const auto copy = table.grant_copy(seconds(12), bob);
+  REQUIRE(copy);
+  CHECK(copy->epoch == oldest->epoch);
+  CHECK(copy->range == oldest->range);
+  CHECK(table.leased() == 2);
+  CHECK(table.held_by(bob) == 2);
+  CHECK_FALSE(table.grant_copy(seconds(12), bob));
+  CHECK(table.grant_copy(seconds(12), cid)->epoch == second->epoch);
+  CHECK_FALSE(table.grant_copy(seconds(12), cid));
+  static_assert(LeaseTable::most_holders == 2);
+}
+
+TEST_CASE("of two holders the first result wins; the other's may come once, to be compared") {
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);
+  CHECK(f.table.arrive(bob, f.epoch).kind == first);
+  SUBCASE("while the first is being merged") {
+    CHECK(f.table.arrive(ann, f.epoch).kind == again);
+    CHECK(f.table.finish(f.epoch).empty());
+  }
+  SUBCASE("after that") {
+    CHECK(f.table.finish(f.epoch) == Workers{ann});
+    CHECK(f.table.held_by(ann) == 0);
+    CHECK_FALSE(f.table.extend(ann, f.epoch, seconds(20)));
+    const auto late = f.table.arrive(ann, f.epoch);
+    CHECK(late.kind == again);
+    CHECK(late.range == CellRange{0, 2});
+  }
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+  CHECK(f.table.arrive(cid, f.epoch).kind == stale);
+  CHECK(f.table.idle());
+}
+
+TEST_CASE("a worker that is lost sends no late copies") {
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);
+  f.table.arrive(bob, f.epoch);
+  f.table.finish(f.epoch);
+  f.table.drop_worker(ann);
+  CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+}
+
+TEST_CASE("while a result is being merged, its lease has no deadline and no copies") {
+  OneLease f;
+  f.table.arrive(ann, f.epoch);
+  CHECK_FALSE(f.table.grant_copy(seconds(10), bob));
+  CHECK(f.table.expire(seconds(99)).empty());
+  CHECK(f.table.drop_worker(ann).empty());
+  CHECK_FALSE(f.table.has_pending());
+}
+
+TEST_CASE("a copy's holder goes on when the first result is no good") {
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);
+  f.table.arrive(ann, f.epoch);
+  CHECK(f.table.give_back(ann, f.epoch));
+  CHECK_FALSE(f.table.has_pending());
+  CHECK(f.table.arrive(bob, f.epoch).kind == first);
+}
+
+TEST_CASE("a lease with a copy goes back with its last holder only") {
+  OneLease f;
+  f.table.grant_copy(seconds(30), bob);
+  CHECK(f.table.expire(seconds(10)).size() == 1);  // Ann's
+  CHECK(f.table.leased() == 1);
+  CHECK_FALSE(f.table.has_pending());
+  SUBCASE("the copy's result counts, the first holder's does not") {
+    CHECK(f.table.arrive(ann, f.epoch).kind == stale);
+    CHECK(f.table.arrive(bob, f.epoch).kind == first);
+  }
+  SUBCASE("without the copy it is pending") {
+    f.table.drop_worker(bob);
+    CHECK(f.table.pending_cells() == 2);
+  }
+}
+
+TEST_CASE("holders may expire at once, at the same or at different times") {
+  for (const Time second : {seconds(8), seconds(10)}) {
+    OneLease f;
+    f.table.grant_copy(second, bob);
+    CHECK(f.table.next_deadline() == second);
+    CHECK(f.table.expire(seconds(10)).size() == 2);
+    CHECK(f.table.pending_cells() == 2);
+    CHECK(f.table.next_deadline() == never);
+  }
+  OneLease f;
+  f.table.grant_copy(seconds(10), bob);  // one deadline for both
+  f.table.arrive(bob, f.epoch);
+  f.table.give_back(bob, f.epoch);
+  CHECK(f.table.next_deadline() == seconds(10));
+}
+
+TEST_CASE("a check goes before pending work, to the machine that is named and to no other") {
+  LeaseTable table = table_of({{0, 4}});
+  const Lease done = *grant(table, ann);
+  table.arrive(ann, done.epoch);
+  table.finish(done.epoch);
+  table.want_check({done.range, bob, {ann}});
+  CHECK_FALSE(table.idle());
+  CHECK(grant(table, ann)->range == CellRange{2, 4});
+  CHECK_FALSE(grant(table, cid));
+  const auto check_lease = grant(table, bob);
+  CHECK(check_lease->range == done.range);
+  CHECK_FALSE(grant(table, bob));                                       // there is one check
+  CHECK(table.grant_copy(seconds(10), cid)->range == CellRange{2, 4});  // never of a check
+  CHECK_FALSE(table.grant_copy(seconds(10), ann));
+  CHECK(table.arrive(bob, check_lease->epoch).kind == check);
+  CHECK(table.finish(check_lease->epoch).empty());
+  CHECK(table.pending_cells() == 0);
+}
+
+TEST_CASE("two workers of one machine are alike to a check") {
+  LeaseTable table = table_of({});
+  table.want_check({{0, 2}, 77, {ann}});
+  CHECK_FALSE(grant(table, ann));
+  CHECK(table.grant(seconds(10), cid, {1, 0}, {0, 0, 2, 2}, 77)->range == CellRange{0, 2});
+}
+
+TEST_CASE("a check whose machine fails is handed back, and that machine does not get it again") {
+  LeaseTable table = table_of({});
+  table.want_check({{0, 2}, bob, {ann}});
+  const auto lost = grant(table, bob);
+  SUBCASE("with its holder") { table.drop_worker(bob); }
+  SUBCASE("by its deadline") { CHECK(table.expire(seconds(10)).size() == 1); }
+  SUBCASE("because its result was no good") {
+    table.arrive(bob, lost->epoch);
+    table.give_back(bob, lost->epoch);
+  }
+  CHECK(table.pending_cells() == 0);
+  CHECK(table.checks_remain());
+  CHECK_FALSE(grant(table, bob));
+  const auto orphans = table.take_orphans({ann, bob, cid});
+  REQUIRE(orphans.size() == 1);
+  CHECK(orphans[0].range == CellRange{0, 2});
+  CHECK(orphans[0].not_by == std::set<MachineKey>{ann, bob});
+  CHECK_FALSE(table.checks_remain());
+  CHECK(table.idle());
+}
+
+TEST_CASE("checks of machines that have left are handed back; those begun are waited for") {
+  LeaseTable table = table_of({});
+  table.want_check({{0, 2}, ann, {}});
+  table.want_check({{4, 5}, bob, {}});
+  const auto begun = grant(table, ann);
+  CHECK(table.take_orphans({ann, bob}).empty());
+  CHECK(table.take_orphans({cid}).size() == 1);
+  CHECK(table.checks_remain());
+  CHECK_FALSE(grant(table, bob));
+  table.arrive(ann, begun->epoch);
+  CHECK(table.checks_remain());
+  table.finish(begun->epoch);
+  CHECK_FALSE(table.checks_remain());
+  CHECK(table.idle());
+}
+
+TEST_CASE("cells that were done can be put back, once") {
+  OneLease f;
+  f.table.arrive(ann, f.epoch);
+  f.table.finish(f.epoch);
+  f.table.put_back({{1, 2}, {5, 9}});
+  CHECK(f.table.pending_cells() == 5);
+  for (const CellRange& twice : {CellRange{1, 2}, CellRange{0, 2}, CellRange{8, 12}}) {
+    CHECK_THROWS_AS(table_of({{1, 2}, {5, 9}}).put_back({twice}), std::logic_error);
+  }
+  CHECK(grant(f.table, bob)->range == CellRange{1, 2});
+  CHECK(grant(f.table, bob)->range == CellRange{5, 7});
+}
+
+}  // namespace parray

@@ -1,0 +1,273 @@
+#include "coordinator/leases/result_collector.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "tests/support/dice.h"
+#include "tests/support/faulty_team.h"
+#include "tests/support/window_rig.h"
+
+namespace parray {
+namespace {
+
+using test::Dice;
+using test::made_cells;
+using Ranges = std::vector<CellRange>;
+
+constexpr TracerKey ann = 11;
+constexpr TracerKey bob = 22;
+constexpr TracerKey liar = 66;
+
+/// A picture of made-up samples: 40 x 12 pixels of 300 samples, in stages.
+struct Rig {
+  explicit Rig(bool ragged = false)
+      : settings(test::made_settings(40, 12, 300)),
+        framebuffer(settings.width, settings.height),
+        plan(make_plan(settings, ragged)),
+        collector(plan, framebuffer) {}
+
+  static std::shared_ptr<const WorkPlan> make_plan(const RenderSettings& settings, bool ragged) {
+    Pass pass{{{0, 1}, {1, 16}, {16, 300}}, {}};
+    if (ragged) {
+      Dice dice(9);
+      pass = {{{0, 300}}, test::ragged_ranges(dice, std::vector<std::uint32_t>(480), 300)};
+    }
+    return std::make_shared<const WorkPlan>(settings, std::move(pass));
+  }
+  ResultCollector::Taken take(TracerKey tracer, const CellRange& range) {
+    return collector.take(tracer, made_cells(plan->batch(range)));
+  }
+  /// The first cell is wrong.
+  ResultCollector::Taken take_lie(const CellRange& range) {
+    TracedCells cells = made_cells(plan->batch(range));
+    test::tell_a_lie(cells, record_bytes(plan->grid()->shape().cell_pixels));
+    return collector.take(liar, cells);
+  }
+  std::vector<std::uint64_t> honest(const CellRange& range) const {
+    return cell_digests(made_cells(plan->batch(range)).records,
+                        record_bytes(plan->grid()->shape().cell_pixels));
+  }
+  void take_missing(TracerKey tracer) {
+    for (const CellRange& range : collector.missing()) {
+      take(tracer, range);
+    }
+  }
+  [[nodiscard]] bool complete() const {
+    Framebuffer expected(settings.width, settings.height);
+    std::vector<SampleRange> ranges = plan->pixel_samples();
+    if (ranges.empty()) {
+      ranges.assign(480, {0, 300});
+    }
+    test::make_into(expected, ranges);
+    return collector.done() && test::same_sums(framebuffer, expected);
+  }
+
+  RenderSettings settings;
+  Framebuffer framebuffer;
+  std::shared_ptr<const WorkPlan> plan;
+  ResultCollector collector;
+};
+
+std::uint64_t cells_in(const Ranges& ranges) {
+  std::uint64_t cells = 0;
+  for (const CellRange& range : ranges) {
+    cells += range.count();
+  }
+  return cells;
+}
+
+}  // namespace
+
+TEST_CASE("every cell is merged once, whatever comes again, in any order, from anybody") {
+  std::uint64_t duplicates = 0;
+  for (const bool ragged : {false, true}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      CAPTURE(seed);
+      Dice dice(seed);
+      Rig rig(ragged);
+      ResultCollector::Taken all;
+      while (!rig.collector.done()) {
+        const std::uint64_t begin = dice.below(rig.plan->cells());
+        const std::uint64_t most = rig.plan->cells() - begin;
+        const std::uint64_t missing = rig.plan->cells() - rig.collector.done_cells();
+        const auto taken = rig.take(1 + dice.below(4), {begin, begin + 1 + dice.below(most)});
+        CHECK(taken.mismatches == 0);
+        CHECK(taken.fresh + rig.plan->cells() - missing == rig.collector.done_cells());
+        all.fresh += taken.fresh;
+        all.duplicates += taken.duplicates;
+        all.fresh_samples += taken.fresh_samples;
+      }
+      CHECK(all.fresh == rig.plan->cells());
+      CHECK(all.fresh_samples == rig.plan->samples());
+      duplicates += all.duplicates;
+      CHECK(rig.complete());
+    }
+  }
+  CHECK(duplicates > 100);  // in all: one history alone may have none
+}
+
+TEST_CASE("other bits for cells that are in are counted and change nothing") {
+  Rig rig;
+  rig.take(ann, {0, 5});
+  const auto taken = rig.take_lie({0, 7});
+  CHECK(taken.mismatches == 1);
+  CHECK(taken.duplicates == 4);
+  CHECK(taken.fresh == 2);
+  rig.take_missing(ann);
+  CHECK(rig.complete());
+}
+
+TEST_CASE("a comparison merges nothing") {
+  Rig rig;
+  rig.take(ann, {0, 3});
+  auto digests = rig.honest({0, 5});
+  digests[1] ^= 1;
+  const auto taken = rig.collector.compare({0, 5}, digests);
+  CHECK(taken.duplicates == 2);
+  CHECK(taken.mismatches == 1);
+  CHECK(taken.fresh == 0);
+  CHECK(rig.collector.done_cells() == 3);
+}
+
+TEST_CASE("cells that differ are named, with those whose bits are in") {
+  Rig rig;
+  rig.take(bob, {0, 1});
+  rig.take(ann, {1, 4});
+  auto digests = rig.honest({0, 6});
+  CHECK(rig.collector.differing({0, 6}, digests).empty());
+  digests[0] ^= 1;
+  digests[2] ^= 1;
+  digests[5] ^= 1;  // is not in
+  const auto found = rig.collector.differing({0, 6}, digests);
+  REQUIRE(found.size() == 2);
+  CHECK(found[0].cell == 0);
+  CHECK(found[0].tracer == bob);
+  CHECK(found[1].cell == 2);
+  CHECK(found[1].tracer == ann);
+}
+
+TEST_CASE("a check counts where somebody else has traced the cells") {
+  Rig rig;
+  rig.take(ann, {0, 4});
+  rig.take(bob, {4, 6});
+  CHECK(rig.collector.checked_cells() == 0);
+  rig.collector.note_check(bob, {0, 5});
+  CHECK(rig.collector.checked_cells() == 4);  // its own is no check
+  rig.collector.note_check(ann, {2, 5});
+  CHECK(rig.collector.checked_cells() == 5);
+  CHECK(rig.collector.relies_on(ann));
+  CHECK_FALSE(rig.collector.has_cells_of(liar));
+}
+
+TEST_CASE("the checks of a liar are void: their cells stay in, unchecked") {
+  Rig rig;
+  rig.take(ann, {0, 6});
+  rig.collector.note_check(liar, {1, 3});
+  rig.collector.note_check(liar, {4, 5});
+  rig.collector.note_check(bob, {0, 2});
+  CHECK(rig.collector.relies_on(liar));
+  CHECK_FALSE(rig.collector.has_cells_of(liar));
+  const auto gone = rig.collector.retract(liar);
+  CHECK(gone.cells.empty());
+  CHECK(gone.unchecked == Ranges{{1, 3}, {4, 5}});
+  CHECK(rig.collector.checked_cells() == 2);
+  CHECK_FALSE(rig.collector.relies_on(liar));
+}
+
+TEST_CASE("cells that are traced again have not been checked") {
+  Rig rig;
+  rig.take(liar, {0, 4});
+  rig.collector.note_check(bob, {0, 4});
+  rig.collector.retract(liar);
+  rig.take_missing(ann);
+  CHECK(rig.collector.checked_cells() == 0);
+}
+
+TEST_CASE("what a liar has traced can be set back: all of it, and the picture is as without") {
+  for (const bool ragged : {false, true}) {
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+      CAPTURE(seed);
+      Dice dice(seed);
+      Rig rig(ragged);
+      for (std::uint64_t at = 0; at < rig.plan->cells();) {
+        const CellRange range{at, std::min(at + 1 + dice.below(9), rig.plan->cells())};
+        at = range.end + dice.below(3);  // some are not in yet
+        at = std::min(at, rig.plan->cells());
+        dice.one_in(3) ? rig.take_lie(range) : rig.take(dice.one_in(2) ? ann : bob, range);
+      }
+      const std::uint64_t done = rig.collector.done_cells();
+      const bool relied = rig.collector.relies_on(liar);
+      const Ranges gone = rig.collector.retract(liar).cells;
+      CHECK(relied == !gone.empty());
+      CHECK(cells_in(gone) == done - rig.collector.done_cells());
+      CHECK_FALSE(rig.collector.relies_on(liar));
+      for (const CellRange& range : gone) {
+        for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
+          CHECK_FALSE(rig.collector.has(cell));
+          for (const std::uint64_t same : rig.plan->grid()->cells_of_same_pixels(cell)) {
+            CHECK_FALSE(rig.collector.has(same));  // sums of a pixel cannot be told apart
+          }
+        }
+      }
+      CHECK(rig.collector.retract(liar).cells.empty());
+      rig.take_missing(ann);
+      CHECK(rig.complete());
+    }
+  }
+}
+
+TEST_CASE("what a liar has traced goes although somebody traced it alike: they may be two liars") {
+  Rig rig;
+  rig.take(liar, {0, 6});
+  rig.collector.note_check(bob, {2, 4});
+  rig.collector.retract(liar);
+  CHECK(rig.collector.done_cells() == 0);
+  CHECK_FALSE(rig.collector.relies_on(99));  // never heard of
+  CHECK(rig.collector.retract(99).cells.empty());
+}
+
+TEST_CASE("ranges can be set back, as an earlier life has noted them") {
+  Rig rig;
+  rig.take(ann, {0, 20});
+  const Ranges gone = rig.collector.retract(Ranges{{3, 5}, {4, 6}});
+  CHECK(gone == Ranges{{3, 6}});
+  CHECK(rig.collector.retract(Ranges{{3, 6}}).empty());
+  rig.take_missing(bob);
+  CHECK(rig.complete());
+}
+
+TEST_CASE("what is missing is named in runs, and no longer than asked for") {
+  Rig rig;
+  CHECK(rig.collector.missing() == Ranges{{0, rig.plan->cells()}});
+  CHECK(rig.collector.next_missing(0, 7) == CellRange{0, 7});
+  rig.take(ann, {2, 4});
+  rig.take(ann, {9, rig.plan->cells()});
+  CHECK(rig.collector.missing() == Ranges{{0, 2}, {4, 9}});
+  CHECK(rig.collector.next_missing(2, 100) == CellRange{4, 9});
+  CHECK(rig.collector.next_missing(9, 100).count() == 0);
+  rig.take_missing(bob);
+  CHECK(rig.collector.missing().empty());
+  CHECK(rig.complete());
+}
+
+TEST_CASE("whoever leaves another pixel's sample out of the sums is found") {
+  Rig rig;
+  const auto leaving_out = [&](std::uint32_t x) {
+    TracedCells cells = made_cells(rig.plan->batch({0, 2}));
+    CellHeader header = header_of(cells.records);
+    header.nonfinite = 1;
+    std::memcpy(cells.records.data(), &header, sizeof header);
+    const Cell cell = rig.plan->cell(0);
+    cells.excluded = {{cell.y, cell.x_begin + x, cell.samples.begin, 1}};
+    return cells;
+  };
+  rig.collector.take(ann, leaving_out(0));
+  CHECK(rig.collector.take(bob, leaving_out(0)).mismatches == 0);
+  CHECK(rig.collector.take(liar, leaving_out(1)).mismatches == 1);
+  CHECK(rig.collector.compare({0, 2}, rig.collector.digests_of(leaving_out(1))).mismatches == 1);
+}
+
+}  // namespace parray

@@ -1,0 +1,43 @@
+#include "coordinator/loop/backoff.h"
+
+#include <doctest/doctest.h>
+
+namespace parray {
+namespace {
+
+const MachineId sick{MachineId::Kind::address, "10.0.0.1"};
+const MachineId other{MachineId::Kind::address, "10.0.0.2"};
+
+}  // namespace
+
+TEST_CASE("a worker that fails where others succeed is held back for 1, 2, 4 ... 64 minutes") {
+  Backoff backoff;
+  Time now = seconds(1000);
+  Time length = seconds(60);
+  for (int times = 0; times < 10; ++times) {
+    backoff.note_failure(now, sick, "ann", false);
+    CHECK(backoff.until(sick, "ann") == now + length);
+    backoff.note_failure(now + seconds(1), sick, "ann", false);  // a lease that it still had
+    CHECK(backoff.until(sick, "ann") == now + length);
+    CHECK(backoff.until(sick, "bob") <= now);
+    CHECK(backoff.until(other, "ann") <= now);
+    now += length;
+    length = std::min(2 * length, Time(seconds(64 * 60)));
+  }
+  CHECK(backoff.note_success(sick, "ann"));
+  CHECK_FALSE(backoff.note_success(sick, "ann"));
+  backoff.note_failure(now, sick, "ann", false);
+  CHECK(backoff.until(sick, "ann") == now + seconds(60));
+}
+
+TEST_CASE("a machine of which no worker succeeds is held back under every name") {
+  Backoff backoff;
+  backoff.note_failure(seconds(1000), sick, "vm-1", true);
+  CHECK(backoff.until(sick, "vm-2") == seconds(1060));
+  backoff.note_failure(seconds(1060), sick, "vm-2", true);
+  CHECK(backoff.until(sick, "vm-3") == seconds(1180));
+  CHECK(backoff.forgive(sick, "vm-3"));
+  CHECK(backoff.until(sick, "vm-1") <= seconds(1000));
+}
+
+}  // namespace parray

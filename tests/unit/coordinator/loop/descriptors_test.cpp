@@ -1,0 +1,64 @@
+#include "coordinator/loop/descriptors.h"
+
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <memory>
+#include <sstream>
+#include <string>
+
+namespace parray {
+namespace {
+
+/// A watch and the lines that it has logged.
+struct Watched {
+  std::ostringstream text;
+  spdlog::logger log{"watch", std::make_shared<spdlog::sinks::ostream_sink_mt>(text)};
+  DescriptorWatch watch{log};
+
+  [[nodiscard]] std::ptrdiff_t lines() const {
+    const std::string all = text.str();
+    return std::count(all.begin(), all.end(), '\n');
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the watch warns once when nine tenths of the open files are in use") {
+  Watched w;
+  w.watch.judge({900, 1000});
+  CHECK(w.lines() == 0);
+  w.watch.judge({901, 1000});
+  w.watch.judge({999, 1000});
+  CHECK(w.lines() == 1);
+  CHECK(w.text.str().find("901 of 1000 open files are in use") != std::string::npos);
+  CHECK(w.text.str().find("ulimit -n") != std::string::npos);
+}
+
+TEST_CASE("the watch says once that there is room again, and can warn again after that") {
+  Watched w;
+  w.watch.judge({950, 1000});
+  w.watch.judge({850, 1000});  // not yet: a number that wavers is no news
+  CHECK(w.lines() == 1);
+  w.watch.judge({799, 1000});
+  w.watch.judge({100, 1000});
+  CHECK(w.lines() == 2);
+  CHECK(w.text.str().find("connections are accepted again") != std::string::npos);
+  w.watch.judge({950, 1000});
+  CHECK(w.lines() == 3);
+}
+
+TEST_CASE("the number of open files grows by one with each file that is opened") {
+  const DescriptorUse before = descriptor_use();
+  const int file = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  REQUIRE(file >= 0);
+  CHECK(descriptor_use().open == before.open + 1);
+  CHECK(descriptor_use().most >= descriptor_use().open);
+  close(file);
+  CHECK(descriptor_use().open == before.open);
+}
+
+}  // namespace parray
