@@ -10,7 +10,7 @@
 
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Longest texts on the wire.
 inline constexpr std::size_t max_name = 128;
@@ -114,4 +114,4 @@ class ControlReader {
   std::uint32_t protocol_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -7,7 +7,7 @@
 #include "common/base/error.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 using nlohmann::json;
@@ -119,4 +119,4 @@ RenderSettings settings_from_json(const json& map) {
   return value;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

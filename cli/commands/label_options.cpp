@@ -12,7 +12,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 constexpr double millimetres_an_inch = 25.4;
@@ -143,12 +143,12 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
        "the axes x, y, z");
   text("--text", longest_label_text, settings_.text, "A text; \\n begins a new line")
       .type_name("TEXT");
-  size("--font-size", ranges::font_size, settings_.font_size, "PT",
+  size("--font-size", drawing_ranges::font_size, settings_.font_size, "PT",
        "Size of letters in print, in points (default: 8)");
-  size("--width-mm", ranges::print_width, settings_.width_mm, "MM",
+  size("--width-mm", drawing_ranges::print_width, settings_.width_mm, "MM",
        "Width of the picture in print: without --width it has as many pixels as --dpi says "
        "(default: 300)");
-  size("--dpi", ranges::dpi, settings_.dpi, "N",
+  size("--dpi", drawing_ranges::dpi, settings_.dpi, "N",
        "Pixels an inch in print, for sizes and the file's metadata");
   command
       .on_off("--labels", of_scene_,
@@ -218,4 +218,4 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -13,7 +13,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 std::uint64_t whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {
@@ -399,4 +399,4 @@ void add_json(Command& command, bool& as_json) {
   command.flag("--json", as_json, "Print JSON").group(output_group);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -8,7 +8,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 constexpr std::array<std::string_view, 2> projection_words{"perspective", "orthographic"};
@@ -90,4 +90,4 @@ Viewing PortraitOptions::viewing() const {
   return viewing;
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -13,7 +13,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 using nlohmann::json;
@@ -215,4 +215,4 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
   }
 }
 
-}  // namespace parray
+}  // namespace parray::output

@@ -1,6 +1,8 @@
 #pragma once
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::scene {
 
 /// Both ends belong to the range.
 struct NumberRange {
@@ -8,4 +10,4 @@ struct NumberRange {
   double most;
 };
 
-}  // namespace parray
+}  // namespace parray::scene

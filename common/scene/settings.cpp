@@ -11,7 +11,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 // Each table is indexed by its enum's values.
@@ -132,4 +132,4 @@ void check_settings(const RenderSettings& settings) {
   check_known("row order", row_order_names, settings.row_order);
 }
 
-}  // namespace parray
+}  // namespace parray::scene

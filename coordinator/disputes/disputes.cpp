@@ -9,7 +9,7 @@
 #include "coordinator/disputes/undoing.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// Stands for the referee among those who checked cells. No machine_key() has this value.
@@ -429,4 +429,4 @@ void Coordinator::end_quarantines() {
   grants_due_ = true;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

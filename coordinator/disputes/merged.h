@@ -6,7 +6,7 @@
 
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What the backroom has made of a result.
 struct Coordinator::Merged {
@@ -54,4 +54,4 @@ struct Coordinator::Merged {
   }
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

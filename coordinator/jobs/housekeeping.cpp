@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 constexpr Time between_looks = seconds(5);
@@ -245,4 +245,4 @@ void Coordinator::forget_all(const Series& listed, const std::string& why) {
   std::erase_if(series_, [number](const auto& series) { return series.second == number; });
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

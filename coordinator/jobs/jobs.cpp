@@ -15,7 +15,7 @@
 #include "coordinator/jobs/taking_up.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 Job* Coordinator::job_of(JobId id) {
   const auto found = jobs_.find(id);
@@ -479,4 +479,4 @@ bool Coordinator::make_room(std::uint64_t bytes) {
   return in_use <= options_.memory;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

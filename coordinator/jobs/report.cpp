@@ -10,7 +10,7 @@
 #include "common/image/lattice.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -168,4 +168,4 @@ ErrorFigures error_in(const std::string& report) {
   return error_from_json(map.is_object() ? map.value("error", json()) : json());
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 #include "common/base/error.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -279,4 +279,4 @@ void Coordinator::restore_worker_notes() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -5,7 +5,7 @@
 
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// What waits for the backroom stays within memory: beyond this many errands nothing is granted.
@@ -229,4 +229,4 @@ void Coordinator::release_workers(Time now) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

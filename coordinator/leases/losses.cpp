@@ -7,7 +7,7 @@
 
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// `failed`: it may be the lease at hand that has ended it.
 void Coordinator::lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed) {
@@ -182,4 +182,4 @@ void Coordinator::hold_back(Time now) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 #include "coordinator/disputes/merged.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
   WorkerRecord* worker = heard_from(now, peer);
@@ -206,4 +206,4 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -16,7 +16,7 @@
 #include "coordinator/loop/coordinator.h"
 #include "coordinator/loop/submit_token.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -346,4 +346,4 @@ void Coordinator::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
                           {"malformed", tally_.malformed}}}}});
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -8,7 +8,7 @@
 
 #include "common/base/divide_up.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 // The protocol's.
 static constexpr Time longest_heartbeat = seconds(60);
@@ -303,4 +303,4 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Bye& m) {
   lose_worker(now, peer, m.reason, false);
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

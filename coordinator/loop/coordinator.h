@@ -30,7 +30,7 @@
 #include "proto/actor.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 struct PictureFile;
 
@@ -322,4 +322,4 @@ class Coordinator final : public Actor {
   Backroom backroom_;            ///< last: its errands end before what they speak of
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

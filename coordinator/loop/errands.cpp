@@ -3,7 +3,7 @@
 
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// For errands of the job's present work: if one throws, the job fails. `doing` says what it does.
 Backroom::Guarded Coordinator::for_job(const Job& job, const std::string& doing) {
@@ -42,4 +42,4 @@ void Coordinator::keep(const Job& job) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

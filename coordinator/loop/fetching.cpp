@@ -12,7 +12,7 @@
 #include "coordinator/jobs/picture_file.h"
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -206,4 +206,4 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
       });
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -3,7 +3,7 @@
 
 #include "coordinator/loop/coordinator.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// That of a job at work; null: there is none.
 const SceneParcel* Coordinator::scene_at_work(const std::string& scene) const {
@@ -64,4 +64,4 @@ void Coordinator::forget_scene(const std::string& scene) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -10,7 +10,7 @@
 #include "proto/keys.h"
 #include "proto/settings_json.h"
 
-namespace parray {
+namespace parray::store {
 
 using nlohmann::json;
 
@@ -144,4 +144,4 @@ JobRecord record_from_json(JobId id, std::string_view text) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

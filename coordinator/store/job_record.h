@@ -8,7 +8,7 @@
 
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::store {
 
 using JobId = std::uint64_t;
 
@@ -75,4 +75,4 @@ std::string record_to_json(const JobRecord& job);
 /// Inverse, for the job with this id. Throws RunError that names the job if `text` is no record.
 JobRecord record_from_json(JobId id, std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::store

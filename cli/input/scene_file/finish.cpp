@@ -8,7 +8,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view points_unit = "pt";
@@ -57,15 +57,17 @@ LineWidth line_width_from(std::string_view text) {
   if (text == "off") return {};
   const bool points = text.ends_with(points_unit);
   const std::string_view number = points ? text.substr(0, text.size() - points_unit.size()) : text;
-  return {points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
-          number_within(number, ranges::line_width,
-                        "pixels" + bounds_of(ranges::line_width) + ", or points, as 0.5pt")};
+  return {
+      points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
+      number_within(number, drawing_ranges::line_width,
+                    "pixels" + bounds_of(drawing_ranges::line_width) + ", or points, as 0.5pt")};
 }
 
 double depth_cue_from(std::string_view text) {
   if (text == "on") return usual_depth_cue;
   if (text == "off") return 0;
-  return number_within(text, ranges::depth_cue, "a share" + bounds_of(ranges::depth_cue));
+  return number_within(text, drawing_ranges::depth_cue,
+                       "a share" + bounds_of(drawing_ranges::depth_cue));
 }
 
 Finish FinishSection::over(const Finish& other) const {
@@ -76,12 +78,12 @@ FinishSection read_finish(const JsonValue& value, const JsonPlace& place) {
   static constexpr std::array<std::string_view, 2> keys{"outline", "depth_cue"};
   const JsonFields fields(value, place, keys);
   FinishSection section;
-  section.outline =
-      value_of<LineWidth>(fields, "outline", ranges::line_width, line_width_from, [](double x) {
-        return LineWidth{LineWidth::Unit::pixels, x};
-      });
-  section.depth_cue = value_of<double>(fields, "depth_cue", ranges::depth_cue, depth_cue_from,
-                                       [](double x) { return x; });
+  section.outline = value_of<LineWidth>(fields, "outline", drawing_ranges::line_width,
+                                        line_width_from, [](double x) {
+                                          return LineWidth{LineWidth::Unit::pixels, x};
+                                        });
+  section.depth_cue = value_of<double>(fields, "depth_cue", drawing_ranges::depth_cue,
+                                       depth_cue_from, [](double x) { return x; });
   return section;
 }
 
@@ -107,4 +109,4 @@ std::string finish_text(const Finish& finish) {
   return "{" + text + "}";
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string text_of(NumberRange range) {
@@ -161,4 +161,4 @@ std::uint64_t JsonFields::integer_or(std::string_view key, IntegerRange range,
   return found == nullptr ? fallback : read_integer(*found, place_.at(key), range);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "common/math/vec.h"
 #include "common/scene/number_range.h"
 
-namespace parray {
+namespace parray::input {
 
 struct IntegerRange {
   std::uint64_t least;
@@ -63,4 +63,4 @@ class JsonFields {
   const JsonPlace& place_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/scene_file/json_fields.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string read_label_text(const JsonFields& fields, std::string_view key, std::size_t longest) {
@@ -46,9 +46,9 @@ LabelSettings read_labels(const JsonValue& value, const JsonPlace& place) {
   labels.cell = fields.boolean_or("cell", false);
   labels.text = read_label_text(fields, "text", longest_label_text);
   labels.unit = read_label_text(fields, "unit", longest_unit);
-  labels.font_size = read_size(fields, "font_size", ranges::font_size);
-  labels.dpi = read_size(fields, "dpi", ranges::dpi);
-  labels.width_mm = read_size(fields, "width_mm", ranges::print_width);
+  labels.font_size = read_size(fields, "font_size", drawing_ranges::font_size);
+  labels.dpi = read_size(fields, "dpi", drawing_ranges::dpi);
+  labels.width_mm = read_size(fields, "width_mm", drawing_ranges::print_width);
   if (labels.dpi && labels.width_mm) {
     place.at("dpi").fail(fields.find("dpi")->line,
                          "the picture's width in pixels and width_mm say how many pixels an inch "
@@ -86,4 +86,4 @@ std::string_view length_unit_of(std::string_view format) {
   return std::ranges::find(in_angstrom, format) != in_angstrom.end() ? "angstrom" : "";
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -12,7 +12,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Least sine of the angle between `up` and the view. Any nearer, and the last digits of `up`
@@ -179,4 +179,4 @@ NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

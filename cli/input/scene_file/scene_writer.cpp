@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string json_text(std::string_view text) {
@@ -186,4 +186,4 @@ void write_scene(std::ostream& out, const SceneFile& file, const std::function<v
   particles.end("]}\n");
 }
 
-}  // namespace parray
+}  // namespace parray::input

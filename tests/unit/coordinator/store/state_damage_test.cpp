@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <thread>
@@ -12,6 +13,7 @@
 #include "coordinator/store/state_tools.h"
 #include "tests/support/damage.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
 
