@@ -42,8 +42,9 @@ Picture picture_of(const json& changes = json::object()) {
   return picture;
 }
 
-const json adaptive = {{"adaptive", true},    {"samples_per_pixel", 40.5}, {"least_samples", 32U},
-                       {"most_samples", 64U}, {"target_half_width", 0.03}, {"passes", {32U, 16U}}};
+const json adaptive_entries = {{"adaptive", true},          {"samples_per_pixel", 40.5},
+                               {"least_samples", 32U},      {"most_samples", 64U},
+                               {"target_half_width", 0.03}, {"passes", {32U, 16U}}};
 
 /// What a file of that kind gives back.
 Recipe kept_recipe(const Picture& picture, bool exr) {
@@ -86,14 +87,14 @@ TEST_CASE("a recipe has all that decides the bits, in both kinds of file") {
 
 TEST_CASE("where pixels differ, the recipe has the passes and where these spend their samples") {
   for (const bool exr : {true, false}) {
-    const Recipe recipe = kept_recipe(picture_of(adaptive), exr);
+    const Recipe recipe = kept_recipe(picture_of(adaptive_entries), exr);
     CHECK_FALSE(recipe.equal_samples);
     CHECK(recipe.settings.adaptive);
     CHECK(recipe.settings.passes == std::vector<std::uint64_t>{32, 16});
     CHECK(recipe.settings.target_half_width == 0.03);
   }
   // An adaptive picture that was good enough after its first pass.
-  json equal = adaptive;
+  json equal = adaptive_entries;
   equal.update({{"samples_per_pixel", 32U}, {"most_samples", 32U}});
   CHECK(kept_recipe(picture_of(equal), true).settings.samples_per_pixel == 32);
 }
@@ -131,7 +132,7 @@ TEST_CASE("a recipe with a value that cannot be is refused with its name") {
         std::string::npos);
   CHECK(refusal(json::object(), "precision", "auto").find("parray:precision") != std::string::npos);
   for (const char* passes : {"", "1,", "[1],2", "x", "-1", "0", "1e3"}) {
-    const std::string message = refusal(adaptive, "passes", passes);
+    const std::string message = refusal(adaptive_entries, "passes", passes);
     CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), passes, message);
   }
 }

@@ -11,10 +11,10 @@
 namespace parray {
 namespace {
 
-const std::string scene(64, 'a');
+const std::string scene_id(64, 'a');
 
-WorkerRecord worker(WorkerId id, const std::string& host, const std::string& address,
-                    std::uint32_t port = 7401) {
+WorkerRecord worker_on(WorkerId id, const std::string& host, const std::string& address,
+                       std::uint32_t port = 7401) {
   WorkerRecord record;
   record.id = id;
   record.address = address;
@@ -26,13 +26,13 @@ WorkerRecord worker(WorkerId id, const std::string& host, const std::string& add
 
 /// Worker `id` of a machine of its own.
 WorkerRecord single(WorkerId id) {
-  return worker(id, "h" + std::to_string(id), "10.0.0." + std::to_string(id));
+  return worker_on(id, "h" + std::to_string(id), "10.0.0." + std::to_string(id));
 }
 
 WorkerId ask(SceneService& service, const WorkerRecord& record, std::uint32_t failed = 0) {
-  const auto answer = service.source_for(record, scene, 1000, failed);
-  CHECK(answer.address.empty() == (service.source_of(record.id, scene) == 0));
-  return service.source_of(record.id, scene);
+  const auto answer = service.source_for(record, scene_id, 1000, failed);
+  CHECK(answer.address.empty() == (service.source_of(record.id, scene_id) == 0));
+  return service.source_of(record.id, scene_id);
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ TEST_CASE("a scene comes to a machine once, and goes from worker to worker there
   std::map<std::string, int> from_outside;
   for (WorkerId id = 1; id <= 60; ++id) {
     const std::string number = std::to_string(id % 5);
-    const WorkerRecord record = worker(id, "h" + number, "10.0.0." + number);
+    const WorkerRecord record = worker_on(id, "h" + number, "10.0.0." + number);
     const WorkerId source = ask(service, record);
     from_outside["h" + number] += source == 0 || source % 5 != id % 5 ? 1 : 0;
   }
@@ -65,19 +65,19 @@ TEST_CASE("a scene comes to a machine once, and goes from worker to worker there
 
 TEST_CASE("two machines of one name are two, as they are seen by two addresses") {
   SceneService service;
-  CHECK(ask(service, worker(1, "localhost", "10.0.0.1")) == 0);
-  CHECK(ask(service, worker(2, "localhost", "10.0.0.2")) == 0);
-  CHECK(ask(service, worker(3, "localhost", "10.0.0.2")) == 2);
+  CHECK(ask(service, worker_on(1, "localhost", "10.0.0.1")) == 0);
+  CHECK(ask(service, worker_on(2, "localhost", "10.0.0.2")) == 0);
+  CHECK(ask(service, worker_on(3, "localhost", "10.0.0.2")) == 2);
 }
 
 TEST_CASE("who is seen on loopback serves nobody elsewhere; who does not share, nobody at all") {
   SceneService service;
-  CHECK(ask(service, worker(1, "h1", "127.0.0.1")) == 0);
-  CHECK(ask(service, worker(2, "h2", "10.0.0.2", 0)) == 0);
-  CHECK(ask(service, worker(3, "h3", "10.0.0.3")) == 0);  // there is nobody else
-  CHECK(ask(service, worker(4, "h4", "10.0.0.4")) == 3);
-  CHECK(ask(service, worker(5, "h5", "10.0.0.5", 0)) == 0);  // it could not be sure whom it asks
-  CHECK(ask(service, worker(6, "h1", "127.0.0.1")) == 1);
+  CHECK(ask(service, worker_on(1, "h1", "127.0.0.1")) == 0);
+  CHECK(ask(service, worker_on(2, "h2", "10.0.0.2", 0)) == 0);
+  CHECK(ask(service, worker_on(3, "h3", "10.0.0.3")) == 0);  // there is nobody else
+  CHECK(ask(service, worker_on(4, "h4", "10.0.0.4")) == 3);
+  CHECK(ask(service, worker_on(5, "h5", "10.0.0.5", 0)) == 0);  // it could not be sure whom it asks
+  CHECK(ask(service, worker_on(6, "h1", "127.0.0.1")) == 1);
 }
 
 TEST_CASE("a source of no use is exchanged, in the end for the coordinator") {
@@ -135,18 +135,18 @@ TEST_CASE("chunks are what pack_chunk() makes of the bytes, and what is sent is 
   SceneService service(256);
   std::string bytes(600, 'x');
   const Frame frame(bytes);
-  REQUIRE(service.chunk(scene, frame, 2));
-  CHECK_FALSE(service.chunk(scene, frame, 3));
-  const auto chunk = *service.chunk(scene, frame, 0);
+  REQUIRE(service.chunk(scene_id, frame, 2));
+  CHECK_FALSE(service.chunk(scene_id, frame, 3));
+  const auto chunk = *service.chunk(scene_id, frame, 0);
   CHECK(chunk.packed);
   std::string unpacked(256, '\0');
   unpack_chunk(chunk.content.verified(), unpacked);
   CHECK(unpacked == bytes.substr(0, 256));
   ask(service, single(1));
-  const auto spread = service.forget_scene(scene);
+  const auto spread = service.forget_scene(scene_id);
   CHECK(spread.workers == 1);
   CHECK(spread.bytes ==
-        service.chunk(scene, frame, 2)->content.data.size() + chunk.content.data.size());
+        service.chunk(scene_id, frame, 2)->content.data.size() + chunk.content.data.size());
   CHECK(service.forget_scene(std::string(64, 'b')).workers == 0);
 }
 

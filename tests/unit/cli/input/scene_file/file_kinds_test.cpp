@@ -29,7 +29,7 @@ using std::string_literals::operator""s;
 
 const std::vector<std::string> packings{"gzip", "bzip2", "xz", "zstd"};
 
-const std::string scene =
+const std::string scene_text =
     R"({"version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
         "materials": {"a": {"type": "diffuse", "albedo": [1, 1, 1]}},
         "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}]})";
@@ -160,7 +160,7 @@ TEST_CASE("JSON that is no scene is refused by the name of what it is") {
       {"\0{\0\"\0s"s, utf16},
       {" \0\n\0{\0\"\0s\0"s, utf16},
       {"\xff\xfe{\0\"\0"s, utf16},
-      {R"({"version": 1, )" + "\0"s + scene.substr(1),
+      {R"({"version": 1, )" + "\0"s + scene_text.substr(1),
        "looks like JSON with a NUL byte (byte 16): copy or write the file again"}};
   for (const auto& [text, what] : cases) {
     for (const std::string& name : file_names()) {
@@ -173,7 +173,7 @@ TEST_CASE("JSON that is no scene is refused by the name of what it is") {
 
 TEST_CASE("keys below the top level do not make a scene something else") {
   const ParticleFiles files;
-  std::string named = scene;
+  std::string named = scene_text;
   for (std::size_t at = named.find("\"a\""); at != std::string::npos; at = named.find("\"a\"")) {
     named.replace(at, 3, "\"asset\"");
   }
@@ -183,7 +183,7 @@ TEST_CASE("keys below the top level do not make a scene something else") {
 
 TEST_CASE("a NUL byte far behind the start of a scene is refused with its line") {
   const ParticleFiles files;
-  std::string text = scene;
+  std::string text = scene_text;
   text.insert(1, std::string(100'000, '\n'));
   text.insert(text.find("\"spheres\""), 1, '\0');
   const auto path = files.write("a", text);
@@ -205,8 +205,8 @@ TEST_CASE("a file is what its contents say, whatever its name") {
     }
   }
   for (const char* name : {"scene", "a.xyz", "a.json", "a.JSON", "a.pdb", "a.csv"}) {
-    CHECK(kind_of(files.write(name, scene)) == "scene");
-    CHECK(kind_of(files.write(name, "\xEF\xBB\xBF \r\n" + scene)) == "scene");
+    CHECK(kind_of(files.write(name, scene_text)) == "scene");
+    CHECK(kind_of(files.write(name, "\xEF\xBB\xBF \r\n" + scene_text)) == "scene");
   }
 }
 
@@ -223,7 +223,7 @@ TEST_CASE("every packing is looked through, in scenes and in particles, also of 
     CHECK(particles.positions == std::vector<Vec3d>{{1, 0, 0}, {2, 0, 0}});
     const std::string parts = packed("2\n\nC 1 0 0\n", packing) + packed("O 2 0 0\n", packing);
     CHECK(files.read("a", parts).positions == particles.positions);
-    const SceneFile read = read_scene_file(files.write("s", packed(scene, packing)));
+    const SceneFile read = read_scene_file(files.write("s", packed(scene_text, packing)));
     CHECK(read.scene.spheres.size() == 1);
   }
   CHECK(files.read("a", xyz).facts.packing.empty());
@@ -335,7 +335,7 @@ TEST_CASE("damaged and cut data are refused in every packing, not read as far as
     for (const std::size_t bytes : {good.size() - 4, good.size() / 2, std::size_t{12}}) {
       CHECK(files.message("a", good.substr(0, bytes)).starts_with(says));
     }
-    const std::string kept = packed(scene, packing);
+    const std::string kept = packed(scene_text, packing);
     const auto cut = files.write("s", kept.substr(0, kept.size() - 4));
     CHECK(message_of<InputError>([&] { read_scene_file(cut); }).find("s: damaged " + packing) !=
           std::string::npos);

@@ -48,7 +48,7 @@ struct MadeUp {
   }
   [[nodiscard]] FeaturePlanes planes() const { return {feature_count, Plane(width, height)}; }
   [[nodiscard]] Denoised clean(int threads = 1, Isa isa = Isa::automatic) const {
-    return denoise(replicates, features, threads, isa);
+    return denoise::denoise(replicates, features, threads, isa);
   }
   /// Mean square error of values, 3 a pixel.
   template <typename Value>
@@ -141,10 +141,10 @@ TEST_CASE("the stated error of a denoised picture is true in the mean, and its i
 TEST_CASE("a denoised picture has the same bits for every instruction set and number of threads") {
   const Traced one = traced(8, 1);
   const Traced many = traced(8, 3);
-  const Denoised reference = denoise(one.replicates, one.features, 1, Isa::scalar);
-  CHECK(denoise(many.replicates, many.features, 3, Isa::scalar).rgb == reference.rgb);
+  const Denoised reference = denoise::denoise(one.replicates, one.features, 1, Isa::scalar);
+  CHECK(denoise::denoise(many.replicates, many.features, 3, Isa::scalar).rgb == reference.rgb);
   for (const Isa isa : instruction_sets()) {
-    const Denoised picture = denoise(one.replicates, one.features, 2, isa);
+    const Denoised picture = denoise::denoise(one.replicates, one.features, 2, isa);
     CHECK(picture.rgb == reference.rgb);
     CHECK(picture.rmse == reference.rmse);
   }
@@ -230,7 +230,7 @@ TEST_CASE("tracing features and denoising end when asked to") {
   const auto stop = [] { throw std::runtime_error("enough"); };
   CHECK_THROWS_WITH(trace_features(*tracer, noisy.scene, noisy.settings, 8, 1, stop), "enough");
   const MadeUp picture(16, 16, 0.1, 1, smooth);
-  CHECK_THROWS_WITH(denoise(picture.replicates, picture.features, 1, Isa::automatic, stop),
+  CHECK_THROWS_WITH(denoise::denoise(picture.replicates, picture.features, 1, Isa::automatic, stop),
                     "enough");
 }
 

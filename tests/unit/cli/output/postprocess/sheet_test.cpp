@@ -10,7 +10,7 @@
 namespace parray {
 namespace {
 
-ShownPicture picture(std::uint32_t width, std::uint32_t height, float value) {
+ShownPicture flat_picture(std::uint32_t width, std::uint32_t height, float value) {
   ShownPicture out;
   out.image = {width, height, std::vector<float>(std::size_t{3} * width * height)};
   for (std::size_t i = 0; i < out.image.rgb.size(); ++i) {
@@ -40,8 +40,8 @@ TEST_CASE("columns are as many as make the sheet's shape agreeable") {
 }
 
 TEST_CASE("every picture is in the sheet as it is, and what is between is white") {
-  const std::vector<ShownPicture> pictures = {picture(5, 4, 0), picture(5, 4, 0.25F),
-                                              picture(5, 4, 0.5F)};
+  const std::vector<ShownPicture> pictures = {flat_picture(5, 4, 0), flat_picture(5, 4, 0.25F),
+                                              flat_picture(5, 4, 0.5F)};
   const SheetLayout layout{.columns = 2, .rows = 2, .gap = 3};
   const Image sheet = sheet_of(pictures, layout);
   REQUIRE(sheet.width == 13);
@@ -67,7 +67,7 @@ TEST_CASE("every picture is in the sheet as it is, and what is between is white"
 }
 
 TEST_CASE("what is transparent is white in a sheet") {
-  ShownPicture half = picture(2, 2, 0);
+  ShownPicture half = flat_picture(2, 2, 0);
   half.alpha = {0, 0.25F, 0.5F, 1};
   for (float& value : half.image.rgb) value = 0;
   const Image sheet = sheet_of({half}, sheet_layout(1, 2, 2));
