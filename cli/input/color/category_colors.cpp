@@ -30,9 +30,9 @@ Vec3d category_color(std::size_t number) {
   if (number < okabe_ito.size()) return okabe_ito[number];
   const std::uint32_t code = grid_colors[number - okabe_ito.size()];
   const auto component = [code](unsigned shift) {
-    return srgb_decode(static_cast<double>((code >> shift) & 0xffU) / 255);
+    return static_cast<double>((code >> shift) & 0xffU);
   };
-  return {component(16), component(8), component(0)};
+  return linear_of_srgb8({component(16), component(8), component(0)});
 }
 
 }  // namespace parray

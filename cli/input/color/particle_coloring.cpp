@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <limits>
 
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/select/number_source.h"
+#include "cli/input/select/columns.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray {
 namespace {

@@ -2,17 +2,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "cli/input/formats/alternative_locations.h"
 #include "cli/input/particles/name_index.h"
 #include "cli/input/particles/particle_columns.h"
 
 namespace parray {
+
+/// Stands for a number that the file does not say.
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 /// An atom as a file of molecules says it. The texts need not outlive the call that takes them.
 struct Atom {
@@ -29,6 +32,36 @@ struct Atom {
   std::optional<std::uint8_t>
       element{};            ///< 0: the file says that it is none; nothing: to be guessed
   std::string_view type{};  ///< none: the element's symbol
+};
+
+/// A column whose values are mostly the same: it is as long as the last other one needs.
+template <typename T>
+class SparseColumn {
+ public:
+  explicit SparseColumn(T usual) : usual_(usual) {}
+
+  void set(std::size_t particle, T value) {
+    if (value == usual_) return;
+    values_.resize(particle + 1, usual_);
+    values_[particle] = value;
+  }
+  [[nodiscard]] T at(std::size_t particle) const {
+    return particle < values_.size() ? values_[particle] : usual_;
+  }
+  void reset(std::size_t particle) { values_[particle] = usual_; }
+  [[nodiscard]] bool empty() const { return values_.empty(); }
+
+ private:
+  T usual_;
+  std::vector<T> values_;
+};
+
+/// What tells the alternative locations of atoms apart. Particles are added in their order.
+struct AlternativeColumns {
+  SparseColumn<char> letters{' '};
+  SparseColumn<char> insertions{' '};
+  SparseColumn<float> occupancies{1};
+  std::vector<std::size_t> doubtful;  ///< whose letter may start the residue's name
 };
 
 /// Collects the atoms of a frame. What the file leaves open is decided at its end: elements by
@@ -83,5 +116,9 @@ class AtomColumns {
   std::vector<std::size_t> without_radius_;
   std::vector<ParticleNote> notes_;
 };
+
+/// The number of a residue as files write it: 12, "A000" (hybrid-36: 10000), "27a1" (hexadecimal);
+/// nothing for "****" and other texts.
+std::optional<std::int32_t> residue_number_in(std::string_view text);
 
 }  // namespace parray

@@ -4,13 +4,20 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/input/formats/atom_columns.h"
-#include "cli/input/formats/symmetry_operation.h"
 #include "cli/input/particles/particles.h"
 
 namespace parray {
+
+/// Fractions to fractions: three rows of a 3 x 3 matrix, each with its translation behind it.
+using SymmetryOperation = std::array<double, 12>;
+
+/// "x, y+1/2, -z", "-Y,X-Y,Z+0.333", as International Tables for Crystallography, volume A, write
+/// operations; nothing for any other text.
+std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text);
 
 /// A site of the asymmetric unit.
 struct CrystalSite {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray {
 namespace {
@@ -120,9 +120,9 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
 }
 
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout) {
-  const auto found = std::ranges::find(names, "diameter");
-  if (layout.radius || found == names.end()) return;
-  layout.radius = static_cast<std::size_t>(found - names.begin());
+  const auto diameter = place_in(names, "diameter");
+  if (layout.radius || !diameter) return;
+  layout.radius = diameter;
   layout.radius_factor = 0.5;
 }
 

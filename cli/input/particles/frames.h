@@ -26,6 +26,17 @@ class FrameReader {
   [[nodiscard]] virtual const FilePlace& place() const = 0;
 };
 
+/// A FrameReader with its input: a ParticleInput or BinaryInput, made of the file.
+template <typename Input>
+class FramesOf : public FrameReader {
+ public:
+  explicit FramesOf(PackedFile& file) : input_(file) {}
+  [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
+
+ protected:
+  Input input_;
+};
+
 /// Makes a reader that stands before the first frame of a file at its beginning.
 using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
 
@@ -45,6 +56,14 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request, const Ope
 template <typename Reader>
 Particles read_frame(PackedFile& file, const ParticleRequest& request) {
   return read_frame(file, request, [&] { return std::make_unique<Reader>(file, request); });
+}
+
+/// Files of GROMACS and AMBER may give lengths in nm; the readers turn them into angstrom.
+inline constexpr double angstrom_per_nm = 10;
+
+/// Returns the note that says so of `count` particles.
+inline ParticleNote nm_note(std::uint64_t count) {
+  return {"length_unit", count, "positions given in nm, turned into angstrom"};
 }
 
 }  // namespace parray

@@ -7,13 +7,71 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "cli/input/particles/file_place.h"
-#include "cli/input/particles/file_start.h"
-#include "cli/input/particles/spool.h"
 #include "cli/input/particles/unpacker.h"
 
 namespace parray {
+
+/// The first bytes of a file, unpacked: what tells its format.
+class FileStart {
+ public:
+  static constexpr std::size_t max_bytes = std::size_t{1} << 16;
+
+  /// `whole`: the file has no more. `bytes` must outlive this.
+  FileStart(std::string_view bytes, bool whole);
+
+  [[nodiscard]] std::string_view bytes() const { return bytes_; }
+  [[nodiscard]] bool whole() const { return whole_; }
+  /// Whether `signature` stands there, `at` bytes from the front.
+  [[nodiscard]] bool has(std::string_view signature, std::size_t at = 0) const {
+    return at <= bytes_.size() && bytes_.substr(at).starts_with(signature);
+  }
+  /// Four bytes as a whole number, least significant first; 0 beyond the end.
+  [[nodiscard]] std::uint32_t little_endian(std::size_t at) const;
+  /// The same, most significant first.
+  [[nodiscard]] std::uint32_t big_endian(std::size_t at) const;
+
+  /// Whether it has no control characters but blanks and the ends of lines and pages.
+  [[nodiscard]] bool is_text() const { return is_text_; }
+  /// Of text: the lines that are there from end to end, at most max_lines, without their ends, be
+  /// they "\n", "\r\n" or "\r", and without a byte order mark. Of anything else: none.
+  [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
+  /// Whether one of the lines is `text`, blanks at its ends aside.
+  [[nodiscard]] bool has_line(std::string_view text) const;
+  /// Line i, from 0; empty where there is none.
+  [[nodiscard]] std::string_view line(std::size_t i) const {
+    return i < lines_.size() ? lines_[i] : std::string_view();
+  }
+  static constexpr std::size_t max_lines = 200;
+
+ private:
+  void split_lines(std::string_view text);
+
+  std::string_view bytes_;
+  bool whole_;
+  bool is_text_;
+  std::vector<std::string_view> lines_;
+};
+
+/// A file descriptor that closes itself.
+class OpenFile {
+ public:
+  explicit OpenFile(int number = -1) : number_(number) {}
+  OpenFile(OpenFile&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  OpenFile& operator=(OpenFile&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~OpenFile();
+
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
 
 /// The bytes of a file that somebody wants to be read, from front to back and as often as needed.
 /// Data packed by gzip, bzip2, xz or zstd (told by their first bytes, not by the file's name) are

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "cli/input/particles/srgb8.h"
+#include "cli/output/picture/srgb.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "cli/input/particles/particle_text.h"
+#include "common/base/text.h"
 
 namespace parray {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "cli/input/color/legend.h"
-#include "cli/input/color/particle_paint.h"
+#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/material_names.h"
 #include "cli/input/scene_file/particle_source.h"
@@ -39,7 +39,7 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
 /// Frees the columns that the rules do not need before it allocates. Throws InputError "FILE:
 /// problem: remedy" when spheres or distinct materials are more than limits.h allows; `scene` is
 /// then of no use.
-void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
+void append_spheres(Particles particles, const ParticleColors& paint, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads = 1);
 
 }  // namespace parray

@@ -9,8 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/particles/alternatives.h"
-#include "cli/input/particles/frame_choice.h"
 #include "common/math/vec.h"
 
 namespace parray {
@@ -74,6 +72,42 @@ struct Particles {
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
+};
+
+/// One byte a particle: 1 or 0.
+using ParticleMask = std::vector<std::uint8_t>;
+
+/// Leaves only the particles of the mask, in their order.
+void keep(Particles& particles, const ParticleMask& mask);
+
+/// Which of an atom's alternative locations are read.
+struct AlternativeChoice {
+  enum class Rule : std::uint8_t {
+    best,   ///< the one of the highest occupancy, the first of equals
+    all,    ///< all of them
+    letter  ///< the one of this letter; of an atom without it, the best
+  };
+  Rule rule = Rule::best;
+  char letter = ' ';
+
+  friend bool operator==(const AlternativeChoice&, const AlternativeChoice&) = default;
+};
+
+/// "best", "all" or one letter or digit; nothing for any other text.
+std::optional<AlternativeChoice> alternatives_from(std::string_view text);
+
+/// The text that is read as this.
+std::string text_of(const AlternativeChoice& choice);
+
+/// Stands for a file's last frame.
+inline constexpr std::string_view last_frame_word = "last";
+
+/// One frame of a file that has several.
+struct FrameChoice {
+  std::uint64_t number = 0;  ///< from 0
+  bool last = false;         ///< the file's last, whatever its number
+
+  friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
 };
 
 /// What to read of a file, and how.

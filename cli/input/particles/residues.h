@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string_view>
 
 /// What the names of residues and atoms of molecules say, whatever their letter case. The names are
@@ -40,5 +43,11 @@ bool is_ion(std::string_view residue, std::string_view atom);
 /// is what the file says of it, 0: nothing; outside water an element that is known makes it an
 /// atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
+
+/// Residues that are alike in what they do to a molecule, in the order of their category_color().
+std::span<const std::string_view> residue_groups();
+
+/// Where a residue of that name stands in residue_groups(); nothing: in none.
+std::optional<std::size_t> residue_group(std::string_view residue_name);
 
 }  // namespace parray

@@ -24,10 +24,8 @@ class Unpacker {
   [[nodiscard]] virtual std::string problem() const = 0;
 };
 
-/// Of an open file, from its front; its descriptor stays open and outlives this.
-std::unique_ptr<Unpacker> unpack_gzip(int file);
-
-/// The same of every other packing, by the one name that the module exports.
+/// The one function that the module exports: an Unpacker of an open file, from its front. The
+/// file's descriptor stays open and outlives the Unpacker.
 using UnpackerEntry = Unpacker* (*)(int file);
 inline constexpr const char* unpacker_entry = "parray_unpack";
 

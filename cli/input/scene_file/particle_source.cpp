@@ -56,7 +56,7 @@ std::string text_of(const ParticleMaterial& material) {
     case ParticleMaterial::Rule::automatic:
       break;
     case ParticleMaterial::Rule::named:
-    case ParticleMaterial::Rule::painted:
+    case ParticleMaterial::Rule::color_by:
       return material.name;
     case ParticleMaterial::Rule::by_element:
       return "by-element";

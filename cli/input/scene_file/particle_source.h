@@ -8,8 +8,7 @@
 #include <string_view>
 
 #include "cli/input/color/particle_coloring.h"
-#include "cli/input/particles/alternatives.h"
-#include "cli/input/particles/frame_choice.h"
+#include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/select/particle_filter.h"
 
@@ -23,7 +22,7 @@ struct ParticleMaterial {
     by_element,  ///< diffuse, of the element's colour
     by_type,     ///< the scene's material of the type's name, or else a colour for each type
     column,      ///< diffuse, of the file's colour
-    painted      ///< in the colour that `color_by` gives it
+    color_by     ///< in the colour that `color_by` gives it
   };
   Rule rule = Rule::automatic;
   /// Of a material, where the rule is `named`; where it is `painted`, of the one whose kind the

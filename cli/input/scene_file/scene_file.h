@@ -47,7 +47,7 @@ struct SceneFile {
   std::vector<ParticleFile> particle_files;  ///< in order
   std::optional<ParticleCell> cell;          ///< of the first file that has one
   /// So many of the first spheres are what a portrait adds, ground and lights.
-  std::uint32_t staging = 0;
+  std::uint32_t scenery = 0;
   Duplicates duplicates;  ///< spheres of the file that the scene does not have
 };
 

@@ -1,17 +1,25 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "cli/input/particles/particles.h"
+#include "cli/input/select/columns.h"
 #include "cli/input/select/expression.h"
-#include "cli/input/select/number_source.h"
-#include "cli/input/select/particle_classes.h"
 #include "cli/input/select/selection.h"
 
 namespace parray {
+
+/// What particles of molecules are, by the names of their residues and atoms: see residues.h.
+enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
+
+/// The particles of a class. Empty when no particle can be of it: none has the names that tell.
+ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
 /// An expression with the columns of particles that it asks about. Refers to both.
 class Condition {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/particles/source_error.h"
-#include "cli/input/select/column_names.h"
-#include "cli/input/select/particle_classes.h"
+#include "cli/input/particles/file_place.h"
+#include "cli/input/select/columns.h"
+#include "cli/input/select/condition.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray {
 namespace {
@@ -133,11 +133,9 @@ std::string slice_from(const std::string& text) {
 std::vector<std::string> hide_from(std::string_view text) {
   if (trimmed(text) == "none") return {};
   std::vector<std::string> words{hidden_by_default};
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    std::string word = lower_case(trimmed(text.substr(begin, comma - begin)));
-    if (std::ranges::find(words, word) == words.end()) words.push_back(std::move(word));
-    begin = comma + 1;
+  for (const std::string_view part : split_at(',', text)) {
+    std::string word = lower_case(trimmed(part));
+    if (!place_in(words, word)) words.push_back(std::move(word));
   }
   static_cast<void>(Selection::any_of(words));
   return words;

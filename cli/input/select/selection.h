@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/particles/particle_mask.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/select/expression.h"
 #include "common/base/error.h"

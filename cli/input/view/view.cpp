@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray {
 namespace {
@@ -110,15 +109,10 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
 }  // namespace
 
 View view_from(std::string_view name) {
-  const auto* const found = std::ranges::find(view_names, name);
-  if (found != view_names.end()) return static_cast<View>(found - view_names.begin());
-  const auto* const axis = std::ranges::find(view_axes, name);
-  if (axis != view_axes.end()) {
-    return views_of_axes[static_cast<std::size_t>(axis - view_axes.begin())];
-  }
+  if (const auto axis = place_in(view_axes, name)) return views_of_axes.at(*axis);
   std::vector<std::string_view> known(view_names.begin(), view_names.end());
   known.insert(known.end(), view_axes.begin(), view_axes.end());
-  throw InputError("unknown view '" + printable(name) + "': " + remedy_for_name(name, known));
+  return static_cast<View>(known_place("view", name, known));
 }
 
 std::string_view name_of(View view) { return view_names[static_cast<std::size_t>(view)]; }

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "cli/input/color/category_colors.h"
-#include "cli/input/color/particle_paint.h"
-#include "cli/input/color/residue_groups.h"
+#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/expand.h"
-#include "cli/input/particles/source_error.h"
+#include "cli/input/particles/file_place.h"
+#include "cli/input/particles/residues.h"
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/select/selection.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
 #include "tests/support/dice.h"
@@ -50,7 +50,7 @@ ParticleColoring by_number(const std::string& range = {}, ColorMap map = ColorMa
 /// Where each of the numbers stands on the map, 0 to 1; -1: it is not known.
 std::vector<double> shares(const std::vector<double>& values, const ParticleColoring& coloring) {
   Particles particles = with_numbers(values);
-  const ParticlePaint paint = painted(coloring, particles);
+  const ParticleColors paint = colors_of(coloring, particles);
   std::vector<double> out;
   for (const std::uint32_t level : paint.index) {
     out.push_back(level == color_levels ? -1 : level / static_cast<double>(color_levels - 1));
@@ -117,7 +117,7 @@ TEST_CASE("a range clips, and says how many it has clipped") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});
   Particles particles = with_numbers(values);
-  const ParticlePaint paint = painted(by_number("-1:1"), particles);
+  const ParticleColors paint = colors_of(by_number("-1:1"), particles);
   REQUIRE(particles.facts.notes.size() == 2);
   CHECK(particles.facts.notes[0].key == "unknown_numbers");
   CHECK(particles.facts.notes[0].count == 1);
@@ -139,11 +139,11 @@ TEST_CASE("percentiles are by nearest rank, of the numbers that are known") {
   std::vector<double> values{unknown, infinity};
   for (int i = 1; i <= 100; ++i) values.push_back((i * 37) % 101);
   Particles particles = with_numbers(values);
-  const Legend legend = painted(by_number("1%:90%"), particles).legend;
+  const Legend legend = colors_of(by_number("1%:90%"), particles).legend;
   CHECK(legend.low == 1);
   CHECK(legend.high == 90);
-  CHECK(painted(by_number(":50%"), particles).legend.low == 1);
-  CHECK(painted(by_number("0%:100%"), particles).legend.high == 100);
+  CHECK(colors_of(by_number(":50%"), particles).legend.low == 1);
+  CHECK(colors_of(by_number("0%:100%"), particles).legend.high == 100);
 }
 
 TEST_CASE("a map with a middle has it at zero, unless a range is given") {
@@ -160,12 +160,12 @@ TEST_CASE("a range that cannot be is refused") {
           }).find("is no range: write two numbers") != std::string::npos);
   }
   Particles particles = with_numbers({1, 2});
-  CHECK(message_of<SourceError>([&] { (void)painted(by_number("5:"), particles); }) ==
+  CHECK(message_of<SourceError>([&] { (void)colors_of(by_number("5:"), particles); }) ==
         "low, 5, is above high, 2, in these particles: write both");
   Particles nothing = with_numbers({unknown, infinity});
-  CHECK(message_of<SourceError>([&] { (void)painted(by_number(), nothing); }) ==
+  CHECK(message_of<SourceError>([&] { (void)colors_of(by_number(), nothing); }) ==
         "no particle has a finite vx: colour by something else");
-  CHECK_THROWS_AS((void)painted({"vz", {}, {}}, particles), UnknownNumber);
+  CHECK_THROWS_AS((void)colors_of({"vz", {}, {}}, particles), UnknownNumber);
 }
 
 TEST_CASE("colours by number are the same for any number of threads, and few") {
@@ -173,11 +173,11 @@ TEST_CASE("colours by number are the same for any number of threads, and few") {
   std::vector<double> values;
   for (int i = 0; i < 100'000; ++i) values.push_back(dice.one_in(50) ? unknown : dice.unit());
   Particles particles = with_numbers(values);
-  const ParticlePaint one = painted(by_number("5%:95%"), particles);
-  CHECK(one.colors.size() == color_levels + 1);
-  CHECK(one.colors.size() <= 1024);
+  const ParticleColors one = colors_of(by_number("5%:95%"), particles);
+  CHECK(one.palette.size() == color_levels + 1);
+  CHECK(one.palette.size() <= 1024);
   for (const int threads : {2, 5}) {
-    const ParticlePaint other = painted(by_number("5%:95%"), particles, threads);
+    const ParticleColors other = colors_of(by_number("5%:95%"), particles, threads);
     CHECK(other.index == one.index);
     CHECK(other.legend == one.legend);
   }
@@ -191,8 +191,8 @@ TEST_CASE("types have their colours in every frame, whichever atom comes first")
   for (const char* name : {"X", "1", "2", "10"}) add(second.types, name);
   first.positions.resize(4);
   second.positions.resize(4);
-  const ParticlePaint a = painted({"type", {}, {}}, first);
-  const ParticlePaint b = painted({"type", {}, {}}, second);
+  const ParticleColors a = colors_of({"type", {}, {}}, first);
+  const ParticleColors b = colors_of({"type", {}, {}}, second);
   CHECK(a.legend == b.legend);
   std::vector<std::string> names;
   for (const LegendEntry& entry : a.legend.entries) names.push_back(entry.name);
@@ -205,21 +205,21 @@ TEST_CASE("categories have colours of their own, which a selection does not chan
     add(particles.chains, name);
     particles.positions.push_back({});
   }
-  const ParticlePaint paint = painted({"chain", {}, {}}, particles);
+  const ParticleColors paint = colors_of({"chain", {}, {}}, particles);
   CHECK(paint.index == std::vector<std::uint32_t>{0, 1, 0, 2, 3});
-  CHECK(paint.colors[0] == category_color(1));  // A comes before it, in whichever order they stand
-  CHECK(paint.colors[2] == category_color(2));
+  CHECK(paint.palette[0] == category_color(1));  // A comes before it, in whichever order they stand
+  CHECK(paint.palette[2] == category_color(2));
   REQUIRE(paint.legend.entries.size() == 4);
   CHECK(paint.legend.title == "chain");
   CHECK(paint.legend.entries[0] == LegendEntry{"A", category_color(0), 1});
   CHECK(paint.legend.entries[3].name == "no name");
   keep(particles, {0, 1, 0, 1, 0});
-  const ParticlePaint some = painted({"chain", {}, {}}, particles);
+  const ParticleColors some = colors_of({"chain", {}, {}}, particles);
   CHECK(some.index == std::vector<std::uint32_t>{1, 2});
   REQUIRE(some.legend.entries.size() == 2);
   CHECK(some.legend.entries[0] == LegendEntry{"A", category_color(0), 1});
   CHECK(message_of<SourceError>([&] {
-          (void)painted({"residue", {}, {}}, particles);
+          (void)colors_of({"residue", {}, {}}, particles);
         }) == "the file has no residue names: it has chains, x, y, z, fx, fy, fz, index");
 }
 
@@ -247,7 +247,7 @@ TEST_CASE("residues are coloured by what they are like") {
     add(particles.residue_names, name);
     particles.positions.push_back({});
   }
-  const ParticlePaint paint = painted({"residue", {}, {}}, particles);
+  const ParticleColors paint = colors_of({"residue", {}, {}}, particles);
   CHECK(paint.index[1] == paint.index[2]);
   REQUIRE(paint.legend.entries.size() == 3);
   CHECK(paint.legend.entries[0].name == "negative");
@@ -367,7 +367,7 @@ TEST_CASE("a portrait keeps what was asked of it by reference, and applies it") 
   ParticleSource source;
   source.filter.select = "vx >= 0";
   source.coloring.by = "vx";
-  const PortraitScene portrait = portrait_scene(files.path("a.csv"), source, portrait_settings());
+  const AutoScene portrait = auto_scene(files.path("a.csv"), source, auto_scene_settings());
   CHECK(portrait.file.scene.spheres.size() == 2 + 3);
   CHECK(portrait.file.legends.size() == 1);
   const SceneFile reference = with_reference(portrait, "a.csv");
@@ -378,7 +378,7 @@ TEST_CASE("a portrait keeps what was asked of it by reference, and applies it") 
   CHECK(text.str().find("\"material\":\"\"") == std::string::npos);
   source.filter.select = "chain A";
   CHECK(message_of<InputError>([&] {
-          (void)portrait_scene(files.path("a.csv"), source, portrait_settings());
+          (void)auto_scene(files.path("a.csv"), source, auto_scene_settings());
         }) == files.path("a.csv") +
                   ": --select: column 1: the file has no chains: it has elements, types, x, y, z, "
                   "fx, fy, fz, index, vx");
@@ -393,7 +393,7 @@ TEST_CASE("thousands of numbers become few materials") {
   files.write("b.csv", table);
   ParticleSource source;
   source.coloring.by = "v";
-  const SceneFile file = portrait_scene(files.path("b.csv"), source, portrait_settings()).file;
+  const SceneFile file = auto_scene(files.path("b.csv"), source, auto_scene_settings()).file;
   CHECK(file.scene.materials.size() == 2 + color_levels);
 }
 

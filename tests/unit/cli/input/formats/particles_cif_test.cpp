@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/symmetry_operation.h"
+#include "cli/input/formats/crystal.h"
 #include "tests/support/molecule_files.h"
 
 namespace parray {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/atom_record.h"
+#include "cli/input/formats/pdb_record.h"
 #include "tests/support/molecule_files.h"
 
 namespace parray {

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/expand.h"
 #include "cli/input/particles/particle_spheres.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/particles/selected_particles.h"
+#include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
@@ -207,7 +207,7 @@ TEST_CASE("spheres are reserved exactly") {
 
 TEST_CASE("a portrait's scene holds ground, flag and the particles") {
   const ParticleScene files;
-  const PortraitScene atoms = portrait_scene(files.file("atoms.xyz"), {}, portrait_settings());
+  const AutoScene atoms = auto_scene(files.file("atoms.xyz"), {}, auto_scene_settings());
   CHECK(atoms.file.settings.width == 1200);
   CHECK(atoms.file.settings.height == 900);
   CHECK(atoms.file.settings.samples_per_pixel == 256);
@@ -221,7 +221,7 @@ TEST_CASE("a portrait's scene holds ground, flag and the particles") {
 TEST_CASE("points without anything else become plain balls of the lattice's radius") {
   const ParticleScene files;
   files.write("pair.csv", "x,y,z\n0,0,0\n0,0,4\n");
-  const PortraitScene pair = portrait_scene(files.file("pair.csv"), {}, portrait_settings());
+  const AutoScene pair = auto_scene(files.file("pair.csv"), {}, auto_scene_settings());
   CHECK(pair.source.material.name == "plain");
   CHECK(pair.source.radius.rule == ParticleRadius::Rule::fixed);
   CHECK(pair.source.radius.value == doctest::Approx(2));
@@ -236,7 +236,7 @@ TEST_CASE("a portrait with columns that are not there is refused") {
       ParticleSource source;
       source.material = particle_material_from(material);
       source.radius = *particle_radius_from(radius);
-      (void)portrait_scene(files.file(name), source, portrait_settings());
+      (void)auto_scene(files.file(name), source, auto_scene_settings());
     });
   };
   CHECK(refusal("points.csv", "column", "column") ==

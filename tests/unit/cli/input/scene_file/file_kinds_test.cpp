@@ -103,9 +103,9 @@ std::map<std::string, std::string> layouts_of(const std::string& text) {
 std::vector<std::string> file_names() {
   std::vector<std::string> names{"dump.melt", "noname", "A.PDB", "a.json",
                                  "a.gz",      "a.zip",  "a.txt", "a.dat"};
-  for (const ParticleFormat& format : particle_formats()) {
-    for (const std::string_view extension : format.extensions) {
-      names.push_back("a" + std::string(extension));
+  for (const ParticleFormat* const format : particle_formats()) {
+    for (const std::string_view extension : format->extensions) {
+      if (!extension.empty()) names.push_back("a" + std::string(extension));
     }
   }
   return names;

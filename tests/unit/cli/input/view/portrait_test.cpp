@@ -1,5 +1,3 @@
-#include "cli/input/view/portrait.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/view/principal_axes.h"
+#include "cli/input/view/surroundings.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/sphere_groups.h"
@@ -46,12 +45,12 @@ std::vector<Viewing> viewings() {
 struct Taken {
   std::vector<Sphere> spheres;
   Viewing viewing;
-  Portrait portrait;
+  Surroundings portrait;
   Film film;
 
   /// The prop of that name; none: null.
   [[nodiscard]] const Sphere* prop(std::string_view name) const {
-    for (const Prop& prop : portrait.props) {
+    for (const SceneryObject& prop : portrait.scenery) {
       if (prop.name == name) return &prop.sphere;
     }
     return nullptr;
@@ -70,8 +69,8 @@ void for_each_portrait(const Check& check) {
           CAPTURE(name_of(viewing.view));
           CAPTURE(name_of(viewing.style));
           CAPTURE(molecule);
-          const Portrait portrait =
-              portrait_of(group.spheres, aspect, viewing, {.molecule = molecule});
+          const Surroundings portrait =
+              surroundings_of(group.spheres, aspect, viewing, {.molecule = molecule});
           check(Taken{group.spheres, viewing, portrait, Film(portrait.camera, aspect)});
         }
       }
@@ -105,13 +104,13 @@ TEST_CASE("points that are to be in the picture are, and the ground is below the
   const std::vector<Sphere> spheres = cloud(100, {0, 0, 0}, {2, 3, 4}, 0.1, 12);
   for (const Viewing& viewing : viewings()) {
     const std::vector<Vec3d> corners = {{-5, -5, -5}, {5, 5, 5}, {9, 0, 0}};
-    const Portrait portrait = portrait_of(spheres, 1.5, viewing, {.corners = corners});
+    const Surroundings portrait = surroundings_of(spheres, 1.5, viewing, {.corners = corners});
     const Film film(portrait.camera, 1.5);
     for (const Vec3d& corner : corners) {
       for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
         CHECK(film.inside({corner, 1e-3, 0}, x, y) > 1);
       }
-      for (const Prop& prop : portrait.props) {
+      for (const SceneryObject& prop : portrait.scenery) {
         CHECK(length(corner - prop.sphere.center) > prop.sphere.radius * (1 - 1e-12));
       }
     }
@@ -173,9 +172,9 @@ TEST_CASE("scaling by a power of two scales the portrait exactly") {
   for (const Group& group : sphere_groups()) {
     CAPTURE(group.name);
     for (const Viewing& viewing : viewings()) {
-      const Portrait portrait = portrait_of(group.spheres, 1.5, viewing);
+      const Surroundings portrait = surroundings_of(group.spheres, 1.5, viewing);
       for (const double factor : {0x1p-7, 0x1p9}) {
-        const Portrait other = portrait_of(scaled(group.spheres, factor), 1.5, viewing);
+        const Surroundings other = surroundings_of(scaled(group.spheres, factor), 1.5, viewing);
         CHECK(other.camera.look_from == factor * portrait.camera.look_from);
         CHECK(other.camera.look_at == factor * portrait.camera.look_at);
         CHECK(other.camera.up == portrait.camera.up);
@@ -184,9 +183,9 @@ TEST_CASE("scaling by a power of two scales the portrait exactly") {
         CHECK(other.camera.tan_half_vfov == portrait.camera.tan_half_vfov);
         CHECK(other.camera.view_height == factor * portrait.camera.view_height);
         CHECK(other.sky == portrait.sky);
-        for (std::size_t i = 0; i < portrait.props.size(); ++i) {
-          CHECK(other.props[i].sphere.center == factor * portrait.props[i].sphere.center);
-          CHECK(other.props[i].sphere.radius == factor * portrait.props[i].sphere.radius);
+        for (std::size_t i = 0; i < portrait.scenery.size(); ++i) {
+          CHECK(other.scenery[i].sphere.center == factor * portrait.scenery[i].sphere.center);
+          CHECK(other.scenery[i].sphere.radius == factor * portrait.scenery[i].sphere.radius);
         }
         CHECK(lattice_radius(scaled(group.spheres, factor)) ==
               (group.name.find("one") == std::string::npos ? factor : 1) *
@@ -199,8 +198,9 @@ TEST_CASE("scaling by a power of two scales the portrait exactly") {
 TEST_CASE("the reader takes every portrait as the writer writes it, bit by bit") {
   for_each_portrait([](const Taken& taken) {
     SceneFile file;
-    file.scene = {taken.portrait.camera, taken.portrait.sky, {portrait_plain}, taken.spheres};
-    for (const Prop& prop : taken.portrait.props) file.scene.spheres.push_back(prop.sphere);
+    file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres};
+    for (const SceneryObject& prop : taken.portrait.scenery)
+      file.scene.spheres.push_back(prop.sphere);
     file.finish = finish_of(taken.viewing.style);
     std::stringstream text;
     write_scene(text, file, [] {});
@@ -222,7 +222,7 @@ TEST_CASE("the longest axis lies across the picture and the shortest points at t
   CHECK(std::abs(dot(frame.right, a)) > 0.99);
   CHECK(std::abs(dot(frame.up, b)) > 0.98);
   CHECK(std::abs(dot(frame.back, c)) > 0.98);
-  const Film film(portrait_of(spheres, 1.5).camera, 1.5);
+  const Film film(surroundings_of(spheres, 1.5).camera, 1.5);
   CHECK(std::abs(dot(film.right, a)) > 0.95);
   CHECK(std::abs(dot(film.back, c)) > 0.9);
   CHECK(dot(film.back, frame.up) > 0.25);  // from above
@@ -284,10 +284,10 @@ TEST_CASE("the lattice's radius is half its spacing, however it is turned and in
 TEST_CASE("a group that no portrait can hold is refused") {
   const std::vector<Sphere> vast = cloud(20, {0, 0, 0}, {1e14, 1e14, 1e14}, 1e12, 1);
   CHECK(message_of<InputError>([&] {
-          (void)portrait_of(vast, 1);
+          (void)surroundings_of(vast, 1);
         }).ends_with("beyond 1e+15: scale the coordinates down"));
   const std::vector<Sphere> far = {{{1e9, 0, 0}, 1e-9, 0}};
-  CHECK(message_of<InputError>([&] { (void)portrait_of(far, 1); }) ==
+  CHECK(message_of<InputError>([&] { (void)surroundings_of(far, 1); }) ==
         "the particles are too far from the origin for their size: move them nearer");
 }
 
