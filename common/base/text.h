@@ -16,6 +16,12 @@ namespace parray {
 /// Returns `text` without spaces and tabs at its ends.
 std::string_view trimmed(std::string_view text);
 
+/// Returns `length` characters of `line` from `start` on, as far as it has them, without blanks at
+/// their ends.
+inline std::string_view field_at(std::string_view line, std::size_t start, std::size_t length) {
+  return line.size() <= start ? std::string_view() : trimmed(line.substr(start, length));
+}
+
 /// Returns `text` with ASCII letters in lower case.
 std::string lower_case(std::string_view text);
 std::vector<std::string> lower_case(const std::vector<std::string_view>& texts);

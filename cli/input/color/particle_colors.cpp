@@ -3,21 +3,37 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 
-#include "cli/input/color/category_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
+#include "cli/output/picture/srgb.h"
 #include "common/base/bands.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray {
 namespace {
+
+constexpr std::array<Vec3d, 7> okabe_ito{{
+    {0.7913, 0.3467, 0.0},     // orange
+    {0.0931, 0.4564, 0.8148},  // sky blue
+    {0.0, 0.3419, 0.1714},     // bluish green
+    {0.8714, 0.7758, 0.0545},  // yellow
+    {0.0, 0.1683, 0.4452},     // blue
+    {0.6654, 0.1119, 0.0},     // vermilion
+    {0.6038, 0.1912, 0.3864},  // reddish purple
+}};
+
+/// Those that follow, in sRGB.
+constexpr std::array<std::uint32_t, category_color_count - okabe_ito.size()> grid_colors{
+    0x882808, 0xa0ffd0, 0x385068, 0xa068ff, 0x7000a0, 0x7808f0, 0xa84838, 0x58d8ff, 0x886078,
+    0xa8e098, 0x88b878, 0xc828c0, 0xf0c048, 0xd0f898, 0xe87838, 0x8090e8, 0x903088};
 
 /// A category that some particles may belong to.
 struct Category {
@@ -128,21 +144,21 @@ ParticleColors colored_by_category(std::string_view word, const Particles& parti
   return word == "residue" ? by_residue(column) : by_name(std::string(word), column);
 }
 
-constexpr std::size_t block = 512;  ///< of particles that are looked at together
+constexpr std::size_t block_size = 512;  ///< of particles that are looked at together
 constexpr std::size_t unknown_level = color_levels;
 
 /// Calls take(first, values) for the numbers from `begin` to `end`, block by block.
 template <typename Take>
 void each_block(const NumberSource& source, std::size_t begin, std::size_t end, const Take& take) {
-  std::array<double, block> values{};
-  for (std::size_t first = begin; first < end; first += block) {
-    const std::span<double> some = std::span(values).first(std::min(block, end - first));
+  std::array<double, block_size> values{};
+  for (std::size_t first = begin; first < end; first += block_size) {
+    const std::span<double> some = std::span(values).first(std::min(block_size, end - first));
     source.values(first, some);
     take(first, some);
   }
 }
 
-struct Extent {
+struct NumberBounds {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
@@ -154,18 +170,18 @@ struct Extent {
   [[nodiscard]] bool empty() const { return low > high; }
 };
 
-Extent extent_of(const NumberSource& source, std::size_t count, int threads) {
+NumberBounds extent_of(const NumberSource& source, std::size_t count, int threads) {
   const Bands bands(count, threads);
-  std::vector<Extent> parts(bands.count());
+  std::vector<NumberBounds> parts(bands.count());
   bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
-    Extent part;
+    NumberBounds part;
     each_block(source, begin, end, [&](std::size_t /*first*/, std::span<const double> values) {
       for (const double value : values) part.add(value);
     });
     parts[band] = part;
   });
-  Extent whole;
-  for (const Extent& part : parts) {
+  NumberBounds whole;
+  for (const NumberBounds& part : parts) {
     whole.low = std::min(whole.low, part.low);
     whole.high = std::max(whole.high, part.high);
   }
@@ -189,9 +205,9 @@ double percentile(const NumberSource& source, std::size_t count, double percent)
 }
 
 /// What the ends of the map stand for: low < high.
-Extent scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
-                std::size_t count, int threads) {
-  Extent scale = extent_of(source, count, threads);
+NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
+                      std::size_t count, int threads) {
+  NumberBounds scale = extent_of(source, count, threads);
   if (scale.empty()) {
     throw SourceError("color_by", "no particle has a finite " + printable(coloring.by) +
                                       ": colour by something else");
@@ -223,7 +239,7 @@ struct Misfits {
 };
 
 /// Writes the level of each number of a band to `index`.
-Misfits find_levels(const NumberSource& source, const Extent& scale, std::size_t begin,
+Misfits find_levels(const NumberSource& source, const NumberBounds& scale, std::size_t begin,
                     std::size_t end, std::vector<std::uint32_t>& index) {
   Misfits misfits;
   const double half_width = scale.high / 2 - scale.low / 2;  // halves: the width may overflow
@@ -269,7 +285,7 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   }
   const ColorMap map = coloring.map.value_or(ColorMap::viridis);
   const std::size_t count = particles.count();
-  const Extent scale = scale_of(coloring, map, *source, count, threads);
+  const NumberBounds scale = scale_of(coloring, map, *source, count, threads);
 
   ParticleColors colors;
   colors.palette = samples_of(map, color_levels);
@@ -305,6 +321,16 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
 }
 
 }  // namespace
+
+Vec3d category_color(std::size_t number) {
+  number %= category_color_count;
+  if (number < okabe_ito.size()) return okabe_ito[number];
+  const std::uint32_t code = grid_colors[number - okabe_ito.size()];
+  const auto component = [code](unsigned shift) {
+    return static_cast<double>((code >> shift) & 0xffU);
+  };
+  return linear_of_srgb8({component(16), component(8), component(0)});
+}
 
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads) {
   const bool category = std::ranges::find(color_by_words, coloring.by) != color_by_words.end();

@@ -9,12 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particles.h"
+#include "common/scene/limits.h"
 
 namespace parray {
 
-/// The number in the bytes at `from`; `swapped`: they are in the other order than this machine's.
+/// Returns the number in the bytes at `from`. `swapped`: the byte order is not that of this
+/// machine.
 template <typename T>
 T binary_value(const char* from, bool swapped) {
   std::array<char, sizeof(T)> own{};
@@ -23,10 +26,11 @@ T binary_value(const char* from, bool swapped) {
   return std::bit_cast<T>(own);
 }
 
-/// `bytes` and those that fill the last unit of four, as XDR and netCDF write them.
+/// Returns `bytes` rounded up to a multiple of four, as XDR and netCDF pad data.
 constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// A file of particles as numbers in one byte order, read once from front to back.
+/// Reads a particle file as numbers in one byte order, once from front to back. All members throw
+/// InputError if the file ends early.
 class BinaryInput {
  public:
   /// `file` must outlive this.
@@ -35,7 +39,7 @@ class BinaryInput {
 
   void set_order(std::endian order) { swapped_ = order != std::endian::native; }
 
-  /// The next number; fails when the file ends before.
+  /// Returns the next number.
   template <typename T>
   T get() {
     return binary_value<T>(bytes(sizeof(T)).data(), swapped_);
@@ -53,7 +57,8 @@ class BinaryInput {
       count -= part;
     }
   }
-  /// The next `count` bytes, at most ParticleInput::max_bytes_at_once; valid until the next call.
+  /// Returns the next `count` bytes, at most ParticleInput::max_bytes_at_once. They stay valid
+  /// until the next call.
   std::string_view bytes(std::size_t count) {
     const char* const from = input_.next_bytes(count);
     if (from == nullptr) fail_end();
@@ -63,13 +68,13 @@ class BinaryInput {
     if (!input_.skip_bytes(count)) fail_end();
   }
 
-  /// Whether the file ends here.
+  /// Returns whether the file ends here.
   bool at_end() { return input_.peek_bytes(1) == nullptr; }
-  /// Fails when the file cannot have so many more bytes.
+  /// Fails if the file cannot have `count` more bytes.
   void expect(std::uint64_t count) const {
     if (input_.bytes_left().value_or(count) < count) fail_end();
   }
-  /// Bytes taken so far.
+  /// Returns the number of bytes read so far.
   [[nodiscard]] std::uint64_t position() const { return input_.position(); }
   [[nodiscard]] const FilePlace& place() const { return input_.place(); }
   [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
@@ -81,10 +86,21 @@ class BinaryInput {
   bool swapped_;
 };
 
-/// `count` as a number of particles; fails beyond limits::max_spheres, and for a negative one.
-std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place);
+/// Returns `count`. Fails if it is negative or above limits::max_spheres.
+inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
+  if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
+    place.fail(std::to_string(count) + " atoms: is the file damaged? At most " +
+               std::to_string(limits::max_spheres) + " are read");
+  }
+  return static_cast<std::uint64_t>(count);
+}
 
-/// A frame with these positions and nothing else; fails where one is out of range.
-Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place);
+/// Returns a frame with these positions and no other column. Fails for positions out of range.
+inline Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place) {
+  ParticleColumns columns(place);
+  columns.expect(positions.size());
+  for (const Vec3d& position : positions) columns.position(position);
+  return columns.finish_frame();
+}
 
 }  // namespace parray

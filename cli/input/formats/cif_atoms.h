@@ -14,7 +14,7 @@
 
 namespace parray {
 
-/// What a table of atoms in CIF says of each, whichever dictionary names it.
+/// The columns of an atom table in CIF, under whichever name a dictionary gives them.
 enum class CifItem : std::uint8_t {
   x,  // Cartesian, angstrom
   y,
@@ -46,38 +46,39 @@ enum class CifItem : std::uint8_t {
   count
 };
 
-/// The kinds of tables that hold atoms.
+/// The kinds of tables that contain atoms.
 enum class CifTable : std::uint8_t {
   other,
-  sites,      ///< atom_site: of macromolecules, or of crystals
-  components  ///< chem_comp_atom: of one residue or ligand
+  sites,      ///< atom_site: macromolecules or crystals
+  components  ///< chem_comp_atom: one residue or ligand
 };
 
-/// In lower case, with '_' for the dot of later dictionaries: "_atom_site_cartn_x".
+/// Returns the tag in lower case, with '_' for the dot of later dictionaries: "_atom_site_cartn_x".
 std::string plain_tag(std::string_view tag);
 
-/// The table that a tag belongs to (a plain one).
+/// Returns the table that a plain tag belongs to.
 CifTable table_of(std::string_view plain_tag);
 
-/// A row of a table of atoms, of which only what counts is kept.
+/// A row of an atom table. It keeps only the columns that ParRay uses.
 class CifRow {
  public:
   /// Starts a table with these plain tags.
   void start(const std::vector<std::string>& tags);
 
-  /// The next value of the row, as it stands in the file; true: it was the row's last.
+  /// Adds the next value of the row as it stands in the file. Returns true for the last value of a
+  /// row.
   bool add(std::string_view value) {
     const auto item = items_[next_];
     if (item != CifItem::count) texts_[static_cast<std::size_t>(item)].assign(value);
     next_ = next_ + 1 == items_.size() ? 0 : next_ + 1;
     return next_ == 0;
   }
-  /// Values of a row that is not complete.
+  /// Returns the number of values of an incomplete row.
   [[nodiscard]] std::size_t begun() const { return next_; }
   [[nodiscard]] std::size_t width() const { return items_.size(); }
 
   [[nodiscard]] bool has(CifItem item) const { return has_[static_cast<std::size_t>(item)]; }
-  /// All three of a position.
+  /// Returns whether the table has all three coordinates; `x` is the first.
   [[nodiscard]] bool has_position(CifItem x) const {
     return has(x) && has(after(x, 1)) && has(after(x, 2));
   }
@@ -85,17 +86,19 @@ class CifRow {
     return static_cast<CifItem>(static_cast<int>(item) + steps);
   }
 
-  /// Without quotes; empty for what is missing, '.' or '?'. Valid until the next call for the item.
+  /// Returns the value without quotes; empty for missing values, '.' and '?'. Valid until the next
+  /// call for the item.
   [[nodiscard]] std::string_view text(CifItem item) const;
   [[nodiscard]] std::string_view text(CifItem item, CifItem other) const {
     const std::string_view preferred = text(item);
     return preferred.empty() ? text(other) : preferred;
   }
-  /// What a table of sites calls a coordinate: "cartn_x".
+  /// Returns the name of a coordinate in a table of sites: "cartn_x".
   static std::string_view axis_name(CifItem axis);
-  /// A coordinate. A standard uncertainty in brackets may follow: 1.234(5). Fails at `place`.
+  /// Returns a coordinate, which a standard uncertainty may follow: 1.234(5). Fails at `place` if
+  /// it is no number.
   [[nodiscard]] double number(CifItem item, const FilePlace& place) const;
-  /// NaN for what is missing or no number.
+  /// Returns NaN for missing values and values that are no numbers.
   [[nodiscard]] double number_or_unknown(CifItem item) const;
 
  private:
@@ -107,23 +110,23 @@ class CifRow {
   std::size_t next_ = 0;
 };
 
-/// The number that a value of CIF starts with, without its uncertainty.
+/// Returns a CIF number without its uncertainty.
 std::string_view without_uncertainty(std::string_view value);
 
-/// The rows of the one table of atoms that is read.
+/// Turns the rows of the chosen atom table into particles.
 class CifSites {
  public:
-  /// `place` is where the reader stands; it must outlive this.
+  /// `place` is the position of the reader and must outlive this.
   CifSites(const ParticleRequest& request, const FilePlace& place)
       : request_(request), place_(&place) {}
 
-  /// Of the columns that `row` has.
+  /// Starts the table; `row` says which columns it has.
   void start(CifTable table, const CifRow& row);
   [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
   void add(const CifRow& row);
 
-  /// The model that the request chooses; of a crystal the cell's content: `crystal` has its cell
-  /// and symmetry.
+  /// Returns the model that the request chooses or, for a crystal, the content of the cell.
+  /// `crystal` gives the cell and the symmetry.
   Particles finish(Crystal& crystal);
 
  private:

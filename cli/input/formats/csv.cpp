@@ -102,8 +102,8 @@ std::vector<std::string> csv_names(const std::vector<std::string_view>& header) 
   return names;
 }
 
-constexpr char blanks = ' ';
-constexpr char quote = '"';
+constexpr char blank_separator = ' ';
+constexpr char quote_mark = '"';
 
 /// Splits lines at a separator. Fields lose their quotes and the blanks around them; they are valid
 /// until the next line.
@@ -113,9 +113,9 @@ class Splitter {
 
   void split(std::string_view line, const FilePlace& place, Fields& fields) {
     fields.clear();
-    if (line.find(quote) != std::string_view::npos) {
+    if (line.find(quote_mark) != std::string_view::npos) {
       split_quoted(line, place, fields);
-    } else if (separator_ == blanks) {
+    } else if (separator_ == blank_separator) {
       split_at_blanks(line, fields);
     } else {
       split_plain(line, fields);
@@ -136,11 +136,11 @@ class Splitter {
   void split_quoted(std::string_view line, const FilePlace& place, Fields& fields) {
     text_.assign(line.size(), '\0');
     std::size_t filled = 0;
-    std::string_view rest = separator_ == blanks ? trimmed(line) : line;
+    std::string_view rest = separator_ == blank_separator ? trimmed(line) : line;
     for (;;) {
       skip(rest, " ");  // not tabs: they may separate empty fields
       const std::size_t start = filled;
-      if (rest.starts_with(quote)) {
+      if (rest.starts_with(quote_mark)) {
         take_quoted(rest, filled, place);
       } else {
         const std::size_t end = std::min(end_of_field(rest), rest.size());
@@ -149,7 +149,7 @@ class Splitter {
       }
       fields.emplace_back(text_.data() + start, filled - start);
       if (rest.empty()) return;
-      separator_ == blanks ? skip(rest, " \t") : rest.remove_prefix(1);
+      separator_ == blank_separator ? skip(rest, " \t") : rest.remove_prefix(1);
     }
   }
 
@@ -158,18 +158,18 @@ class Splitter {
   }
 
   std::size_t end_of_field(std::string_view rest) const {
-    return separator_ == blanks ? rest.find_first_of(" \t") : rest.find(separator_);
+    return separator_ == blank_separator ? rest.find_first_of(" \t") : rest.find(separator_);
   }
 
   void take_quoted(std::string_view& rest, std::size_t& filled, const FilePlace& place) {
     rest.remove_prefix(1);
     for (;;) {
-      const std::size_t end = rest.find(quote);
+      const std::size_t end = rest.find(quote_mark);
       if (end == std::string_view::npos) place.fail("a quote is not closed: close it");
       filled += rest.copy(text_.data() + filled, end);
       rest.remove_prefix(end + 1);
-      if (!rest.starts_with(quote)) break;
-      text_[filled++] = quote;
+      if (!rest.starts_with(quote_mark)) break;
+      text_[filled++] = quote_mark;
       rest.remove_prefix(1);
     }
     const std::size_t next = std::min(end_of_field(rest), rest.size());
@@ -187,10 +187,10 @@ class Splitter {
 char separator_of(std::string_view header) {
   bool quoted = false;
   for (const char c : header) {
-    if (c == quote) quoted = !quoted;
+    if (c == quote_mark) quoted = !quoted;
     if (!quoted && (c == ',' || c == ';' || c == '\t')) return c;
   }
-  return blanks;
+  return blank_separator;
 }
 
 bool next_row(ParticleInput& input) {
@@ -200,10 +200,10 @@ bool next_row(ParticleInput& input) {
   return false;
 }
 
-/// A table with one header line; the columns are those of layout_of(), letter case aside. The first
-/// comma, semicolon or tab of the header separates fields; where it has none, blanks do. Fields may
-/// stand in double quotes ("" is a quote). Blank lines and lines that start with # are comments.
-/// Colours are whole numbers 0 to 255 (8-bit sRGB) if any component is above 1, else linear.
+/// A table with one header line; layout_of() names the columns, in any letter case. The first
+/// comma, semicolon or tab of the header separates fields; without one, blanks do. Fields may stand
+/// in double quotes ("" is a quote). Blank lines and lines that start with # are comments. Colours
+/// are whole numbers 0 to 255 (8-bit sRGB) if any component is above 1, else linear.
 Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   if (!next_row(input)) input.fail("no header line: name the columns x, y and z");

@@ -135,7 +135,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     open_record(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
-        input_.fail("a moving atom that is not there: is the file damaged?");
+        input_.fail("a moving atom does not exist: is the file damaged?");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
@@ -148,7 +148,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   }
   void close_record(std::int64_t bytes) { open_record(bytes); }
   [[noreturn]] void fail_record() const {
-    input_.fail("a record of another length than its place wants: is the file damaged?");
+    input_.fail("a record has the wrong length: is the file damaged?");
   }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }

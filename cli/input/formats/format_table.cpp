@@ -10,12 +10,12 @@
 namespace parray {
 namespace {
 
+/// CSV is last because any table could be CSV.
 constexpr std::array<const ParticleFormat*, 19> formats{
     &ply_format,    &xyz_format,  &lammps_dump_format, &lammps_data_format, &dcd_format,
     &xtc_format,    &trr_format,  &netcdf_format,      &inpcrd_format,      &psf_format,
     &prmtop_format, &pdb_format,  &pdbqt_format,       &pqr_format,         &gro_format,
-    &sdf_format,    &mol2_format, &cif_format,         &csv_format};  // CSV is last: any table
-                                                                      // could be one
+    &sdf_format,    &mol2_format, &cif_format,         &csv_format};
 
 struct Guess {
   const ParticleFormat* format = nullptr;

@@ -135,24 +135,19 @@ class GroFrames final : public FramesOf<ParticleInput> {
   }
 
  private:
-  void go_on(std::uint64_t done) {
-    if (input_.next_line()) return;
-    input_.fail("the file ends after " + std::to_string(done) + " of " + std::to_string(count_) +
-                " atoms and the box: is it complete?");
-  }
+  void go_on(std::uint64_t done) { input_.next_row(done, count_, "atoms and the box"); }
 
   void add_row(std::string_view line, std::size_t width, AtomColumns& atoms) const {
-    const auto part = [&](std::size_t start, std::size_t length) {
-      return line.size() <= start ? std::string_view() : trimmed(line.substr(start, length));
+    const auto number = [&](std::size_t i) {
+      return field_at(line, numbers_start + i * width, width);
     };
-    const auto number = [&](std::size_t i) { return part(numbers_start + i * width, width); };
     const auto coordinate = [&](std::size_t i, const char* name) {
       return angstrom_per_nm * number_field(number(i), name, input_.place());
     };
     Atom atom;
-    atom.residue_number = residue_number_in(part(0, 5)).value_or(0);
-    atom.residue_name = part(5, 5);
-    atom.name = part(10, 5);
+    atom.residue_number = residue_number_in(field_at(line, 0, 5)).value_or(0);
+    atom.residue_name = field_at(line, 5, 5);
+    atom.name = field_at(line, 10, 5);
     const double x = coordinate(0, "x");
     const double y = coordinate(1, "y");
     atom.position = {x, y, coordinate(2, "z")};
@@ -169,9 +164,9 @@ class GroFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
 };
 
-/// GRO of GROMACS (manual.gromacs.org, "gro"), any precision, several frames. Positions, which the
-/// file gives in nanometres, become angstrom, so that van der Waals radii fit; velocities (vx, vy,
-/// vz) become angstrom per picosecond. The box is the cell; "t=" of the title the time.
+/// GRO of GROMACS (manual.gromacs.org, "gro"), any precision, several frames. Positions in nm
+/// become angstrom, so that van der Waals radii fit; velocities (vx, vy, vz) become angstrom per
+/// picosecond. The box is the cell; "t=" of the title is the time.
 Particles read_gro(PackedFile& file, const ParticleRequest& request) {
   return read_frame<GroFrames>(file, request);
 }

@@ -56,8 +56,8 @@ std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t 
   return cell_from({box[0], box[1], box[2]}, {box[3], box[4], box[5]});
 }
 
-/// Restart files of AMBER as text (inpcrd, rst7): a title, the number of atoms and the time, then
-/// positions of 12 characters a number; velocities, if any; the box: AMBER file formats,
+/// Restart files of AMBER as text: a title, the number of atoms and the time, positions of 12
+/// characters per number, optional velocities, optional box. AMBER file formats,
 /// ambermd.org/FileFormats.php.
 Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);

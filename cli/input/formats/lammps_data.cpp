@@ -30,13 +30,13 @@ Confidence looks_like_lammps_data(const FileStart& start) {
   return atoms && box ? Confidence::certain : Confidence::none;
 }
 
-struct Style {
+struct AtomStyle {
   std::string_view name;
   std::string_view columns;  ///< before x, y, z; the first is the atom's number
   std::string_view after{};  ///< after x, y, z
 };
 
-constexpr std::array<Style, 24> styles{{
+constexpr std::array<AtomStyle, 24> styles{{
     {"atomic", "id type"},
     {"molecular", "id molecule type"},
     {"bond", "id molecule type"},
@@ -77,7 +77,7 @@ bool is_type(std::string_view text, std::uint64_t types) {
 /// manual, "read_data", table of atom styles. Image flags may follow them. Empty: the style is not
 /// known, or has no fixed columns.
 std::vector<std::string> lammps_style_columns(std::string_view style) {
-  const auto* const found = std::ranges::find(styles, style, &Style::name);
+  const auto* const found = std::ranges::find(styles, style, &AtomStyle::name);
   if (found == styles.end()) return {};
   const std::string text = std::string(found->columns) + " x y z " + std::string(found->after);
   std::vector<std::string_view> words;
@@ -323,8 +323,8 @@ class DataFile {
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
-/// LAMMPS data file: section Atoms of a style with fixed columns, which the hint behind "Atoms"
-/// names, or else the number of columns tells; elements by the masses of the types; the box.
+/// Section Atoms of a style with fixed columns. The hint after "Atoms" names the style, else the
+/// number of columns tells it. Elements come from the masses of the types.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
   return DataFile(file, request).read();
 }

@@ -167,9 +167,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   }
 
   std::uint64_t skip() override {
-    for (std::uint64_t i = 0; i < *header_.count; ++i) {
-      if (!input_.next_line()) input_.fail("the file ends within a frame: is it complete?");
-    }
+    input_.skip_rows(*header_.count);
     go_to_frame();
     return *header_.count;
   }
@@ -197,10 +195,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns) {
     Fields row;
     for (std::uint64_t i = 0; i < *header_.count; ++i) {
-      if (!input_.next_line()) {
-        input_.fail("the file ends after " + std::to_string(i) + " of " +
-                    std::to_string(*header_.count) + " atoms: is it complete?");
-      }
+      input_.next_row(i, *header_.count, "atoms");
       split_at_blanks(input_.line(), row);
       if (row.size() != width) {
         input_.fail(std::to_string(row.size()) + " columns where ITEM: ATOMS names " +
@@ -224,9 +219,9 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   DumpHeader header_;
 };
 
-/// LAMMPS text dump. Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the
-/// box: orthogonal, triclinic or general); radius or diameter; type; element; others are numbers on
-/// request. The time is that of TIME, or else TIMESTEP.
+/// Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the box: orthogonal,
+/// triclinic or general); radius or diameter; type; element. Others are numbers on request. The
+/// time is that of TIME, else of TIMESTEP.
 Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DumpFrames>(file, request);
 }

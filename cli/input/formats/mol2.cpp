@@ -111,9 +111,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
     }
     Atom atom;
     atom.name = words_[1];
-    const double x = number_field(words_[2], "x", input_.place());
-    const double y = number_field(words_[3], "y", input_.place());
-    atom.position = {x, y, number_field(words_[4], "z", input_.place())};
+    atom.position = position_field(words_, 2, input_.place());
     atom.type = words_[5];
     atom.element = element_of_type(atom.type);
     if (words_.size() > 7) {

@@ -41,15 +41,9 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   return atomic_number_of(type);
 }
 
-/// Columns `first` to `last`, counted from 1; as far as the line has them.
-std::string_view record_columns(std::string_view line, std::size_t first, std::size_t last) {
-  if (line.size() < first) return {};
-  return line.substr(first - 1, last - first + 1);
-}
-
-/// The same without blanks at its ends.
+/// Returns columns `first` to `last`, counted from 1, without blanks at their ends.
 std::string_view record_field(std::string_view line, std::size_t first, std::size_t last) {
-  return trimmed(record_columns(line, first, last));
+  return field_at(line, first - 1, last - first + 1);
 }
 
 char record_column(std::string_view line, std::size_t at) {
@@ -83,7 +77,7 @@ bool is_known_residue(std::string_view name) {
 
 std::optional<Vec3d> columns_position(std::string_view line) {
   constexpr std::size_t last = 54;
-  if (line.size() < last || !trimmed(record_columns(line, 28, 30)).empty()) return {};
+  if (line.size() < last || !record_field(line, 28, 30).empty()) return {};
   const auto x = number_in(record_field(line, 31, 38));
   const auto y = number_in(record_field(line, 39, 46));
   const auto z = number_in(record_field(line, 47, last));
@@ -248,7 +242,7 @@ bool read_words(const RecordWords& words, std::size_t x, AtomRecord& record) {
 
 /// Whether the columns of x and y are as they should be: what is wrong then is not their place.
 bool has_columns(std::string_view line) {
-  return trimmed(record_columns(line, 28, 30)).empty() && number_in(record_field(line, 31, 38)) &&
+  return record_field(line, 28, 30).empty() && number_in(record_field(line, 31, 38)) &&
          number_in(record_field(line, 39, 46));
 }
 

@@ -10,7 +10,7 @@
 
 namespace parray {
 
-/// What a line ATOM or HETATM of PDB and its relatives says. Reused from line to line.
+/// The content of a line ATOM or HETATM in PDB, PDBQT or PQR. Readers use one object for all lines.
 struct AtomRecord {
   Vec3d position;
   std::string name;
@@ -35,28 +35,26 @@ struct AtomRecord {
   }
 };
 
-/// "ATOM" or "HETATM", whatever the letter case, and a field after it.
+/// Returns whether the line begins with "ATOM" or "HETATM" in any letter case, and a field follows.
 bool is_atom_record(std::string_view line);
 
-/// PDB, "Atomic Coordinate Entry Format Description" 3.3 (wwpdb.org/documentation/file-format),
-/// section 9, by columns. Beyond the standard:
-/// - residue names of four letters in columns 18 to 21 (CHARMM, VMD) or, where no alternative
-///   location is meant, 17 to 20; names of chains of two letters in columns 21 and 22;
-/// - columns 73 to 76 name the chain where column 22 is blank (CHARMM's segments);
+/// Reads a PDB record by columns: "Atomic Coordinate Entry Format Description" 3.3
+/// (wwpdb.org/documentation/file-format), section 9. Also accepts these common deviations:
+/// - residue names of four letters in columns 18 to 21 (CHARMM, VMD), or in 17 to 20 if no
+///   alternative location is meant; chain names of two letters in columns 21 and 22;
+/// - columns 73 to 76 as the chain if column 22 is blank (CHARMM's segments);
 /// - residue numbers as hybrid-36 (cci.lbl.gov/hybrid_36), in hexadecimal, or none ("****": 0);
-/// - serial numbers of more than five digits that shift the line, tabs (as eight columns), and
-/// lines
-///   whose fields blanks separate, as read_pqr_record() takes them, where columns 31 to 54 do not
-///   hold three numbers.
+/// - serial numbers of more than five digits, which shift the line, and tabs (eight columns);
+/// - lines whose fields blanks separate, as in PQR, if columns 31 to 54 do not hold three numbers.
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
-/// PDBQT, AutoDock 4.2 User Guide: as PDB, with the partial charge in columns 67 to 76 and
-/// AutoDock's type of the atom from column 78 on, which tells the element.
+/// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
+/// AutoDock's atom type follows from column 78 on and tells the element.
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
-/// PQR, "PQR molecular structure format" (pdb2pqr.readthedocs.io): fields that blanks separate:
-/// serial, name, residue, chain (may be missing), residue number, x, y, z, charge, radius; or PDB's
-/// columns for all up to z where fields run together.
+/// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate
+/// the fields: serial, name, residue, chain (optional), residue number, x, y, z, charge, radius. If
+/// fields run together, the columns of PDB separate all up to z.
 void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 }  // namespace parray

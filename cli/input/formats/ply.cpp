@@ -411,10 +411,10 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
   return particles;
 }
 
-/// PLY 1.0, ascii and binary of both byte orders. Element "vertex" with x, y, z of any scalar type;
-/// radius (or r, where there is no g and b); red, green, blue (or r, g, b): uchar is 8-bit sRGB,
-/// float and double are linear from 0 to 1. Other properties and elements are passed over. `scale`
-/// is passed over too: programs write lengths, factors and logarithms under that name.
+/// PLY 1.0, ascii and binary of both byte orders. Element "vertex" has x, y, z of any scalar type;
+/// radius (or r, without g and b); red, green, blue (or r, g, b). Colours of type uchar are 8-bit
+/// sRGB, float and double are linear from 0 to 1. Ignores other properties and elements, also
+/// `scale`: programs write lengths, factors and logarithms under that name.
 Particles read_ply(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const PlyHeader header = read_ply_header(input);

@@ -65,10 +65,7 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   NameTable atoms(input.place());
   std::vector<std::string_view> row;
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (!input.next_line()) {
-      input.fail("the file ends after " + std::to_string(i) + " of " + std::to_string(count) +
-                 " atoms: is it complete?");
-    }
+    input.next_row(i, count, "atoms");
     split_at_blanks(input.line(), row);
     atoms.add(atom_in_row(row, input.place()));
   }

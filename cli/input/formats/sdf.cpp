@@ -22,10 +22,6 @@ Confidence looks_like_sdf(const FileStart& start) {
                     start.has_line("M  END"));
 }
 
-std::string_view columns_of(std::string_view line, std::size_t start, std::size_t length) {
-  return line.size() <= start ? std::string_view() : trimmed(line.substr(start, length));
-}
-
 bool ends_molecule(std::string_view line) { return line.starts_with("$$$$"); }
 
 /// A line of the atom block of V2000.
@@ -45,20 +41,17 @@ double charge_of_code(std::string_view code) {
 /// By columns; by blanks where a program has not kept to them.
 TableRow table_row(std::string_view line, const FilePlace& place) {
   constexpr std::size_t width = 10;
-  const auto x = number_in(columns_of(line, 0, width));
-  const auto y = number_in(columns_of(line, width, width));
-  const auto z = number_in(columns_of(line, 2 * width, width));
-  const std::string_view symbol = columns_of(line, 31, 3);
+  const auto x = number_in(field_at(line, 0, width));
+  const auto y = number_in(field_at(line, width, width));
+  const auto z = number_in(field_at(line, 2 * width, width));
+  const std::string_view symbol = field_at(line, 31, 3);
   if (x && y && z && !symbol.empty()) {
-    return {{*x, *y, *z}, symbol, charge_of_code(columns_of(line, 36, 3))};
+    return {{*x, *y, *z}, symbol, charge_of_code(field_at(line, 36, 3))};
   }
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
   if (words.size() < 4) place.fail("not x, y, z and a symbol: is the file complete?");
-  const double first = number_field(words[0], "x", place);
-  const double second = number_field(words[1], "y", place);
-  return {{first, second, number_field(words[2], "z", place)},
-          words[3],
+  return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};
 }
 
@@ -71,7 +64,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     if (!read_header()) return false;
     const std::string_view counts = input_.line();
     extended_ = counts.find("V3000") != std::string_view::npos;
-    atoms_ = extended_ ? 0 : count_field(columns_of(counts, 0, 3), input_.place());
+    atoms_ = extended_ ? 0 : count_field(field_at(counts, 0, 3), input_.place());
     if (extended_) find_extended_count();
     return true;
   }
@@ -132,7 +125,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     while (text_.ends_with('-')) {
       text_.pop_back();
       go_on();
-      text_ += columns_of(input_.line(), 7, std::string::npos);
+      text_ += field_at(input_.line(), 7, std::string::npos);
     }
     split_at_blanks(text_, words_);
     if (words_.size() < 2 || words_[0] != "M" || words_[1] != "V30") words_.clear();
@@ -154,10 +147,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
       if (words_.size() < least) input_.fail("not an atom of V3000: is its count right?");
-      const double x = number_field(words_[4], "x", input_.place());
-      const double y = number_field(words_[5], "y", input_.place());
-      add({x, y, number_field(words_[6], "z", input_.place())}, words_[3], extended_charge(),
-          atoms);
+      add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
     }
   }
 

@@ -80,7 +80,7 @@ constexpr std::array<Signature, 32> signatures{{
     {"\xdf\x65\xdf\x65\xdf\x65\xdf\x65", 0, {"a GSD file", convert}},
 }};
 
-constexpr std::string_view blanks = " \t\r\n";
+constexpr std::string_view json_blanks = " \t\r\n";
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 /// A key at the top level of a JSON object. `inner` is the first key of its value, if the value is
@@ -111,13 +111,13 @@ class KeyScanner {
 
  private:
   char next() {
-    const std::size_t found = text_.find_first_not_of(blanks, at_);
+    const std::size_t found = text_.find_first_not_of(json_blanks, at_);
     at_ = found == std::string_view::npos ? text_.size() : found + 1;
     return found == std::string_view::npos ? '\0' : text_[found];
   }
 
   [[nodiscard]] char peek(std::size_t from) const {
-    const std::size_t found = text_.find_first_not_of(blanks, from);
+    const std::size_t found = text_.find_first_not_of(json_blanks, from);
     return found == std::string_view::npos ? '\0' : text_[found];
   }
 
@@ -340,7 +340,7 @@ std::string first_words(const FileStart& start) {
 char first_character(PackedFile& file) {
   std::string_view text = file.start().bytes();
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  const std::size_t found = text.find_first_not_of(blanks);
+  const std::size_t found = text.find_first_not_of(json_blanks);
   if (found != std::string_view::npos) return text[found];
   if (file.start().whole()) return 0;
   file.rewind();
@@ -350,7 +350,7 @@ char first_character(PackedFile& file) {
     std::string_view read(block.data(), file.read(block.data(), block.size()));
     if (read.empty()) break;
     if (head && read.starts_with(byte_order_mark)) read.remove_prefix(byte_order_mark.size());
-    const std::size_t at = read.find_first_not_of(blanks);
+    const std::size_t at = read.find_first_not_of(json_blanks);
     if (at != std::string_view::npos) first = read[at];
   }
   file.rewind();

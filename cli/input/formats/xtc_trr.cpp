@@ -49,7 +49,7 @@ constexpr std::array<std::uint32_t, 73> small_sizes{
 constexpr std::int32_t first_small = 9;
 
 [[noreturn]] void fail_damaged(const FilePlace& place) {
-  place.fail("packed coordinates that cannot be: is the file damaged?");
+  place.fail("impossible packed coordinates: is the file damaged?");
 }
 
 /// Bits from the highest of each byte to the lowest.
@@ -298,7 +298,7 @@ class XtcFrames final : public FramesOf<BinaryInput> {
   /// Their number stands there twice.
   void check_atoms() {
     if (input_.get<std::int32_t>() == static_cast<std::int64_t>(atoms_)) return;
-    input_.fail("two numbers of atoms in one frame: is the file damaged?");
+    input_.fail("two different numbers of atoms in one frame: is the file damaged?");
   }
 
   /// Bytes of packed coordinates, with those that fill the last unit.
@@ -373,7 +373,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     }
     input_.get<std::int32_t>();  // length of the version, counted otherwise
     const auto version = input_.get<std::uint32_t>();
-    if (version > longest_version) input_.fail("a version that is none: is the file damaged?");
+    if (version > longest_version) input_.fail("an impossible version: is the file damaged?");
     input_.skip(padded(version));
     for (std::uint64_t& size : sizes_) {
       const auto bytes = input_.get<std::int32_t>();
@@ -396,7 +396,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
-      input_.fail("positions of another size than their number: is the file damaged?");
+      input_.fail("the positions do not fit the number of atoms: is the file damaged?");
     }
   }
 

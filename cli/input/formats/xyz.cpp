@@ -248,9 +248,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   }
 
   std::uint64_t skip() override {
-    for (std::uint64_t i = 0; i < count_; ++i) {
-      if (!input_.next_line()) input_.fail("the file ends within a frame: is it complete?");
-    }
+    input_.skip_rows(count_);
     go_to_count();
     return count_;
   }
@@ -263,10 +261,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     want_numbers(layout.others, request_, layout.row, columns);
     Fields row;
     for (std::uint64_t i = 0; i < count_; ++i) {
-      if (!input_.next_line()) {
-        input_.fail("the file ends after " + std::to_string(i) + " of " + std::to_string(count_) +
-                    " particles: is it complete?");
-      }
+      input_.next_row(i, count_, "particles");
       split_at_blanks(input_.line(), row);
       check_width(row.size(), layout, input_.place());
       add_row(row, layout.row, input_.place(), columns);
@@ -292,13 +287,13 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
 };
 
-/// XYZ: a count, a comment, then a name and three numbers a line; what follows them is ignored.
-/// The name is a symbol, an atomic number or any other (element unknown). Names that are numbers
-/// are types, told by a note, where the comment is LAMMPS's own or they go from 1 on without a gap.
-/// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:...; species (element, Z), pos, type,
-/// radius and color count; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Others are
-/// numbers on request: vectors as name_x, name_y, name_z, and their length as name. Lattice and
-/// Origin are the cell; Time, or the step, the time.
+/// XYZ: a count, a comment, then a name and three numbers per line. Ignores further columns. A name
+/// is a symbol, an atomic number or any other text (element unknown). Numbers are types, with a
+/// note, if the comment is LAMMPS's own or if they go from 1 on without a gap.
+/// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:... Readers use species (element, Z),
+/// pos, type, radius and color; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Other
+/// properties are numbers on request: vectors as name_x, name_y, name_z, and their length as name.
+/// Lattice and Origin are the cell; Time, or the step, is the time.
 Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
   return read_frame<XyzFrames>(file, request);
 }

@@ -25,6 +25,13 @@ double number_field(std::string_view text, std::string_view what, const FilePlac
   return *value;
 }
 
+Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
+                     const FilePlace& place) {
+  const double x = number_field(words[at], "x", place);
+  const double y = number_field(words[at + 1], "y", place);
+  return {x, y, number_field(words[at + 2], "z", place)};
+}
+
 std::uint64_t count_field(std::string_view text, const FilePlace& place) {
   const std::optional<std::uint64_t> count = natural_in(text);
   if (!count) {

@@ -4,12 +4,14 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "common/base/error.h"
+#include "common/math/vec.h"
 
 namespace parray {
 
-/// Where a reader stands in its file, for messages.
+/// The position of a reader in its file, for messages.
 struct FilePlace {
   enum class Unit : std::uint8_t { whole_file, line, byte };
 
@@ -17,25 +19,29 @@ struct FilePlace {
   Unit unit = Unit::whole_file;
   std::uint64_t number = 0;  ///< a line from 1, or a byte from 0
 
-  /// Throws InputError "FILE:LINE: PROBLEM" ("FILE: byte N: PROBLEM" in binary data). The file's
-  /// name is made printable here, the problem by the caller.
+  /// Throws InputError "FILE:LINE: PROBLEM", or "FILE: byte N: PROBLEM" in binary data. Makes the
+  /// file's name printable; the caller makes `problem` printable.
   [[noreturn]] void fail(std::string_view problem) const;
 };
 
-/// The number of a field; `what` names it. Fails at `place` when it is not one, or not finite.
+/// Returns the number that `text` is; `what` names it. Fails at `place` if it is no finite number.
 double number_field(std::string_view text, std::string_view what, const FilePlace& place);
 
-/// The number of particles that a file announces, 0 to limits::max_spheres.
+/// Returns the numbers x, y and z in three words from `at` on.
+Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
+                     const FilePlace& place);
+
+/// Returns a number of particles from 0 to limits::max_spheres. Fails at `place` for other texts.
 std::uint64_t count_field(std::string_view text, const FilePlace& place);
 
-/// A member of an item of `particles` asks for what its file cannot give. The text says what, not
-/// where: whoever knows the scene file or the option adds that.
+/// A file does not support what a member of a scene's item of `particles` asks for. The text gives
+/// the problem. The caller adds the place: the scene file or the option.
 class SourceError : public InputError {
  public:
   SourceError(std::string key, const std::string& problem)
       : InputError(problem), key_(std::move(key)) {}
 
-  /// "select", "color_by": the member's key in a scene file.
+  /// Key of the member in a scene file: "select", "color_by".
   [[nodiscard]] const std::string& key() const { return key_; }
 
  private:

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "cli/input/color/category_colors.h"
+#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"
 #include "common/base/bands.h"

@@ -26,7 +26,7 @@ void keep_in(std::vector<T>& column, const ParticleMask& mask) {
 const ParticleFormat& format_of(PackedFile& file) {
   const ParticleFormat* const format = particle_format_of(file);
   if (format != nullptr) return *format;
-  FilePlace{file.name()}.fail("a scene, where particles are needed: name a file of those");
+  FilePlace{file.name()}.fail("a scene, where particles are needed: name a file of particles");
 }
 
 Particles read(PackedFile& file, const ParticleFormat& format, const ParticleRequest& request) {

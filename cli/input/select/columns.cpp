@@ -41,8 +41,6 @@ Fraction fraction_of(const std::vector<Vec3d>& positions, std::size_t axis) {
 
 }  // namespace
 
-std::span<const std::string_view> number_words() { return own_numbers; }
-
 bool is_number_column(std::string_view name) {
   return std::ranges::find(own_numbers, name) == own_numbers.end();
 }

@@ -14,35 +14,32 @@
 /// The columns of particles as selections, colour options and messages call them.
 namespace parray {
 
-/// Of the words "type", "name", "resname" and "chain".
+/// Returns the column for one of the words "type", "name", "resname" and "chain".
 const NameColumn& name_column(std::string_view word, const Particles& particles);
 
-/// "chains" for "chain"; of the words of name_column().
+/// Returns "chains" for "chain"; for the words of name_column().
 std::string plural_of(std::string_view word);
 
-/// "particle" or "particles", which stands behind that number.
+/// Returns "particle" or "particles", to follow that number.
 inline std::string particles_word(std::uint64_t count) {
   return count == 1 ? "particle" : "particles";
 }
 
-/// The columns that particles have: "elements, types and z"; positions are not spoken of.
+/// Returns the columns that the particles have: "elements, types, z". Leaves positions out.
 std::string columns_of(const Particles& particles);
 
-/// Numbers that particles have beside the file's numeric columns: x, y, z; fx, fy, fz, which are
-/// fractions of the cell along its edges a, b, c, or of the box around all centres where the file
-/// has no cell; radius; index, from 0; resid, the residue's number.
-std::span<const std::string_view> number_words();
-
-/// True for a numeric column, which a reader must be asked for.
+/// Returns true for a numeric column, which the request must name.
 bool is_number_column(std::string_view name);
 
-/// A number that each particle has. Refers to the particles, which must outlive it.
+/// A number that each particle has: a numeric column of the file, or x, y, z; radius; index, from
+/// 0; resid, the residue's number; fx, fy, fz. The last three are fractions of the cell along its
+/// edges a, b, c or, without a cell, of the box around all centres. The particles must outlive it.
 class NumberSource {
  public:
-  /// Nothing when these particles have no such number.
+  /// Returns nothing if these particles have no such number.
   static std::optional<NumberSource> of(std::string_view name, const Particles& particles);
 
-  /// Writes the numbers of the particles from `begin` on, `out.size()` of them; NaN: not known.
+  /// Writes the numbers of `out.size()` particles from `begin` on; NaN: not known.
   void values(std::size_t begin, std::span<double> out) const;
 
  private:
@@ -56,7 +53,7 @@ class NumberSource {
   const std::vector<double>* column_ = nullptr;
 };
 
-/// The names that of() knows, for messages.
+/// Returns the names that NumberSource::of() knows, for messages.
 std::vector<std::string> number_names(const Particles& particles);
 
 }  // namespace parray

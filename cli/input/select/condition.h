@@ -15,19 +15,19 @@
 
 namespace parray {
 
-/// What particles of molecules are, by the names of their residues and atoms: see residues.h.
+/// Classes of particles of molecules, which residues.h tells by residue and atom names.
 enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
 
-/// The particles of a class. Empty when no particle can be of it: none has the names that tell.
+/// Returns the particles of a class. Returns an empty mask if none has the names that tell it.
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
-/// An expression with the columns of particles that it asks about. Refers to both.
+/// An expression, bound to the columns of particles that it asks about. Refers to both.
 class Condition {
  public:
   /// Throws as Selection::mask() does.
   Condition(const Expression& expression, const Particles& particles, int threads);
 
-  /// For all particles.
+  /// Returns the result for all particles.
   [[nodiscard]] ParticleMask mask() const;
 
  private:

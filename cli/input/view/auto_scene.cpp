@@ -56,17 +56,17 @@ Subject subject_of(const Particles& particles, const Viewing& viewing) {
   return subject;
 }
 
-AutoScene taken(PackedFile& file, ParticleSource source, const RenderSettings& settings,
-                const Viewing& viewing, int threads) {
+AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+               const Viewing& viewing, int threads) {
   SelectedParticles selected = selected_particles(file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
   out.file.settings = settings;
   out.file.finish = finish_of(viewing.style);
   Scene& scene = out.file.scene;
-  for (const SceneryObject& prop : scenery_of(viewing)) {
-    out.file.materials.define(std::string(prop.name), prop.material);
-    scene.materials.push_back(prop.material);
+  for (const SceneryObject& object : scenery_of(viewing)) {
+    out.file.materials.define(std::string(object.name), object.material);
+    scene.materials.push_back(object.material);
   }
   const auto scenery = static_cast<std::uint32_t>(scene.materials.size());
   out.file.scenery = scenery;
@@ -84,11 +84,11 @@ AutoScene taken(PackedFile& file, ParticleSource source, const RenderSettings& s
   }
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;
-    const Surroundings portrait = surroundings_of(spheres, aspect, viewing, subject, threads);
-    scene.camera = portrait.camera;
-    scene.sky = portrait.sky;
+    const Surroundings around = surroundings_of(spheres, aspect, viewing, subject, threads);
+    scene.camera = around.camera;
+    scene.sky = around.sky;
     for (std::uint32_t i = 0; i < scenery; ++i) {
-      scene.spheres[i] = portrait.scenery[i].sphere;
+      scene.spheres[i] = around.scenery[i].sphere;
       scene.spheres[i].material = i;
     }
   } catch (const InputError& error) {
@@ -117,7 +117,7 @@ AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettin
                      const Viewing& viewing, int threads) {
   const FilePlace place{file.name()};
   try {
-    return taken(file, std::move(source), settings, viewing, threads);
+    return made(file, std::move(source), settings, viewing, threads);
   } catch (const SourceError& error) {
     if (error.key() == "material" || error.key() == "radius") throw InputError(error.what());
     std::string option = error.key();
@@ -126,11 +126,11 @@ AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettin
   }
 }
 
-SceneFile with_reference(AutoScene portrait, const std::string& file) {
-  SceneFile out = std::move(portrait.file);
+SceneFile with_reference(AutoScene scene, const std::string& file) {
+  SceneFile out = std::move(scene.file);
   out.scene.spheres.resize(out.scenery);
   out.scene.materials.resize(out.scenery);
-  out.particles = {std::move(portrait.source)};
+  out.particles = {std::move(scene.source)};
   out.particles.front().file = file;
   return out;
 }

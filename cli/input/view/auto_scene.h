@@ -8,34 +8,33 @@
 
 namespace parray {
 
-/// Settings of a portrait unless options say otherwise: 1200 x 900, 256 samples, depth 10.
+/// Returns the default settings of an auto scene: 1200 x 900, 256 samples, depth 10.
 RenderSettings auto_scene_settings();
 
-/// Name, in a portrait's scene, of the one material for all particles.
+/// Name of the one material for all particles in an auto scene.
 inline constexpr std::string_view plain_material_name = "plain";
 
 /// A particle file as a scene of its own.
 struct AutoScene {
-  SceneFile file;         ///< `staging` props, then the particles, as spheres
-  ParticleSource source;  ///< what made them, its rules decided; `file` is as given
+  SceneFile file;         ///< spheres of the scenery, then those of the particles
+  ParticleSource source;  ///< made them; its rules are decided, `file` is as given
 };
 
-/// Reads a particle file and takes its portrait (see portrait.h) for `settings`, whose width and
-/// height the view is framed for. `source` says what is shown of it; its own `file` does not count.
-/// `automatic` ends, where the file has nothing better, in the plain material and in
-/// lattice_radius(); the only known name of a material is portrait_plain_name.
-/// Molecules, for the automatic view, are files with elements that have no cell, or names of
-/// residues and a cell that they do not fill.
+/// Makes a scene of a particle file: its spheres and the surroundings for `settings`, whose width
+/// and height give the shape of the picture. `source` says what is shown; its `file` is ignored.
+/// `automatic` rules fall back to the plain material and to lattice_radius(). The only known name
+/// of a material is plain_material_name. The automatic view takes particles for a molecule if they
+/// have elements and no cell, or residue names and a cell that they do not fill.
 ///
 /// Throws InputError "FILE: problem: remedy".
 AutoScene auto_scene(const std::filesystem::path& path, ParticleSource source,
                      const RenderSettings& settings, const Viewing& viewing = {}, int threads = 1);
 
-/// The same of a file that is open.
+/// The same for an open file.
 AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                      const Viewing& viewing = {}, int threads = 1);
 
-/// The same scene with its particles in the file again: `file` is its name for the scene file.
-SceneFile with_reference(AutoScene portrait, const std::string& file);
+/// Returns the scene with its particles in their file again. `file` is the name for the scene file.
+SceneFile with_reference(AutoScene scene, const std::string& file);
 
 }  // namespace parray

@@ -40,7 +40,7 @@ struct Wedge {
   double left = -std::numeric_limits<double>::infinity();
 };
 
-/// What a portrait needs to know of all spheres: extremes, which are the same in any order.
+/// The extremes of all spheres, which are the same in any order.
 struct Extent {
   Extent(Projection projection, double aspect);
 
@@ -191,12 +191,12 @@ double largest_component(const Vec3d& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-void check(const Surroundings& portrait) {
-  const Camera& camera = portrait.camera;
+void check(const Surroundings& around) {
+  const Camera& camera = around.camera;
   double reach = std::max({largest_component(camera.look_from), largest_component(camera.look_at),
                            camera.focus_distance, camera.view_height});
-  for (const SceneryObject& prop : portrait.scenery) {
-    reach = std::max({reach, largest_component(prop.sphere.center), prop.sphere.radius});
+  for (const SceneryObject& object : around.scenery) {
+    reach = std::max({reach, largest_component(object.sphere.center), object.sphere.radius});
   }
   if (reach > limits::max_length) {
     throw InputError("camera and ground of a portrait would reach " + number_text(reach) +
@@ -230,21 +230,21 @@ Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect, con
   const Projection projection = viewing.projection.value_or(
       viewing.view == View::automatic ? Projection::perspective : Projection::orthographic);
   const Extent extent = extent_of(spheres, subject.corners, view, projection, aspect, threads);
-  Surroundings portrait;
-  portrait.camera = camera_for(extent, view, projection, aspect);
-  portrait.sky = sky_of(viewing.style);
-  portrait.scenery = scenery_of(viewing);
-  for (SceneryObject& prop : portrait.scenery) {
-    if (prop.name == ground_name) {
-      prop.sphere = ground_below(extent, view);
-    } else if (prop.name == wall_name) {
-      prop.sphere = wall_behind(view.frame, extent.reach, portrait.camera, aspect);
+  Surroundings around;
+  around.camera = camera_for(extent, view, projection, aspect);
+  around.sky = sky_of(viewing.style);
+  around.scenery = scenery_of(viewing);
+  for (SceneryObject& object : around.scenery) {
+    if (object.name == ground_name) {
+      object.sphere = ground_below(extent, view);
+    } else if (object.name == wall_name) {
+      object.sphere = wall_behind(view.frame, extent.reach, around.camera, aspect);
     } else {
-      prop.sphere = light_blocker(view.frame, extent.reach, !has_ground(viewing));
+      object.sphere = light_blocker(view.frame, extent.reach, !has_ground(viewing));
     }
   }
-  check(portrait);
-  return portrait;
+  check(around);
+  return around;
 }
 
 }  // namespace parray

@@ -11,58 +11,59 @@
 
 namespace parray {
 
-/// How somebody wants portraits to be taken.
+/// How an auto scene looks at its particles.
 struct Viewing {
   View view = View::automatic;
   Style style = Style::studio;
-  /// Not given: orthographic, but of the automatic view perspective.
+  /// Not given: perspective for the automatic view, else orthographic.
   std::optional<Projection> projection{};
   bool transparent = false;  ///< no floor and no wall
-  bool whole_cell = false;   ///< the particles' cell is to be in the picture, too
+  bool whole_cell = false;   ///< the particles' cell is in the picture, too
 };
 
-/// What a portrait is of, beside spheres.
+/// What an auto scene shows, beside spheres.
 struct Subject {
   bool molecule = true;          ///< see viewpoint_of()
-  std::vector<Vec3d> corners{};  ///< points that are to be in the picture, too
+  std::vector<Vec3d> corners{};  ///< further points of the picture
 };
 
-/// A sphere that stands around a portrait's particles.
+/// A sphere that stands around the particles: floor, wall or light blocker.
 struct SceneryObject {
-  std::string_view name;  ///< of its material: "ground", "wall" or "flag"
+  std::string_view name;  ///< of its material: "ground", "wall" or, for the light blocker, "flag"
   Material material;
   Sphere sphere{};  ///< `material` is not set
 };
 
-/// Those of portraits that are taken in that way, in their order; the spheres are not placed yet.
+/// Returns the scenery of such a view in its order. The spheres are not placed yet.
 std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
-/// A picture of some spheres as a paper would print it: seen from where they show most, or from
-/// where one asks for, through a long lens, every sphere inside the picture.
+/// Camera, light and scenery for a picture of spheres as a paper would print it. The camera looks
+/// from where the spheres show most, or from where the user wants, through a long lens. Every
+/// sphere is inside the picture.
 ///
-/// - ground: a pale floor under the lowest sphere or, of a view that does not look down on it, the
-///   same behind the farthest. It fills the background.
-/// - wall: a dark one behind all, so far away that their shadows do not reach it, and large enough
-///   to fill the background.
-/// - flag, as photographers call it: a black sphere outside the picture that keeps the sky's light
-///   off one side. So light comes from the upper left of the picture, whatever directions the
-///   coordinates have.
+/// - ground: a pale floor under the lowest sphere or, for a view that does not look down on it, a
+/// pale
+///   wall behind the farthest sphere. It fills the background.
+/// - wall: a dark wall behind all spheres. It fills the background and is too far away for shadows.
+/// - flag (as photographers call a light blocker): a black sphere outside the picture that blocks
+/// the
+///   light of the sky from one side. So light comes from the upper left of the picture.
 struct Surroundings {
   Camera camera;  ///< a pinhole; tan_half_vfov is set
   Sky sky;
-  std::vector<SceneryObject> scenery;  ///< those of props_of()
+  std::vector<SceneryObject> scenery;  ///< those of scenery_of(), placed
 };
 
-/// Of particles of which no more is known than where they are.
+/// The material of particles of which only positions are known.
 inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.65}, 0, 1};
 
-/// The portrait of `spheres`, which are not empty, for a picture `aspect` times as wide as high
-/// (> 0). Every sphere is inside the view, and they fill it but for a margin. Scaling spheres by a
-/// power of two scales the portrait exactly, but for rounding at the ends of double's range.
+/// Returns the surroundings of `spheres`, which are not empty, for a picture `aspect` (> 0) times
+/// as wide as high. Scaling spheres by a power of two scales them exactly, except for rounding at
+/// the ends of double's range.
 ///
-/// Throws InputError, without a file's name, when camera or props would lie beyond
-/// limits::max_length, or the group is so far from the origin that the digits do not tell the
-/// camera's place from what it looks at.
+/// Throws InputError, without a file's name, if camera or scenery would lie beyond
+/// limits::max_length, or if the group is too far from the origin for the precision of its
+/// coordinates.
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect,
                              const Viewing& viewing = {}, const Subject& subject = {},
                              int threads = 1);

@@ -13,7 +13,8 @@ namespace parray {
 namespace {
 
 constexpr double flatness = 0.1;  ///< of the third extent to the second
-/// Of a direction that is told from the ground's plane: beyond half of a portrait's angle of view.
+/// Least sine between the direction of view and the ground's plane: more than half of the angle of
+/// view.
 constexpr double least_sine = 0.28;
 
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,

@@ -1,11 +1,14 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "cli/input/formats/crystal.h"
+#include "cli/input/particles/elements.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_files.h"
 
 namespace parray {
 namespace {
@@ -14,6 +17,17 @@ using test::Elements;
 using test::ParticleFiles;
 using test::Xs;
 using test::xs_of;
+
+/// mmCIF whose loop has these items and values.
+std::string cif(const std::string& items, const std::string& values) {
+  std::string text = "data_1ABC\n_entry.id 1ABC\nloop_\n";
+  for (std::size_t at = 0; at < items.size();) {
+    const std::size_t end = std::min(items.find(' ', at), items.size());
+    text += "_atom_site." + items.substr(at, end - at) + "\n";
+    at = end + 1;
+  }
+  return text + values + "\n#\n";
+}
 
 Particles read_all(const ParticleFiles& files, const std::string& text) {
   ParticleRequest request;
@@ -33,6 +47,46 @@ std::string sites(const std::string& rows) {
 }
 
 }  // namespace
+
+TEST_CASE("mmCIF: the atoms of the first model are read from their loop") {
+  const ParticleFiles files;
+  const std::string items =
+      "group_PDB id type_symbol label_alt_id label_atom_id label_comp_id "
+      "label_seq_id auth_asym_id Cartn_x Cartn_y Cartn_z occupancy "
+      "pdbx_PDB_model_num";
+  const Particles particles = files.read("a.cif", cif(items,
+                                                      "ATOM 1 C . CA ALA 1 A 1.5 2(1) 3 1 1\n"
+                                                      "ATOM 2 O A \"O5'\" ALA 1 A 4 5 6 0.3 1\n"
+                                                      "ATOM 3 O B \"O5'\" ALA 1 A 7 8 9 0.7 1\n"
+                                                      "HETATM 4 FE ? FE HEM . B -1 -2 -3 . 1\n"
+                                                      "ATOM 1 C . CA ALA 1 A 9 9 9 1 2"));
+  CHECK(particles.positions == std::vector<Vec3d>{{1.5, 2, 3}, {7, 8, 9}, {-1, -2, -3}});
+  CHECK(particles.elements == Elements{6, 8, 26});
+  CHECK(particles.types.names == std::vector<std::string>{"C", "O", "Fe"});
+}
+
+TEST_CASE("mmCIF: a single atom outside a loop is read") {
+  const ParticleFiles files;
+  const std::string text =
+      "data_x\n_cell.length_a 10\n_atom_site.Cartn_x 1\n_atom_site.cartn_Y 2\n"
+      "_atom_site.CARTN_Z 3\n_atom_site.type_symbol 'Na'\n";
+  for (const char* end : {"", "_cell.length_b 1\n", "loop_\n_a.b\n1 2 3\n", "data_y\n"}) {
+    CAPTURE(end);
+    const Particles particles = files.read("a.cif", text + end);
+    CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}});
+    CHECK(particles.elements == Elements{11});
+  }
+}
+
+TEST_CASE("mmCIF: text fields, comments, other loops and later blocks are passed over") {
+  const ParticleFiles files;
+  const std::string own = cif("type_symbol Cartn_x Cartn_y Cartn_z", "C 1 2 3");
+  const std::string before =
+      "# about\ndata_first\nloop_\n_a.b\n_a.c\n1 'two words'\n;text\n"
+      "loop_ _atom_site.Cartn_x 9\n;\n4\n_d.e 5\n";
+  CHECK(xs_of(files.read("a.cif", before + own)) == Xs{1});
+  CHECK(xs_of(files.read("a.cif", own + cif("Cartn_x Cartn_y Cartn_z", "7 8 9"))) == Xs{1});
+}
 
 TEST_CASE("CIF of a crystal: every operation makes an image in the cell, special positions one") {
   const ParticleFiles files;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "cli/input/formats/pdb_record.h"
+#include "cli/input/particles/elements.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_files.h"
 
 namespace parray {
 namespace {
@@ -17,6 +20,19 @@ using test::pdb_line;
 using test::Xs;
 using test::xs_of;
 
+/// A record of PDB with its fields in their columns.
+std::string record(const std::string& kind, const std::string& name, char location,
+                   const std::string& residue, int number, double x, double occupancy,
+                   const std::string& element) {
+  std::string line(120, '\0');
+  line.resize(static_cast<std::size_t>(
+      std::snprintf(line.data(), line.size(),
+                    "%-6s%5d %-4s%c%3s A%4d    %8.3f%8.3f%8.3f%6.2f%6.2f          %2s\n",
+                    kind.c_str(), 1, name.c_str(), location, residue.c_str(), number, x, 2 * x,
+                    3 * x, occupancy, 0.0, element.c_str())));
+  return line;
+}
+
 ParticleRequest everything() {
   ParticleRequest request;
   request.all = true;
@@ -24,6 +40,68 @@ ParticleRequest everything() {
 }
 
 }  // namespace
+
+TEST_CASE("PDB: atoms and hetero atoms of the first model are read, nothing else") {
+  const ParticleFiles files;
+  const std::string first = "HEADER    X\nREMARK   2\nMODEL        1\n" +
+                            record("ATOM", " CA", ' ', "ALA", 1, 1.5, 1, " C") +
+                            "ANISOU    1  CA  ALA A   1     2406   1892   1614\nTER\n" +
+                            record("HETATM", "ZN", ' ', " ZN", 2, -2, 1, "ZN") +
+                            "CONECT    1    2\n";
+  const Particles particles =
+      files.read("a.pdb", first + "ENDMDL\nMODEL        2\n" +
+                              record("ATOM", " CA", ' ', "ALA", 1, 9, 1, " C") + "ENDMDL\nEND\n");
+  CHECK(particles.positions == std::vector<Vec3d>{{1.5, 3, 4.5}, {-2, -4, -6}});
+  CHECK(particles.elements == Elements{6, 30});
+  CHECK(particles.types.names == std::vector<std::string>{"C", "Zn"});
+  CHECK(particles.radii.empty());
+}
+
+TEST_CASE("PDB: where the element is missing, the name's columns tell calcium from C-alpha") {
+  const ParticleFiles files;
+  const Particles particles =
+      files.read("a.ent", record("ATOM", " CA", ' ', "ALA", 1, 1, 1, "") +
+                              record("HETATM", "CA", ' ', " CA", 2, 2, 1, "") +
+                              record("ATOM", "1HB", ' ', "ALA", 3, 3, 1, "") +
+                              record("ATOM", "HG11", ' ', "VAL", 4, 4, 1, ""));
+  CHECK(particles.elements == Elements{6, 20, 1, 1});
+}
+
+TEST_CASE("PDB: a record may end after its coordinates") {
+  const ParticleFiles files;
+  const std::string line = record("ATOM", " O", ' ', "HOH", 1, 1, 1, " O").substr(0, 54);
+  CHECK(xs_of(files.read("a.pdb", line)) == Xs{1});
+  CHECK(xs_of(files.read("a.pdb", line + "\r\nEND\r\n")) == Xs{1});
+}
+
+TEST_CASE("PDB: of alternative locations the fullest stays, the first of equals, in its place") {
+  const ParticleFiles files;
+  const auto at = [](const char* name, char location, double x, double occupancy) {
+    return record("ATOM", name, location, "SER", 7, x, occupancy, "");
+  };
+  CHECK(xs_of(files.read("a.pdb", at(" CB", 'A', 1, 0.4) + at(" CB", 'B', 2, 0.6) +
+                                      at(" OG", 'A', 3, 0.5) + at(" OG", 'B', 4, 0.5) +
+                                      at(" C", ' ', 5, 1))) == Xs{2, 3, 5});
+  // Also where the locations stand apart, as whole conformers.
+  CHECK(xs_of(files.read("a.pdb", at(" CB", 'A', 1, 0.4) + at(" OG", 'A', 3, 0.4) +
+                                      at(" CB", 'B', 2, 0.6) + at(" OG", 'B', 4, 0.6))) ==
+        Xs{2, 4});
+  // Another residue is another atom.
+  CHECK(xs_of(files.read("a.pdb", at(" CB", 'A', 1, 0.4) + record("ATOM", " CB", 'B', "SER", 8, 2,
+                                                                  0.6, ""))) == Xs{1, 2});
+}
+
+TEST_CASE("PDB: of a residue that is one of two, the fuller one stays whole, the first of equals") {
+  const ParticleFiles files;
+  const auto text = [](double first, double second) {
+    return record("ATOM", " CB", 'A', "SER", 7, 1, first, "") +
+           record("ATOM", " OG", 'A', "SER", 7, 2, first, "") +
+           record("ATOM", " CB", 'B', "THR", 7, 3, second, "") +
+           record("ATOM", " CG2", 'B', "THR", 7, 4, second, "");
+  };
+  CHECK(xs_of(files.read("a.pdb", text(0.4, 0.6))) == Xs{3, 4});
+  CHECK(xs_of(files.read("a.pdb", text(0.5, 0.5))) == Xs{1, 2});
+}
 
 TEST_CASE("PDB: a residue's name of four letters from column 17 on is no alternative location") {
   const ParticleFiles files;

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/color/category_colors.h"
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
@@ -301,7 +300,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\"select\": 3",
        "6: /particles/0/select: expected a string, found a number: write a text in "
        "double quotes"},
-      {"\"select\": \" \"", "6: /particles/0/select: the selection is empty: write one, or all"},
+      {"\"select\": \" \"", "6: /particles/0/select: the selection is empty: write an expression, or all"},
       {"\"select\": \"vx > 7\"",
        "6: /particles/0/select: none of 4 particles is left: there are vx from -1 to 3"},
       {"\"select\": \"vy > 7\"",
@@ -326,7 +325,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\"color_by\": \"vx\", \"colormap\": \"virids\"",
        "6: /particles/0/colormap: unknown colour map 'virids': did you mean 'viridis'?"},
       {"\"colormap\": \"viridis\"",
-       "6: /particles/0/colormap: says nothing without color_by: add that"},
+       "6: /particles/0/colormap: has no effect without color_by: add color_by"},
       {"\"color_by\": \"type\", \"range\": [0, 1]",
        "6: /particles/0/range: is for numbers, and 'type' is none: leave it out"},
       {"\"color_by\": \"vx\", \"range\": [1, 0]",

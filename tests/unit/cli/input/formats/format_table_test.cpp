@@ -1,3 +1,5 @@
+#include "cli/input/formats/format_table.h"
+
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -11,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "cli/input/formats/format_table.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/scene_bytes.h"
 #include "tests/support/memory.h"
