@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/base/files.h"
 
 namespace parray::proto {
 namespace {
@@ -43,7 +44,7 @@ bool is_name(const std::string& text) {
 }
 
 /// A new file, or, where that may be, in place of one.
-void write_file(const fs::path& file, const std::string& text, mode_t mode, bool fresh) {
+void write_key_file(const fs::path& file, const std::string& text, mode_t mode, bool fresh) {
   const fs::path made = fresh ? file : fs::path(file.string() + ".new");
   const int out =
       open(made.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (fresh ? O_EXCL : O_TRUNC), mode);
@@ -64,19 +65,17 @@ void write_file(const fs::path& file, const std::string& text, mode_t mode, bool
   }
 }
 
-std::string read_file(const fs::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) {
+std::string key_text(const fs::path& file) {
+  std::optional<std::string> text = read_file(file);
+  if (!text) {
     throw InputError(file.string() + " cannot be read: make keys with parray keygen DIR");
   }
-  return text.str();
+  return *std::move(text);
 }
 
 /// Values by name: lines "NAME VALUE"; those that begin with "# " say nothing.
 std::map<std::string, std::string> read_secret_file(const fs::path& file) {
-  const std::string text = read_file(file);
+  const std::string text = key_text(file);
   struct stat found {};
   if (stat(file.c_str(), &found) != 0 || (found.st_mode & 077) != 0) {
     throw InputError(file.string() +
@@ -134,7 +133,7 @@ bool read_share(std::istringstream& words, double& share) {
 
 std::vector<Member> read_members(const fs::path& file) {
   std::vector<Member> members;
-  std::istringstream lines(read_file(file));
+  std::istringstream lines(key_text(file));
   refuse_if_others_can_write(file.parent_path());
   refuse_if_others_can_write(file);
   std::size_t number = 0;
@@ -170,13 +169,14 @@ void write_members(const fs::path& file, const std::vector<Member>& members, boo
     }
     text << "\n";
   }
-  write_file(file, text.str(), 0644, fresh);
+  write_key_file(file, text.str(), 0644, fresh);
 }
 
 Member make_member(const fs::path& directory, const std::string& coordinator, Role role,
                    const std::string& name) {
   const KeyPair pair = make_key_pair();
-  write_file(directory / (name + ".key"), member_text(coordinator, pair, role, name), 0600, true);
+  write_key_file(directory / (name + ".key"), member_text(coordinator, pair, role, name), 0600,
+                 true);
   return {role, name, pair.open, 1};
 }
 
@@ -219,10 +219,11 @@ void make_farm_keys(const fs::path& directory) {
   if (made) fs::permissions(directory, of_others, fs::perm_options::remove, error);
   refuse_if_others_can_write(directory);
   const KeyPair pair = make_key_pair();
-  write_file(directory / "coordinator.key",
-             "# ParRay: the coordinator's own key. Whoever has it can pose as this farm.\npublic " +
-                 pair.open + "\nsecret " + pair.secret + "\n",
-             0600, true);
+  write_key_file(
+      directory / "coordinator.key",
+      "# ParRay: the coordinator's own key. Whoever has it can pose as this farm.\npublic " +
+          pair.open + "\nsecret " + pair.secret + "\n",
+      0600, true);
   write_members(allowed_file(directory),
                 {make_member(directory, pair.open, Role::worker, shared_worker_key),
                  make_member(directory, pair.open, Role::admin, "admin")},

@@ -5,15 +5,15 @@
 #include <string_view>
 #include <utility>
 
+#include "cli/commands/auto_scene_options.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"
-#include "cli/commands/portrait_options.h"
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/particles/expand.h"
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_writer.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/view/auto_scene.h"
 #include "cli/output/delivery.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/text.h"
@@ -34,7 +34,7 @@ struct ConvertCommand {
   std::string out;
   RenderOptions size;
   ParticleOptions particles;
-  PortraitOptions portrait;
+  AutoSceneOptions portrait;
   bool expand = false;
 };
 
@@ -58,9 +58,9 @@ SceneFile converted(const ConvertCommand& command) {
   PackedFile file = PackedFile::of_argument(command.in);
   if (particle_format_of(file) != nullptr) {
     const std::string reference = command.expand ? "" : reference_in(command, file);
-    PortraitScene portrait =
-        portrait_scene(file, command.particles.over({}), command.size.over(portrait_settings()),
-                       command.portrait.viewing(), usable_cpus());
+    AutoScene portrait =
+        auto_scene(file, command.particles.over({}), command.size.over(auto_scene_settings()),
+                   command.portrait.viewing(), usable_cpus());
     if (command.expand) return std::move(portrait.file);
     std::string& topology = portrait.source.topology;
     if (!topology.empty()) topology = reference_to(topology, command.out);

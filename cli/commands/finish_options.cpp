@@ -38,11 +38,11 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
 /// What the steps share.
 struct Seen {
   std::shared_ptr<const Scene> scene;
-  std::uint32_t staging;
+  std::uint32_t scenery;
   double depth_cue;
 
   [[nodiscard]] SeenSpheres spheres(const ShownPicture& picture) const {
-    return {picture.floats("Z"), picture.wholes("sphere"), staging};
+    return {picture.floats("Z"), picture.wholes("sphere"), scenery};
   }
   [[nodiscard]] DepthFade fade(const ShownPicture& picture) const {
     if (depth_cue == 0) return {};
@@ -116,7 +116,7 @@ void add_finishing(OutputPaths& outputs, const FinishOptions& options, const Sce
                      ": finishing is for PNG pictures, an EXR file keeps what was traced: write a "
                      ".png");
   }
-  const Seen seen{scene, file.staging, finish.depth_cue};
+  const Seen seen{scene, file.scenery, finish.depth_cue};
   Finishing steps;
   if (finish.depth_cue > 0) steps.push_back(depth_cue_step(seen));
   if (width > 0) steps.push_back(outline_step(seen, width));

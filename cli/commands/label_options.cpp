@@ -31,8 +31,8 @@ std::string with_new_lines(const std::string& text) {
 }
 
 bool may_hold_frames_of(const std::string& format) {
-  return std::ranges::any_of(particle_formats(), [&](const ParticleFormat& known) {
-    return known.name == format && known.frames;
+  return std::ranges::any_of(particle_formats(), [&](const ParticleFormat* known) {
+    return known->name == format && known->frames;
   });
 }
 
@@ -63,7 +63,7 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
   content.camera = file.scene.camera;
   content.width = settings.width;
   content.height = settings.height;
-  content.staging = file.staging;
+  content.scenery = file.scenery;
   return content;
 }
 
@@ -85,11 +85,11 @@ FinishingStep label_step(const LabelSettings& labels, LabelContent content) {
     step.name += (step.name.empty() ? "" : ", ") + name;
   }
   if (labels.cell) step.needs = {Aov::depth, Aov::sphere};
-  const std::uint32_t staging = content.staging;
+  const std::uint32_t scenery = content.scenery;
   const auto drawing = std::make_shared<const Labels>(std::move(content));
-  step.apply = [drawing, staging](ShownPicture& picture) {
+  step.apply = [drawing, scenery](ShownPicture& picture) {
     drawing->draw(picture.image, picture.alpha,
-                  {picture.floats("Z"), picture.wholes("sphere"), staging});
+                  {picture.floats("Z"), picture.wholes("sphere"), scenery});
   };
   return step;
 }
@@ -137,7 +137,7 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
        "file's format)")
       .type_name("UNIT");
   flag("--time-stamp", settings_.time_stamp, "Which frame it is, and at which step or time");
-  render.portrait().frame_cell(settings_.cell);
+  render.auto_scene().frame_cell(settings_.cell);
   flag("--cell", settings_.cell,
        "Outline of the simulation's box or the crystal's cell, hidden behind what is nearer, and "
        "the axes x, y, z");

@@ -4,9 +4,9 @@
 
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/particles/expand.h"
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/particles/selected_particles.h"
+#include "cli/input/view/auto_scene.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -62,16 +62,16 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
                    NamedFiles named, int threads) {
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
-    Viewing viewing = options.portrait().viewing();
+    Viewing viewing = options.auto_scene().viewing();
     viewing.transparent = options.view().transparent(false);
-    SceneFile portrait = portrait_scene(file, options.particles().over({}),
-                                        options.over(portrait_settings()), viewing, threads)
+    SceneFile portrait = auto_scene(file, options.particles().over({}),
+                                    options.over(auto_scene_settings()), viewing, threads)
                              .file;
     remove_more_duplicates(portrait, threads);
     return portrait;
   }
   options.particles().check_unused(name);
-  options.portrait().check_unused(name);
+  options.auto_scene().check_unused(name);
   SceneFile scene = read_scene_file(file, threads);
   if (named == NamedFiles::beside) check_beside(scene, name);
   if (change.particles) choose_frame(scene, *change.particles, name);

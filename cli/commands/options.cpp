@@ -1,7 +1,6 @@
 #include "cli/commands/options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -10,32 +9,27 @@
 #include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
 namespace parray::commands {
 namespace {
 
-std::uint64_t whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {
-  std::uint64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || value < least || value > most) {
+std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most) {
+  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
+  if (!value) {
     throw InputError("'" + printable(text) + "' is not a whole number from " +
                      std::to_string(least) + " to " + std::to_string(most));
   }
-  return value;
+  return *value;
 }
 
 /// Numbers with commas between them.
 std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   std::vector<std::uint64_t> numbers;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    numbers.push_back(
-        whole_number(text.substr(begin, end - begin), 1, std::numeric_limits<std::int64_t>::max()));
-    begin = end + 1;
+  for (const std::string_view part : split_at(',', text)) {
+    numbers.push_back(whole_number(part, 1, std::numeric_limits<std::int64_t>::max()));
   }
   return numbers;
 }
@@ -79,15 +73,13 @@ void add_scene(Command& command, std::string& scene, const char* name) {
       .forbid_empty();
 }
 
-double real_number(const std::string& text, NumberRange range) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || !(value >= range.least && value <= range.most)) {
+double real_number(std::string_view text, NumberRange range) {
+  const std::optional<double> value = parsed_between(text, range.least, range.most);
+  if (!value) {
     throw InputError("'" + printable(text) + "' is not a number from " + number_text(range.least) +
                      " to " + number_text(range.most));
   }
-  return value;
+  return *value;
 }
 
 Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
@@ -119,7 +111,7 @@ void RenderOptions::add_to(Command& command) {
   add_limits_to(command);
   add_work_to(command);
   particles_.add_to(command);
-  portrait_.add_to(command);
+  auto_scene_.add_to(command);
   view_.add_to(command);
 }
 
@@ -140,7 +132,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
   add_picture_to(command);
   add_work_to(command);
   particles_.add_to(command);
-  portrait_.add_to(command);
+  auto_scene_.add_to(command);
   view_.add_to(command);
 }
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "cli/commands/auto_scene_options.h"
 #include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
-#include "cli/commands/portrait_options.h"
 #include "cli/commands/view_options.h"
 #include "cli/output/delivery.h"
 #include "cli/output/preview.h"
@@ -33,7 +33,7 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
 /// The finite number that `text` is, in `range`. Throws InputError.
-double real_number(const std::string& text, NumberRange range);
+double real_number(std::string_view text, NumberRange range);
 
 /// An option whose value is a finite number in `range`.
 Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
@@ -82,8 +82,8 @@ class RenderOptions {
   }
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
   [[nodiscard]] const ViewOptions& view() const { return view_; }
-  [[nodiscard]] const PortraitOptions& portrait() const { return portrait_; }
-  [[nodiscard]] PortraitOptions& portrait() { return portrait_; }
+  [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
+  [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
   /// Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
 
@@ -121,7 +121,7 @@ class RenderOptions {
   std::optional<SchedulePolicy> schedule_;
   std::optional<RowOrder> row_order_;
   ParticleOptions particles_;
-  PortraitOptions portrait_;
+  AutoSceneOptions auto_scene_;
 };
 
 /// Where the picture and the report go, and whether progress is shown.

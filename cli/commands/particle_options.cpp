@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "cli/commands/options.h"
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/select/selection_parser.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/select/expression.h"
+#include "cli/input/view/auto_scene.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
@@ -22,9 +22,9 @@ using RadiusRule = ParticleRadius::Rule;
 
 ParticleMaterial material_in(const std::string& text) {
   static constexpr std::array<std::string_view, 4> words{"by-element", "by-type", "column",
-                                                         portrait_plain_name};
+                                                         plain_material_name};
   ParticleMaterial material = particle_material_from(text);
-  if (material.rule == MaterialRule::named && text != portrait_plain_name) {
+  if (material.rule == MaterialRule::named && text != plain_material_name) {
     throw InputError("unknown material '" + printable(text) + "': " + remedy_for_name(text, words));
   }
   return material;

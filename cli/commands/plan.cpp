@@ -23,6 +23,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_ranges.h"
@@ -308,11 +309,8 @@ std::vector<std::string> given_options(const Command& command, bool farm) {
 std::vector<double> speeds_from(const std::string& text) {
   constexpr NumberRange range{1e-3, 1e3};
   std::vector<double> speeds;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    speeds.push_back(real_number(text.substr(begin, end - begin), range));
-    begin = end + 1;
-  }
+  for (const std::string_view part : split_at(',', text))
+    speeds.push_back(real_number(part, range));
   return speeds;
 }
 

@@ -17,6 +17,7 @@
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
@@ -43,7 +44,7 @@ void check(const ViewsRequest& request, const OutputPaths& outputs) {
   if (request.following.shows_picture()) refuse("--preview and --display show one picture");
   if (!request.following.on_end.empty()) refuse("--on-end is of one picture");
   if (!request.render.like().empty()) refuse("--like is of one picture");
-  if (request.render.portrait().has_view()) refuse("--view is one of them");
+  if (request.render.auto_scene().has_view()) refuse("--view is one of them");
   if (request.scene == standard_input_argument) {
     throw InputError(
         "--views: each view reads the file, and standard input can be read once: save it");
@@ -88,7 +89,7 @@ class Views {
   void add(View view) {
     const Time begin = clock_.now();
     RenderOptions render = request_.render;
-    render.portrait().look_from(view);
+    render.auto_scene().look_from(view);
     OutputPaths outputs = outputs_;
     SceneFile file;
     Submission submission =
@@ -193,15 +194,12 @@ int deliver_sheet(const Views& views, const OutputPaths& outputs) {
 
 std::vector<View> views_from(const std::string& text) {
   std::vector<View> views;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const View view = view_from(text.substr(begin, end - begin));
+  for (const std::string_view part : split_at(',', text)) {
+    const View view = view_from(part);
     if (std::find(views.begin(), views.end(), view) != views.end()) {
       throw InputError("'" + std::string(name_of(view)) + "' stands there twice: leave one out");
     }
     views.push_back(view);
-    begin = end + 1;
   }
   if (views.size() > most_views) {
     throw InputError("more than " + std::to_string(most_views) + " views: make two sheets");

@@ -18,6 +18,7 @@
 #include "cli/input/scene_file/camera_path.h"
 #include "cli/output/progress.h"
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/process/stop_signal.h"
@@ -85,22 +86,17 @@ int told(const Failures& failures) {
   return failures.empty() ? 0 : 1;
 }
 
-std::string content_of(const std::string& file) {
-  std::ifstream input(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(input), {}};
-}
-
 /// Names a request, so that the same one finds what it has submitted before. Of numbered scenes the
 /// names count; of other files what is in them.
 std::string token_of(const SeriesRequest& request) {
   const FrameRange& frames = request.frames;
-  const std::string text = std::to_string(getuid()) + "\n" +
-                           std::filesystem::absolute(request.scene).lexically_normal().string() +
-                           "\n" + std::to_string(frames.first) + "-" + std::to_string(frames.last) +
-                           ":" + std::to_string(frames.step) + "\n" + request.render.as_given() +
-                           (has_frame_number(request.scene) ? "" : content_of(request.scene)) +
-                           "\n" +
-                           (request.camera_path.empty() ? "" : content_of(request.camera_path));
+  const std::string text =
+      std::to_string(getuid()) + "\n" +
+      std::filesystem::absolute(request.scene).lexically_normal().string() + "\n" +
+      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
+      std::to_string(frames.step) + "\n" + request.render.as_given() +
+      (has_frame_number(request.scene) ? "" : read_file(request.scene).value_or("")) + "\n" +
+      (request.camera_path.empty() ? "" : read_file(request.camera_path).value_or(""));
   constexpr std::size_t digits = 48;
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
 }

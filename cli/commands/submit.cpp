@@ -48,7 +48,7 @@ int submit_frames(const SubmitCommand& command) {
   if (command.following.shows_picture()) {
     throw InputError("--preview and --display show one picture: leave them out of a series");
   }
-  say_unfinished(finish_of(command.render.portrait().viewing().style), command.scene,
+  say_unfinished(finish_of(command.render.auto_scene().viewing().style), command.scene,
                  "render frames one by one to have them");
   FarmClient client(command.farm);
   return submit_series(*client, {command.scene, command.camera_path, *command.frames,

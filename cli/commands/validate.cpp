@@ -6,7 +6,7 @@
 #include "cli/commands/particle_report.h"
 #include "cli/commands/printing.h"
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/particles/shown_particles.h"
+#include "cli/input/particles/selected_particles.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"

@@ -17,6 +17,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
@@ -159,12 +160,6 @@ std::string error_check_text(const ErrorCheck& error) {
   }
   return all ? "the stated error is that of its pixels"
              : "stated error " + number(error.stated) + ", these pixels' " + traced;
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
 }
 
 std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {

@@ -3,7 +3,6 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
@@ -12,6 +11,7 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/base/text.h"
 #include "proto/mpi_window.h"
 
 namespace parray::mpi {
@@ -129,13 +129,9 @@ bool MpiWorld::barrier(Time patience, const std::function<void()>& meanwhile) co
 }
 
 std::uint32_t rank_in_environment() {
-  std::uint32_t rank = 0;
   // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
-  if (const char* text = std::getenv("PMIX_RANK")) {
-    const std::string_view digits(text);
-    std::from_chars(digits.data(), digits.data() + digits.size(), rank);
-  }
-  return rank;
+  const char* const text = std::getenv("PMIX_RANK");
+  return text == nullptr ? 0 : parsed<std::uint32_t>(text).value_or(0);
 }
 
 }  // namespace parray::mpi

@@ -4,23 +4,15 @@
 #include <sstream>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::output {
-namespace {
-
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  const std::size_t end = text.find_last_not_of(" \t");
-  return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
-}
-
-}  // namespace
 
 std::string value_of(std::istream& lines, const std::string& key) {
   for (std::string line; std::getline(lines, line);) {
     const std::size_t colon = line.find(':');
-    if (colon != std::string::npos && trimmed(line.substr(0, colon)) == key) {
-      return trimmed(line.substr(colon + 1));
+    if (colon != std::string::npos && trimmed(std::string_view(line).substr(0, colon)) == key) {
+      return std::string(trimmed(std::string_view(line).substr(colon + 1)));
     }
   }
   return "";

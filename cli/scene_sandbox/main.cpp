@@ -24,6 +24,7 @@
 #include "cli/output/picture/image_file.h"
 #include "cli/scene_sandbox/confinement.h"
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/image/picture_bytes.h"
 #include "common/process/run_main.h"
 
@@ -75,18 +76,16 @@ void confine(const Arguments& a, std::uint64_t file_bytes) {
 #endif
 }
 
-void write_file(const std::filesystem::path& file, std::string_view bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw RunError("writing " + file.filename().string() + " failed: is the disk full?");
+void keep_file(const std::filesystem::path& file, std::string_view bytes) {
+  if (!write_file(file, bytes)) {
+    throw RunError("writing " + file.filename().string() + " failed: is the disk full?");
+  }
 }
 
-std::string read_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (!in) throw RunError("reading " + file.string() + " failed");
-  return bytes;
+std::string bytes_of(const std::filesystem::path& file) {
+  std::optional<std::string> bytes = read_file(file);
+  if (!bytes) throw RunError("reading " + file.string() + " failed");
+  return *std::move(bytes);
 }
 
 /// Of the scene in the current directory: ../control and ../bulk, the frames of its `submit`.
@@ -101,8 +100,8 @@ int submit(const Arguments& a) {
   msg::Submit message = submit_message(std::move(submission));
   message.token = "to be replaced";
   const Frames frames = encode(message);
-  write_file("../control", frames.at(0).view());
-  write_file("../bulk", frames.at(1).view());
+  keep_file("../control", frames.at(0).view());
+  keep_file("../bulk", frames.at(1).view());
   return 0;
 }
 
@@ -112,10 +111,9 @@ int picture(const Arguments& a) {
   constexpr std::uint64_t most_of_pixel = 128;
   confine(a, most_of_head + most_of_pixel * a.width * a.height);
   Picture picture;
-  picture.report = json::parse(read_file("report"));
-  PictureParts parts =
-      picture_from_bytes(static_cast<std::uint32_t>(a.width), static_cast<std::uint32_t>(a.height),
-                         read_file("pixels"));
+  picture.report = json::parse(bytes_of("report"));
+  PictureParts parts = picture_from_bytes(static_cast<std::uint32_t>(a.width),
+                                          static_cast<std::uint32_t>(a.height), bytes_of("pixels"));
   picture.image = std::move(parts.image);
   picture.statistics = std::move(parts.statistics);
   if (picture.report.value("partial", false)) {
@@ -125,8 +123,8 @@ int picture(const Arguments& a) {
     write_error_map(a.wanted, picture);
   } else if (a.wanted == "error.f32") {
     const std::vector<float> widths = half_widths_of(picture.statistics, a.width * a.height);
-    write_file(a.wanted,
-               {reinterpret_cast<const char*>(widths.data()), widths.size() * sizeof(float)});
+    keep_file(a.wanted,
+              {reinterpret_cast<const char*>(widths.data()), widths.size() * sizeof(float)});
   } else {
     if (can_hold_channels(a.wanted)) add_sample_counts(picture);
     write_picture(a.wanted, picture);

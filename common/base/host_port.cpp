@@ -1,21 +1,20 @@
 #include "common/base/host_port.h"
 
-#include <charconv>
+#include "common/base/text.h"
 
 namespace parray::base {
 
 std::optional<HostPort> parse_host_port(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos) return {};
-  HostPort parsed{text.substr(0, colon)};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, parsed.port);
-  if (parsed.host.starts_with('[') && parsed.host.ends_with(']')) {
-    parsed.host = parsed.host.substr(1, parsed.host.size() - 2);
+  HostPort named{text.substr(0, colon)};
+  if (named.host.starts_with('[') && named.host.ends_with(']')) {
+    named.host = named.host.substr(1, named.host.size() - 2);
   }
-  const bool whole = error == std::errc() && stop == end;
-  if (!whole || parsed.port < 0 || parsed.port > 65535 || parsed.host.empty()) return {};
-  return parsed;
+  const auto port = parsed_between(std::string_view(text).substr(colon + 1), 0, 65535);
+  if (!port || named.host.empty()) return {};
+  named.port = *port;
+  return named;
 }
 
 }  // namespace parray::base

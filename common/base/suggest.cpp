@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::base {
 namespace {
 
 // Longer words are not compared: the cost is quadratic and nobody mistypes a word of this length.
 constexpr std::size_t max_word = 64;
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return out;
-}
 
 /// Optimal string alignment distance (Damerau 1964, each swapped pair edited once).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -43,7 +37,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 NearestWord::NearestWord(std::string_view word)
-    : word_(lower(word.substr(0, max_word + 1))),
+    : word_(lower_case(word.substr(0, max_word + 1))),
       limit_(word_.size() > max_word ? 0 : std::max<std::size_t>(1, word_.size() / 3) + 1) {}
 
 void NearestWord::offer(std::string_view known) {
@@ -51,7 +45,7 @@ void NearestWord::offer(std::string_view known) {
   const std::size_t difference =
       std::max(known.size(), word_.size()) - std::min(known.size(), word_.size());
   if (known.empty() || known.size() > max_word || difference >= limit_) return;
-  const std::size_t distance = edit_distance(word_, lower(known));
+  const std::size_t distance = edit_distance(word_, lower_case(known));
   if (distance >= limit_) return;
   limit_ = distance;
   best_ = known;
@@ -62,6 +56,13 @@ std::string remedy_for_name(std::string_view word, std::span<const std::string_v
   for (const std::string_view name : known) nearest.offer(name);
   if (nearest.best().empty()) return "known: " + list_names(known);
   return "did you mean '" + printable(nearest.best()) + "'?";
+}
+
+std::size_t known_place(std::string_view what, std::string_view word,
+                        std::span<const std::string_view> known) {
+  if (const auto place = place_in(known, word)) return *place;
+  throw InputError("unknown " + std::string(what) + " '" + printable(word) +
+                   "': " + remedy_for_name(word, known));
 }
 
 std::string list_names(std::span<const std::string_view> names) {

@@ -33,6 +33,11 @@ class NearestWord {
 /// when nothing is near, "known: look_from, look_at".
 std::string remedy_for_name(std::string_view word, std::span<const std::string_view> known);
 
+/// Returns the place of `word` among `known`. Throws InputError "unknown WHAT 'WORD': remedy" if it
+/// is none of them.
+std::size_t known_place(std::string_view what, std::string_view word,
+                        std::span<const std::string_view> known);
+
 /// "a, b, c".
 std::string list_names(std::span<const std::string_view> names);
 

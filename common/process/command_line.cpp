@@ -8,6 +8,7 @@
 
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 #include "common/process/help_text.h"
 
 namespace parray::process {
@@ -72,17 +73,10 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 /// "-o" and "--output" of "-o,--output"; nothing of an argument's "SCENE".
 std::vector<std::string> names_in(const std::string& names) {
   std::vector<std::string> found;
-  std::istringstream parts(names);
-  for (std::string name; std::getline(parts, name, ',');) {
-    if (name.starts_with("-")) found.push_back(name);
+  for (const std::string_view name : split_at(',', names)) {
+    if (name.starts_with("-")) found.emplace_back(name);
   }
   return found;
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
 }
 
 OptionText help_option() {

@@ -4,11 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <sstream>
 #include <string_view>
 #include <system_error>
+
+#include "common/base/text.h"
 
 namespace parray::process {
 namespace {
@@ -121,10 +122,8 @@ std::string help_text(const ProgramText& program, std::size_t columns) {
 std::size_t help_columns() {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment yet
   const char* const variable = std::getenv("COLUMNS");
-  const std::string_view text = variable == nullptr ? "" : variable;
-  std::size_t columns = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), columns);
-  if (error != std::errc() || stop != text.data() + text.size() || columns == 0) {
+  std::size_t columns = parsed<std::size_t>(variable == nullptr ? "" : variable).value_or(0);
+  if (columns == 0) {
     winsize size{};
     const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
     columns = known ? size.ws_col : 80;

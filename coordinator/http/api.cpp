@@ -9,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 #include "coordinator/http/metrics.h"
 
 namespace parray::http {
@@ -55,21 +56,15 @@ std::string token_of(const Request& request, const std::string& digest) {
 std::string states_in(const Request& request) {
   const auto found = request.query.find("state");
   if (found == request.query.end()) return "";
-  const std::string& text = found->second;
-  std::set<std::string> names;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string name = text.substr(begin, end - begin);
+  std::set<std::string_view> names;
+  for (const std::string_view name : split_at(',', found->second)) {
     if (std::ranges::find(states, name) == states.end()) {
       throw Problem(
           400, "state: '" + printable(name) + "' is none: " + remedy_for_name(name, states), 2);
     }
     names.insert(name);
-    begin = end + 1;
   }
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ",") + name;
-  return list;
+  return joined(names, ",");
 }
 
 bool flag_in(const Request& request, const std::string& name) {

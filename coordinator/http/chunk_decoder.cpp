@@ -1,9 +1,9 @@
 #include "coordinator/http/chunk_decoder.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/request_head.h"
 
@@ -61,13 +61,12 @@ void ChunkDecoder::take_line(std::string_view line) {
 void ChunkDecoder::take_size(std::string_view line) {
   constexpr std::size_t most_digits = 16;
   const std::string_view digits = line.substr(0, line.find(';'));
-  const auto [stop, error] =
-      std::from_chars(digits.data(), digits.data() + digits.size(), left_, 16);
-  if (digits.size() > most_digits || error != std::errc() ||
-      stop != digits.data() + digits.size()) {
+  const std::optional<std::uint64_t> size = parsed<std::uint64_t>(digits, 16);
+  if (digits.size() > most_digits || !size) {
     refuse("'" + printable(digits.substr(0, 100)) +
            "' is no size of a chunk: send 1 to 16 hexadecimal digits");
   }
+  left_ = *size;
   phase_ = left_ == 0 ? Phase::trailer : Phase::data;
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/base/suggest.h"
@@ -195,11 +196,6 @@ class Parts final : public BodySink {
   Sha256 digest_;
 };
 
-std::string file_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 }  // namespace
 
 std::optional<std::uint64_t> whole_in(const json& value) {
@@ -262,7 +258,8 @@ Taken Intake::read(const fs::path& directory, const std::string& scene,
     constexpr Time patience = seconds(20);
     const std::uint64_t bytes = fs::file_size(made / "control") + fs::file_size(made / "bulk");
     taken.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
-    Message message = decode({Frame(file_text(made / "control")), Frame(file_text(made / "bulk"))});
+    Message message = decode({Frame(read_file(made / "control").value_or("")),
+                              Frame(read_file(made / "bulk").value_or(""))});
     taken.submit = std::move(std::get<msg::Submit>(message));
   } catch (const Problem&) {
     throw;

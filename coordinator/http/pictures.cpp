@@ -10,6 +10,7 @@
 
 #include "common/base/bytes.h"
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/jobs/work_map.h"
 
@@ -75,11 +76,10 @@ std::string_view bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-void write_file(const fs::path& file, std::string_view bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw Problem(503, "writing a picture failed: is the server's disk full?");
+void keep_file(const fs::path& file, std::string_view bytes) {
+  if (!write_file(file, bytes)) {
+    throw Problem(503, "writing a picture failed: is the server's disk full?");
+  }
 }
 
 }  // namespace
@@ -192,7 +192,7 @@ std::shared_ptr<const FileBody> Pictures::keep(const fs::path& file) {
 
 std::shared_ptr<const FileBody> Pictures::keep(std::string_view bytes) {
   const WorkDirectory directory(directory_);
-  write_file(directory.path() / "file", bytes);
+  keep_file(directory.path() / "file", bytes);
   return keep(directory.path() / "file");
 }
 
@@ -200,8 +200,8 @@ std::shared_ptr<const FileBody> Pictures::make_file(const msg::ImageData& data, 
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
-  write_file(files / "report", data.report.dump());
-  write_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
+  keep_file(files / "report", data.report.dump());
+  keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
   const std::string name = file_of(kind);
   const ChildEnd end = runner_.run(
       {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);

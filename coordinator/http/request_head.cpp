@@ -1,30 +1,15 @@
 #include "coordinator/http/request_head.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "coordinator/http/exchange.h"
 
 namespace parray::http {
 namespace {
 
 constexpr std::string_view line_end = "\r\n";
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return lower;
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t";
-  const std::size_t begin = text.find_first_not_of(blanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
-}
 
 [[noreturn]] void refuse(const std::string& detail) { throw Problem(400, detail); }
 
@@ -56,12 +41,9 @@ void parse_field(std::string_view line, RequestHead& head) {
 }
 
 std::uint64_t parse_length(const std::string& text) {
-  std::uint64_t value = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size()) {
-    refuse("Content-Length: '" + printable(text) + "' is no number of bytes");
-  }
-  return value;
+  const std::optional<std::uint64_t> value = natural_in(text);
+  if (!value) refuse("Content-Length: '" + printable(text) + "' is no number of bytes");
+  return *value;
 }
 
 /// How the body is delimited (RFC 9112, section 6).

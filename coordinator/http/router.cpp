@@ -1,11 +1,11 @@
 #include "coordinator/http/router.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::http {
 namespace {
@@ -81,16 +81,14 @@ Router::Match Router::find(const Request& request) const {
 
 std::uint64_t whole_number(const std::string& name, const std::string& text, std::uint64_t least,
                            std::uint64_t most) {
-  std::uint64_t value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || value < least || value > most) {
+  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
+  if (!value) {
     throw Problem(400,
                   name + ": '" + printable(text) + "' is not a whole number from " +
                       std::to_string(least) + " to " + std::to_string(most),
                   2);
   }
-  return value;
+  return *value;
 }
 
 std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,

@@ -1,13 +1,13 @@
 #include "coordinator/http/webhooks.h"
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::http {
 namespace {
@@ -35,9 +35,9 @@ std::optional<WebhookUrl> webhook_url(const std::string& text) {
   url.host = authority.substr(0, colon);
   url.port = url.secure ? 443 : 80;
   if (colon != std::string::npos) {
-    const char* const end = authority.data() + authority.size();
-    const auto [stop, error] = std::from_chars(authority.data() + colon + 1, end, url.port);
-    if (error != std::errc() || stop != end || url.port < 1 || url.port > 65535) return {};
+    const auto port = parsed_between(std::string_view(authority).substr(colon + 1), 1, 65535);
+    if (!port) return {};
+    url.port = *port;
   }
   const bool named = !url.host.empty() && url.host.find('@') == std::string::npos;
   return clean && named ? std::optional(std::move(url)) : std::nullopt;

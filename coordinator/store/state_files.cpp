@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
+#include "common/base/text.h"
 #include "coordinator/store/store.h"
 
 namespace parray::store {
@@ -28,14 +28,14 @@ bool is_digest(std::string_view name) {
   return name.size() == 64 && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-bool is_number(std::string_view name) {
+bool is_digits(std::string_view name) {
   return !name.empty() && name.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 bool is_kept_name(std::string_view name) {
   for (const std::string_view kind : {"rows", "picture"}) {
     if (name == kind || (name.starts_with(kind) && name[kind.size()] == '.' &&
-                         is_number(name.substr(kind.size() + 1)))) {
+                         is_digits(name.substr(kind.size() + 1)))) {
       return true;
     }
   }
@@ -131,11 +131,8 @@ std::vector<JobId> StateFiles::jobs_with_directory() const {
   std::vector<JobId> jobs;
   for (const fs::directory_entry& entry : entries_of(this->jobs())) {
     const std::string name = entry.path().filename().string();
-    JobId id = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), id);
-    if (error == std::errc() && std::to_string(id) == name) {
-      jobs.push_back(id);
-    }
+    const std::optional<JobId> id = natural_in(name);
+    if (id && std::to_string(*id) == name) jobs.push_back(*id);
   }
   std::ranges::sort(jobs);
   return jobs;
@@ -416,7 +413,7 @@ std::uint64_t StateFiles::lost_bytes() const {
 void StateFiles::remove_lost(double uptime) const {
   for (const fs::directory_entry& entry : entries_of(lost())) {
     const std::string name = entry.path().filename().string();
-    if (is_number(name) && std::strtod(name.c_str(), nullptr) < uptime) {
+    if (is_digits(name) && std::strtod(name.c_str(), nullptr) < uptime) {
       std::error_code ignored;  // the next call tries again
       fs::remove_all(entry.path(), ignored);
     }

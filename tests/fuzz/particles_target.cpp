@@ -1,6 +1,6 @@
 #include <array>
 
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/view/auto_scene.h"
 #include "common/base/error.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
@@ -34,7 +34,7 @@ const char* file_for(char letter) {
 
 void promise_portrait(const std::filesystem::path& path) {
   try {
-    const PortraitScene portrait = portrait_scene(path, {}, portrait_settings());
+    const AutoScene portrait = auto_scene(path, {}, auto_scene_settings());
     promise_usable(portrait.file.scene, portrait.file.settings);
   } catch (const InputError& error) {
     promise_one_line(error.what());

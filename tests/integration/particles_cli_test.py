@@ -93,7 +93,7 @@ class Refusals(ParticlesTest):
                 ("--hide", "hydrogen,watr", "--hide: 'watr' is no class of particles: did you mean 'water'?"),
                 ("--color-by", "charge", "--color-by: the file has no numbers 'charge'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
-                ("--colormap", "viridis", "--colormap says nothing without color_by"),
+                ("--colormap", "viridis", "--colormap has no effect without color_by"),
                 ("--range", "5", "--range: '5' is no range")):
             with self.subTest(option=option, value=value):
                 self.refused(*arguments, option, value, mentions=mentions)

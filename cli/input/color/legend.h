@@ -9,23 +9,23 @@
 
 namespace parray::input {
 
-/// A colour and what it stands for.
+/// A colour and its meaning.
 struct LegendEntry {
-  std::string name;         ///< UTF-8, as people are to read it; not empty
+  std::string name;         ///< UTF-8, as people read it; not empty
   Vec3d color;              ///< linear RGB in [0, 1]: the particles' albedo
-  std::uint64_t count = 0;  ///< of the particles that have it
+  std::uint64_t count = 0;  ///< number of particles with this colour
 
   friend bool operator==(const LegendEntry&, const LegendEntry&) = default;
 };
 
-/// What the colours of particles mean. One of these, or both:
-/// - a scale of numbers: `stops` are the colours from `low` to `high` in equal steps, at least two;
-///   between them colours are interpolated linearly;
-/// - categories: `entries`, in the order in which people are to read them. Beside a scale they are
-///   what has no place on it, such as "not known".
+/// The meaning of particles' colours: one of these, or both.
+/// - A scale of numbers: `stops` are the colours from `low` to `high` in equal steps, at least two,
+///   with linear interpolation between them.
+/// - Categories: `entries`, in reading order. Beside a scale they explain colours outside the
+///   scale, such as "not known".
 struct Legend {
-  std::string title{};  ///< what is shown: "element", "type", "chain", a column's name
-  std::string unit{};   ///< of the numbers; empty: not known, or none
+  std::string title{};  ///< "element", "type", "chain" or a column's name
+  std::string unit{};   ///< of the numbers; empty: unknown or none
   double low = 0;       ///< finite, below `high`
   double high = 0;
   std::vector<Vec3d> stops{};  ///< linear RGB in [0, 1]; empty: no scale
@@ -35,16 +35,15 @@ struct Legend {
   friend bool operator==(const Legend&, const Legend&) = default;
 };
 
-/// Adds the legend of more particles to those that there are. Categories of the same title become
-/// one list: counts of the same name and colour are added up. A scale that is there already is
-/// not repeated. An empty legend adds nothing.
+/// Adds a legend to others. Legends of the same title become one list, which adds up counts of
+/// equal names and colours. Equal scales appear once. An empty legend adds nothing.
 void add_legend(std::vector<Legend>& legends, Legend more);
 
-/// More entries are only counted in texts.
+/// Texts list so many entries and count the rest.
 inline constexpr std::size_t most_listed_entries = 256;
 
-/// As JSON text: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b], ...]?,
-/// "entries": [{"name", "color", "count"}, ...]?, "left_out"?}, with colours in linear RGB.
+/// Returns the legends as JSON: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b],
+/// ...]?, "entries": [{"name", "color", "count"}, ...]?, "left_out"?}, with colours in linear RGB.
 std::string legends_text(const std::vector<Legend>& legends);
 
 }  // namespace parray::input

@@ -1,13 +1,12 @@
 #include "cli/input/color/particle_coloring.h"
 
 #include <algorithm>
-#include <limits>
 
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/select/number_source.h"
+#include "cli/input/select/columns.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -26,23 +25,6 @@ bool is_possible(const TextRange& range) {
   const bool comparable = range.low && range.high && range.low->percent == range.high->percent;
   return in_percent(range.low) && in_percent(range.high) &&
          (!comparable || range.low->value < range.high->value);
-}
-
-TextRange range_in(const JsonValue& value, const JsonPlace& place) {
-  if (value.kind != JsonKind::array) {
-    try {
-      return color_range_from(read_string(value, place));
-    } catch (const InputError&) {
-      place.fail(value.line, "no range: write [low, high], or a text such as \"1%:99%\"");
-    }
-  }
-  constexpr NumberRange finite{std::numeric_limits<double>::lowest(),
-                               std::numeric_limits<double>::max()};
-  if (value.items.size() != 2) place.fail(value.line, "not two numbers: write [low, high]");
-  const TextRange range{RangeEnd{read_number(value.items[0], place.at(0), finite)},
-                        RangeEnd{read_number(value.items[1], place.at(1), finite)}};
-  if (!is_possible(range)) place.fail(value.line, "low is not below high: write [low, high]");
-  return range;
 }
 
 }  // namespace
@@ -72,33 +54,10 @@ TextRange color_range_from(std::string_view text) {
 std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
   const char* const key = coloring.map ? "colormap" : (coloring.range.open() ? nullptr : "range");
   if (key == nullptr) return {};
-  if (coloring.empty()) return ColoringProblem{key, "says nothing without color_by: add that"};
+  if (coloring.empty()) return ColoringProblem{key, "has no effect without color_by: add color_by"};
   if (!is_category(coloring.by)) return {};
   return ColoringProblem{
       key, "is for numbers, and '" + printable(coloring.by) + "' is none: leave it out"};
-}
-
-ParticleColoring read_particle_coloring(const JsonFields& fields) {
-  ParticleColoring out;
-  const auto checked = [&](const char* key, const auto& from, auto& member) {
-    const JsonValue* const value = fields.find(key);
-    if (value == nullptr) return;
-    const std::string& text = fields.string(key);
-    try {
-      member = from(text);
-    } catch (const InputError& error) {
-      fields.place().at(key).fail(value->line, error.what());
-    }
-  };
-  checked("color_by", color_by_from, out.by);
-  checked("colormap", color_map_from, out.map);
-  if (const JsonValue* range = fields.find("range")) {
-    out.range = range_in(*range, fields.place().at("range"));
-  }
-  if (const auto problem = problem_with(out)) {
-    fields.place().at(problem->key).fail(fields.find(problem->key)->line, problem->text);
-  }
-  return out;
 }
 
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) {

@@ -2,15 +2,169 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/residues.h"
+#include "common/base/ascii.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
+
+/// What else identifies an atom.
+struct AtomIdentity {
+  NameIndex& residue_names;
+  const std::vector<std::uint32_t>& atom_names;  ///< numbers, by particle
+  const std::vector<std::uint32_t>& chains;
+  const std::vector<std::int32_t>& residue_numbers;
+};
+
+/// Chain, number and insertion code.
+using ResidueKey = std::tuple<std::uint32_t, std::int32_t, char>;
+
+ResidueKey residue_of(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
+                      std::size_t i) {
+  return {atoms.chains[i], atoms.residue_numbers[i], alternatives.insertions.at(i)};
+}
+
+/// The best of those that have been offered.
+class Best {
+ public:
+  Best(const AlternativeChoice& choice) : choice_(choice) {}
+
+  void offer(char letter, float occupancy, std::uint32_t value) {
+    const bool wanted = choice_.rule == AlternativeChoice::Rule::letter && letter == choice_.letter;
+    const bool better = wanted != wanted_ ? wanted : occupancy > occupancy_;
+    if (!any_ || better) {
+      value_ = value;
+      occupancy_ = occupancy;
+      wanted_ = wanted;
+    }
+    any_ = true;
+  }
+  [[nodiscard]] std::uint32_t value() const { return value_; }
+
+ private:
+  AlternativeChoice choice_;
+  bool any_ = false;
+  bool wanted_ = false;
+  float occupancy_ = 0;
+  std::uint32_t value_ = 0;
+};
+
+/// One choice for each key, of the values that its particles offer.
+template <typename Key>
+class Choices {
+ public:
+  explicit Choices(const AlternativeChoice& choice) : choice_(choice) {}
+
+  void offer(const Key& key, const AlternativeColumns& columns, std::size_t i,
+             std::uint32_t value) {
+    chosen_.try_emplace(key, choice_)
+        .first->second.offer(columns.letters.at(i), columns.occupancies.at(i), value);
+  }
+  [[nodiscard]] bool has(const Key& key) const { return chosen_.contains(key); }
+  [[nodiscard]] std::uint32_t of(const Key& key) const { return chosen_.at(key).value(); }
+
+ private:
+  AlternativeChoice choice_;
+  std::map<Key, Best> chosen_;
+};
+
+/// The doubtful atoms from `begin` on that stand together in one residue of one name.
+std::size_t run_end(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
+                    std::size_t begin) {
+  const auto& doubtful = alternatives.doubtful;
+  const auto& names = atoms.residue_names.column().index;
+  const ResidueKey residue = residue_of(alternatives, atoms, doubtful[begin]);
+  std::size_t end = begin + 1;
+  while (end < doubtful.size() && doubtful[end] == doubtful[end - 1] + 1 &&
+         residue_of(alternatives, atoms, doubtful[end]) == residue &&
+         names[doubtful[end]] == names[doubtful[begin]]) {
+    ++end;
+  }
+  return end;
+}
+
+/// Whether `other` is an atom of the same residue as `particle`.
+bool same_residue(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
+                  std::size_t particle, std::size_t other) {
+  const auto& names = atoms.residue_names.column().index;
+  return other < names.size() && names[other] == names[particle] &&
+         residue_of(alternatives, atoms, other) == residue_of(alternatives, atoms, particle);
+}
+
+bool are_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
+                   std::size_t first, std::size_t last) {
+  if (same_residue(alternatives, atoms, first, last + 1)) return true;
+  if (first > 0 && same_residue(alternatives, atoms, first, first - 1)) return true;
+  const char letter = alternatives.letters.at(first);
+  for (std::size_t i = first; i <= last; ++i) {
+    const float occupancy = alternatives.occupancies.at(i);
+    if (alternatives.letters.at(i) != letter || (occupancy > 0 && occupancy < 1)) return true;
+  }
+  return false;
+}
+
+/// Where a doubtful letter is the only one in its residue, and the occupancies say nothing of
+/// alternatives, it is no letter of a location but the first of the residue's name.
+void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms) {
+  const auto& doubtful = alternatives.doubtful;
+  for (std::size_t begin = 0; begin < doubtful.size();) {
+    const std::size_t end = run_end(alternatives, atoms, begin);
+    const std::size_t first = doubtful[begin];
+    const std::size_t last = doubtful[end - 1];
+    begin = end;
+    if (are_locations(alternatives, atoms, first, last)) continue;
+    const auto& names = atoms.residue_names.column();
+    const std::string name = alternatives.letters.at(first) + names.of(first);
+    for (std::size_t i = first; i <= last; ++i) {
+      atoms.residue_names.rename(i, name);
+      alternatives.letters.reset(i);
+    }
+  }
+  if (!doubtful.empty()) atoms.residue_names.drop_unused();
+}
+
+/// Which atoms stay. Locations of one atom share chain, residue and name, and differ in their
+/// letters; atoms that share the letter, too, all stay. Where the residues of the locations differ
+/// (a mutant beside the wild type), one residue is chosen first.
+ParticleMask chosen_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
+                              const AlternativeChoice& choice) {
+  using AtomKey = std::tuple<ResidueKey, std::uint32_t, std::uint32_t>;
+  const auto& names = atoms.residue_names.column().index;
+  const std::size_t count = names.size();
+  const auto key_of = [&](const ResidueKey& residue, std::size_t i) {
+    return AtomKey{residue, names[i], atoms.atom_names[i]};
+  };
+  Choices<ResidueKey> residues(choice);  // the name's number
+  for (std::size_t i = 0; i < count; ++i) {
+    if (alternatives.letters.at(i) == ' ') continue;
+    residues.offer(residue_of(alternatives, atoms, i), alternatives, i, names[i]);
+  }
+  Choices<AtomKey> locations(choice);  // the letter
+  for (std::size_t i = 0; i < count; ++i) {
+    const ResidueKey residue = residue_of(alternatives, atoms, i);
+    if (!residues.has(residue)) continue;
+    locations.offer(key_of(residue, i), alternatives, i,
+                    static_cast<unsigned char>(alternatives.letters.at(i)));
+  }
+  ParticleMask mask(count, 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    const ResidueKey residue = residue_of(alternatives, atoms, i);
+    if (!residues.has(residue)) continue;
+    const auto letter = static_cast<unsigned char>(alternatives.letters.at(i));
+    const bool other_residue = letter != ' ' && names[i] != residues.of(residue);
+    if (other_residue || locations.of(key_of(residue, i)) != letter) mask[i] = 0;
+  }
+  return mask;
+}
 
 constexpr std::uint8_t to_be_guessed = 255;
 
@@ -56,6 +210,24 @@ Mended mended(const std::string& residue, const std::string& name, bool /*two_le
   const std::uint8_t from = atomic_number_of(std::string_view(name).substr(0, 2));
   const std::uint8_t to = guess_element({residue, name});
   return to == 0 || to == from ? Mended{} : Mended{from, to};
+}
+
+std::int64_t power(std::int64_t base, std::size_t exponent) {
+  std::int64_t value = 1;
+  for (std::size_t i = 0; i < exponent; ++i) value *= base;
+  return value;
+}
+
+/// After 9...9 comes A0...0, in base 36.
+std::optional<std::int64_t> hybrid_36_in(std::string_view text) {
+  constexpr int base = 36;
+  constexpr std::int64_t first = 10;  // "A"
+  for (const char c : text) {
+    if (!ascii::is_upper(c) && !ascii::is_digit(c)) return {};
+  }
+  const auto value = parsed<std::int64_t>(text, base);
+  if (!value) return {};
+  return *value - first * power(base, text.size() - 1) + power(10, text.size());
 }
 
 }  // namespace
@@ -202,6 +374,18 @@ Particles AtomColumns::finish_frame() {
 Particles AtomColumns::finish() {
   if (count() == 0) place_->fail("no particles: is this the right file?");
   return finish_frame();
+}
+
+std::optional<std::int32_t> residue_number_in(std::string_view text) {
+  constexpr std::size_t most = 6;  // digits that fit
+  constexpr std::size_t hybrid_width = 4;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.empty() || text.size() > most) return {};
+  std::optional<std::int64_t> value = parsed<std::int64_t>(text);
+  if (!value && text.size() == hybrid_width && ascii::is_upper(text[0])) value = hybrid_36_in(text);
+  if (!value && text[0] != '-') value = parsed<std::int64_t>(text, 16);
+  if (!value) return {};
+  return static_cast<std::int32_t>(*value);
 }
 
 }  // namespace parray::input

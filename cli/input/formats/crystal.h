@@ -4,13 +4,20 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/input/formats/atom_columns.h"
-#include "cli/input/formats/symmetry_operation.h"
 #include "cli/input/particles/particles.h"
 
 namespace parray::input {
+
+/// Maps fractions to fractions: three rows of a 3 x 3 matrix, each followed by its translation.
+using SymmetryOperation = std::array<double, 12>;
+
+/// Parses "x, y+1/2, -z" or "-Y,X-Y,Z+0.333" (International Tables for Crystallography, volume A).
+/// Returns nothing for other texts.
+std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text);
 
 /// A site of the asymmetric unit.
 struct CrystalSite {
@@ -18,24 +25,24 @@ struct CrystalSite {
   std::string label;
   std::uint8_t element = 0;
   std::string group;     ///< of disorder; empty: none
-  std::string assembly;  ///< of groups that exclude each other
+  std::string assembly;  ///< groups of one assembly exclude each other
   double occupancy = 1;
   double b_factor = 0;  ///< angstrom^2; NaN: not known
 };
 
-/// What CIF says of a crystal: cif_core, Hall, Allen and Brown, Acta Cryst. A47 (1991) 655.
+/// The crystal of a CIF: cif_core, Hall, Allen and Brown, Acta Cryst. A47 (1991) 655.
 struct Crystal {
   std::vector<CrystalSite> sites;
   Vec3d lengths;  ///< of the cell, angstrom; 0: not known
   Vec3d angles{90, 90, 90};
   std::vector<std::string> operations;  ///< "x,y,z", as the file lists them
-  std::string space_group;              ///< where it lists none: its symbol or number
+  std::string space_group;              ///< symbol or number, for files without operations
 };
 
-/// The content of one cell, with fractions in [0, 1): every site under every operation of symmetry,
-/// once where operations bring it back to within 0.4 angstrom (as gemmi has it). Of sites that
-/// exclude each other (groups of disorder in one assembly, sites at one place) the choice says
-/// which are there. Numbers: occupancy, b_factor. Fails at `place`.
+/// Returns the content of one cell, with fractions in [0, 1). Applies every symmetry operation to
+/// every site. Images within 0.4 angstrom of each other count as one, as in gemmi. If sites exclude
+/// each other (groups of disorder in one assembly, several sites at one place), the choice of the
+/// request decides. Numbers: occupancy, b_factor. Fails at `place`.
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place);
 
 }  // namespace parray::input

@@ -4,102 +4,58 @@
 #include <array>
 #include <string>
 
-#include "cli/input/formats/foreign_files.h"
-#include "cli/input/formats/json_kind.h"
-#include "cli/input/formats/readers.h"
-#include "cli/input/formats/recognisers.h"
-#include "cli/input/particles/particle_text.h"
+#include "cli/input/formats/unsupported_formats.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
-constexpr std::array<std::string_view, 1> ply_names{".ply"};
-constexpr std::array<std::string_view, 1> csv_names{".csv"};
-constexpr std::array<std::string_view, 2> xyz_names{".xyz", ".extxyz"};
-constexpr std::array<std::string_view, 2> lammps_names{".lammpstrj", ".dump"};
-constexpr std::array<std::string_view, 3> data_names{".data", ".lmp", ".lammps"};
-constexpr std::array<std::string_view, 1> dcd_names{".dcd"};
-constexpr std::array<std::string_view, 1> xtc_names{".xtc"};
-constexpr std::array<std::string_view, 1> trr_names{".trr"};
-constexpr std::array<std::string_view, 3> netcdf_names{".nc", ".ncdf", ".ncrst"};
-constexpr std::array<std::string_view, 3> inpcrd_names{".inpcrd", ".rst7", ".restrt"};
-constexpr std::array<std::string_view, 1> psf_names{".psf"};
-constexpr std::array<std::string_view, 3> prmtop_names{".prmtop", ".parm7", ".top"};
-constexpr std::array<std::string_view, 3> pdb_names{".pdb", ".ent", ".pdb1"};
-constexpr std::array<std::string_view, 1> pdbqt_names{".pdbqt"};
-constexpr std::array<std::string_view, 1> pqr_names{".pqr"};
-constexpr std::array<std::string_view, 1> gro_names{".gro"};
-constexpr std::array<std::string_view, 3> sdf_names{".sdf", ".mol", ".sd"};
-constexpr std::array<std::string_view, 1> mol2_names{".mol2"};
-constexpr std::array<std::string_view, 3> cif_names{".cif", ".mmcif", ".pdbx"};
-
-/// Of proteins or of crystals.
-Likeness looks_like_any_cif(const FileStart& start) {
-  return std::max(looks_like_mmcif(start), looks_like_cif(start));
-}
-
-constexpr std::array<ParticleFormat, 19> formats{
-    {{"PLY", ply_names, false, looks_like_ply, read_ply},
-     {"XYZ", xyz_names, true, looks_like_xyz, read_xyz},
-     {"LAMMPS dump", lammps_names, true, looks_like_lammps_dump, read_lammps},
-     {"LAMMPS data file", data_names, false, looks_like_lammps_data, read_lammps_data},
-     {"DCD", dcd_names, true, looks_like_dcd, read_dcd, ParticleFormat::Holds::positions},
-     {"XTC", xtc_names, true, looks_like_xtc, read_xtc, ParticleFormat::Holds::positions},
-     {"TRR", trr_names, true, looks_like_trr, read_trr, ParticleFormat::Holds::positions},
-     {"AMBER NetCDF", netcdf_names, true, looks_like_netcdf, read_netcdf,
-      ParticleFormat::Holds::positions},
-     {"AMBER restart", inpcrd_names, false, looks_like_inpcrd, read_inpcrd,
-      ParticleFormat::Holds::positions},
-     {"PSF", psf_names, false, looks_like_psf, read_psf, ParticleFormat::Holds::names},
-     {"PRMTOP", prmtop_names, false, looks_like_prmtop, read_prmtop, ParticleFormat::Holds::names},
-     {"PDB", pdb_names, true, looks_like_pdb, read_pdb},
-     {"PDBQT", pdbqt_names, true, looks_like_pdbqt, read_pdbqt},
-     {"PQR", pqr_names, true, looks_like_pqr, read_pqr},
-     {"GRO", gro_names, true, looks_like_gro, read_gro},
-     {"SDF", sdf_names, true, looks_like_sdf, read_sdf},
-     {"MOL2", mol2_names, true, looks_like_mol2, read_mol2},
-     {"CIF", cif_names, true, looks_like_any_cif, read_cif},
-     {"CSV", csv_names, false, looks_like_csv, read_csv}}};  // last: any table could be one
+/// CSV is last because any table could be CSV.
+constexpr std::array<const ParticleFormat*, 19> formats{
+    &ply_format,    &xyz_format,  &lammps_dump_format, &lammps_data_format, &dcd_format,
+    &xtc_format,    &trr_format,  &netcdf_format,      &inpcrd_format,      &psf_format,
+    &prmtop_format, &pdb_format,  &pdbqt_format,       &pqr_format,         &gro_format,
+    &sdf_format,    &mol2_format, &cif_format,         &csv_format};
 
 struct Guess {
   const ParticleFormat* format = nullptr;
-  Likeness likeness = Likeness::none;
+  Confidence confidence = Confidence::none;
 };
 
-/// The format that the file looks like most: of equals the first, but `named` rather than what is
-/// only likely, if it could be that as well.
+/// Returns the format with the highest confidence, the first of equals. Prefers `named`, if it is
+/// possible, to formats that are not certain.
 Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   Guess best;
-  for (const ParticleFormat& format : formats) {
-    const Likeness likeness = format.looks(start);
-    if (likeness > best.likeness) best = {&format, likeness};
+  for (const ParticleFormat* const format : formats) {
+    const Confidence confidence = format->confidence(start);
+    if (confidence > best.confidence) best = {format, confidence};
   }
-  const bool fits = named != nullptr && named->looks(start) != Likeness::none;
-  return fits && best.likeness != Likeness::certain ? Guess{named, Likeness::likely} : best;
+  const bool fits = named != nullptr && named->confidence(start) != Confidence::none;
+  return fits && best.confidence != Confidence::certain ? Guess{named, Confidence::likely} : best;
 }
 
-/// Fails if `other_json` names what the file is instead of a scene.
+/// Fails if `other_json` says what the file is instead of a scene.
 void refuse_json(const FilePlace& place, const std::string& other_json) {
   if (!other_json.empty()) place.fail("looks like " + other_json);
 }
 
 std::string known_formats() {
   std::string text;
-  for (const ParticleFormat& format : formats) text += ", " + std::string(format.name);
+  for (const ParticleFormat* const format : formats) text += ", " + std::string(format->name);
   return "scene JSON" + text;
 }
 
 }  // namespace
 
-std::span<const ParticleFormat> particle_formats() { return formats; }
+std::span<const ParticleFormat* const> particle_formats() { return formats; }
 
 const ParticleFormat* format_by_name(const std::filesystem::path& path) {
   const std::string extension = lower_case(unpacked_name(path).extension().string());
-  const auto has_it = [&](const ParticleFormat& format) {
-    return std::ranges::find(format.extensions, extension) != format.extensions.end();
+  const auto has_it = [&](const ParticleFormat* format) {
+    return std::ranges::find(format->extensions, extension) != format->extensions.end();
   };
-  const auto found = std::ranges::find_if(formats, has_it);
-  return found == formats.end() ? nullptr : &*found;
+  const auto* const found = std::ranges::find_if(formats, has_it);
+  return extension.empty() || found == formats.end() ? nullptr : *found;
 }
 
 const ParticleFormat* particle_format_of(PackedFile& file) {
@@ -110,13 +66,13 @@ const ParticleFormat* particle_format_of(PackedFile& file) {
   if (first == '{' && other_json.empty()) return nullptr;
   const ParticleFormat* const named = format_by_name(file.path());
   const Guess guess = best_guess(start, named);
-  const bool is_table = guess.format == &formats.back();  // which a JSON list resembles
+  const bool is_table = guess.format == &csv_format;  // which a JSON list resembles
   if (first == '{' || is_table) refuse_json(place, other_json);
-  if (guess.likeness >= Likeness::likely) return guess.format;
+  if (guess.confidence >= Confidence::likely) return guess.format;
   refuse_json(place, other_json);
   if (start.bytes().empty()) place.fail("the file is empty: is it complete?");
-  const std::string foreign = foreign_file(start, unpacked_name(file.path()));
-  if (!foreign.empty()) place.fail("looks like " + foreign);
+  const std::string unsupported = unsupported_format(start, unpacked_name(file.path()));
+  if (!unsupported.empty()) place.fail("looks like " + unsupported);
   if (named != nullptr) return named;
   if (guess.format != nullptr) return guess.format;
   place.fail("neither a scene nor particles, but " + first_words(start) + ": ParRay reads " +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -8,34 +9,73 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 
+/// The formats of particle files. Each has a source of its own (xyz.cpp) with its recogniser, its
+/// reader and its row of the table.
 namespace parray::input {
+
+/// How sure a recogniser is that a file has its format.
+enum class Confidence : std::uint8_t {
+  none,      ///< the file has another format, or nothing speaks for this one
+  possible,  ///< nothing speaks against it; the file's name must decide
+  likely,    ///< the first lines have the shape of the format
+  certain    ///< a signature that no other format has
+};
+
+inline Confidence certain_if(bool condition) {
+  return condition ? Confidence::certain : Confidence::none;
+}
 
 /// A format that ParRay reads.
 struct ParticleFormat {
-  std::string_view name;                         ///< for people: "LAMMPS dump"
-  std::span<const std::string_view> extensions;  ///< lower case, with the dot; the first is usual
-  bool frames = false;                           ///< a file may hold several
-  Recogniser looks = nullptr;
+  std::string_view name;                       ///< for people: "LAMMPS dump"
+  std::array<std::string_view, 3> extensions;  ///< lower case, with the dot; unused ones are empty
+  bool frames = false;                         ///< a file may contain several
+  /// Judges the first bytes of a file. If several formats claim a file, at most one of them is
+  /// `likely` or better, as far as texts can be told apart.
+  Confidence (*confidence)(const FileStart& start) = nullptr;
+  /// Reads the frame that the request chooses. Throws InputError as read_particles() does.
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
   enum class Holds : std::uint8_t {
     all,
-    names,      ///< and elements only, for the topology of a trajectory
-    positions,  ///< only: what is there, a topology says
+    names,      ///< names and elements only, for the topology of a trajectory; positions are 0
+    positions,  ///< positions only; a topology names the particles
   };
   Holds holds = Holds::all;
 };
 
-/// All of them.
-std::span<const ParticleFormat> particle_formats();
+extern const ParticleFormat ply_format;
+extern const ParticleFormat xyz_format;
+extern const ParticleFormat lammps_dump_format;
+extern const ParticleFormat lammps_data_format;
+extern const ParticleFormat dcd_format;
+extern const ParticleFormat xtc_format;
+extern const ParticleFormat trr_format;
+extern const ParticleFormat netcdf_format;
+extern const ParticleFormat inpcrd_format;
+extern const ParticleFormat psf_format;
+extern const ParticleFormat prmtop_format;
+extern const ParticleFormat pdb_format;
+extern const ParticleFormat pdbqt_format;
+extern const ParticleFormat pqr_format;
+extern const ParticleFormat gro_format;
+extern const ParticleFormat sdf_format;
+extern const ParticleFormat mol2_format;
+extern const ParticleFormat cif_format;
+extern const ParticleFormat csv_format;
 
-/// By the file name's extension, that of a packed file looked through; nullptr: none.
+/// Returns all formats.
+std::span<const ParticleFormat* const> particle_formats();
+
+/// Returns the format with the extension of the file's name, or nullptr. Ignores the extension of a
+/// packed file: "a.pdb.gz" is PDB.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
-/// Returns the format that the file's first bytes show. A file whose first character after blanks
-/// and a byte order mark is a brace is JSON, and no format is asked: nullptr stands for a scene
-/// file. Of the formats, this order decides: one that is certain, the one of the file's name if it
-/// is possible, one that is likely, the one of the name, one that is possible. Throws InputError
-/// "FILE: problem: remedy", with what the file seems to be, for anything else.
+/// Returns the format that the file's first bytes show; nullptr stands for a scene. A file whose
+/// first character after blanks and a byte order mark is a brace is a scene, and no format is
+/// asked. Otherwise the first of these counts: a format that is certain, the format of the file's
+/// name if it is possible, a format that is likely, the format of the name, a format that is
+/// possible. Throws InputError "FILE: problem: remedy" for other files, with what the file seems to
+/// be.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray::input

@@ -9,44 +9,45 @@ namespace {
 namespace pegtl = tao::pegtl;
 namespace rules = gemmi::cif::rules;
 
-/// What the grammar meets, passed on. A rule without a Meet of its own means nothing.
+/// Passes what the grammar matches to the visitor. A rule without an Action of its own does
+/// nothing.
 template <typename Rule>
-struct Meet : pegtl::nothing<Rule> {};
+struct Action : pegtl::nothing<Rule> {};
 
 template <>
-struct Meet<rules::datablockheading> {
+struct Action<rules::datablockheading> {
   static void apply0(CifVisitor& visitor) { visitor.start_block(); }
 };
 template <>
-struct Meet<rules::str_loop> {
+struct Action<rules::str_loop> {
   static void apply0(CifVisitor& visitor) { visitor.start_loop(); }
 };
 template <>
-struct Meet<rules::loop> {  // without its text, of which the buffer has forgotten the beginning
+struct Action<rules::loop> {  // without its text, of which the buffer has forgotten the beginning
   static void apply0(CifVisitor& visitor) { visitor.end_loop(); }
 };
 
-struct MeetTag {
+struct TagAction {
   template <typename Input>
   static void apply(const Input& in, CifVisitor& visitor) {
     visitor.tag(in.string_view(), in.iterator().line);
   }
 };
 template <>
-struct Meet<rules::item_tag> : MeetTag {};
+struct Action<rules::item_tag> : TagAction {};
 template <>
-struct Meet<rules::loop_tag> : MeetTag {};
+struct Action<rules::loop_tag> : TagAction {};
 
-struct MeetValue {
+struct ValueAction {
   template <typename Input>
   static void apply(const Input& in, CifVisitor& visitor) {
     visitor.value(in.string_view(), in.iterator().line);
   }
 };
 template <>
-struct Meet<rules::item_value> : MeetValue {};
+struct Action<rules::item_value> : ValueAction {};
 template <>
-struct Meet<rules::loop_value> : MeetValue {};
+struct Action<rules::loop_value> : ValueAction {};
 
 using Read = std::function<std::size_t(char*, std::size_t)>;
 constexpr std::size_t chunk_bytes = std::size_t{1} << 16;
@@ -79,7 +80,7 @@ std::vector<std::array<double, 12>> operations_of_space_group(const std::string&
 void parse_cif(const Read& read, CifVisitor& visitor) {
   Input in("", max_cif_text_bytes, read);
   try {
-    pegtl::parse<rules::file, Meet, gemmi::cif::Errors>(in, visitor);
+    pegtl::parse<rules::file, Action, gemmi::cif::Errors>(in, visitor);
   } catch (const pegtl::parse_error& error) {
     throw CifError(std::string(error.message()), error.positions().front().line);
   } catch (const std::overflow_error&) {  // the buffer's

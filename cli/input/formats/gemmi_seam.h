@@ -10,16 +10,16 @@
 
 #include "common/rooms.h"
 
-/// The one place that touches gemmi. C++17, because gemmi's headers are: Clang refuses them as
+/// The only source that includes gemmi. It is C++17, because Clang refuses gemmi's headers as
 /// C++20.
 namespace parray::input {
 
-/// The operations of a space group, as SymmetryOperation (symmetry_operation.h) has them: by its
-/// number, or its symbol after Hermann and Mauguin or Hall, short or long, as gemmi knows them;
-/// none for other texts.
+/// Returns the operations of a space group, each as a SymmetryOperation (crystal.h). `name` is its
+/// number or its symbol after Hermann and Mauguin or Hall, short or long. Returns none for other
+/// texts.
 std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name);
 
-/// What a CIF file holds, in its order. `text` is as it stands in the file, in its quotes.
+/// Receives the content of a CIF file in its order. `text` includes its quotes.
 class CifVisitor {
  public:
   virtual ~CifVisitor() = default;
@@ -30,7 +30,7 @@ class CifVisitor {
   virtual void end_loop() = 0;
 };
 
-/// The text is no CIF from this line on.
+/// The text is not CIF from this line on.
 class CifError : public std::runtime_error {
  public:
   CifError(const std::string& what, std::size_t line) : std::runtime_error(what), line_(line) {}
@@ -42,12 +42,12 @@ class CifError : public std::runtime_error {
 
 inline constexpr std::size_t max_cif_text_bytes = std::size_t{1} << 22;
 
-/// Parses CIF by gemmi's grammar. `read(to, bytes)` gives the next bytes of the file, and how many;
-/// 0 at its end. Holds one buffer of it. Throws CifError, also for a text or a run of comments of
-/// more than max_cif_text_bytes, and what `read` and `visitor` throw.
+/// Parses CIF by gemmi's grammar. `read(to, bytes)` returns the next bytes of the file and their
+/// number, 0 at the end. Keeps one buffer of the file in memory. Throws CifError, also for a text
+/// or a run of comments above max_cif_text_bytes, and what `read` and `visitor` throw.
 void parse_cif(const std::function<std::size_t(char*, std::size_t)>& read, CifVisitor& visitor);
 
-/// A value without its quotes; empty for '.' and '?'.
+/// Returns a value without its quotes; empty for '.' and '?'.
 std::string cif_text(const std::string& value);
 
 }  // namespace parray::input

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/input/particles/element_mass.h"
 #include "cli/input/particles/guess_element.h"
 
 namespace parray::input {

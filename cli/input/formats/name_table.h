@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cli/input/particles/file_place.h"
-#include "cli/input/particles/name_index.h"
+#include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particles.h"
 
 namespace parray::input {
@@ -20,16 +20,16 @@ struct NamedAtom {
   double mass = 0;    ///< atomic mass units; NaN: not known
 };
 
-/// Collects them.
+/// Collects the atoms of a topology file.
 class NameTable {
  public:
-  /// `place` is where the reader stands; it must outlive this.
+  /// `place` is the position of the reader and must outlive this.
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
   void add(const NamedAtom& atom);
-  /// With elements by mass or, where that tells none, by name, unless the file says them itself;
-  /// the number columns charge and mass where the request wants them. All positions are 0. Fails
-  /// when there is no atom.
+  /// Returns the atoms with all positions 0. Elements come from `elements` or, if that is empty,
+  /// from the masses and then from the names. Adds the columns charge and mass if the request wants
+  /// them. Fails if there is no atom.
   Particles finish(const ParticleRequest& request, std::vector<std::uint8_t> elements = {});
 
  private:

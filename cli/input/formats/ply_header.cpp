@@ -4,8 +4,8 @@
 #include <array>
 #include <string_view>
 
-#include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -35,33 +35,13 @@ PlyFormat format_in(const Words& words, const ParticleInput& input) {
 }
 
 PlyType type_in(std::string_view name, const ParticleInput& input) {
-  struct Name {
-    std::string_view name;
-    PlyType type;
-  };
-  constexpr std::array<Name, 16> names{{{"char", PlyType::int8},
-                                        {"int8", PlyType::int8},
-                                        {"uchar", PlyType::uint8},
-                                        {"uint8", PlyType::uint8},
-                                        {"short", PlyType::int16},
-                                        {"int16", PlyType::int16},
-                                        {"ushort", PlyType::uint16},
-                                        {"uint16", PlyType::uint16},
-                                        {"int", PlyType::int32},
-                                        {"int32", PlyType::int32},
-                                        {"uint", PlyType::uint32},
-                                        {"uint32", PlyType::uint32},
-                                        {"float", PlyType::float32},
-                                        {"float32", PlyType::float32},
-                                        {"double", PlyType::float64},
-                                        {"float64", PlyType::float64}}};
-  const auto* const found = std::find_if(names.begin(), names.end(),
-                                         [&](const Name& known) { return known.name == name; });
-  if (found == names.end()) {
-    input.fail("unknown type '" + printable(name) +
-               "': use char, uchar, short, ushort, int, uint, float or double");
-  }
-  return found->type;
+  // Two names for each type, in the order of PlyType.
+  constexpr std::array<std::string_view, 16> names{
+      "char", "int8",  "uchar", "uint8",  "short", "int16",   "ushort", "uint16",
+      "int",  "int32", "uint",  "uint32", "float", "float32", "double", "float64"};
+  if (const auto place = place_in(names, name)) return static_cast<PlyType>(*place / 2);
+  input.fail("unknown type '" + printable(name) +
+             "': use char, uchar, short, ushort, int, uint, float or double");
 }
 
 PlyElement element_in(const Words& words, const ParticleInput& input) {

@@ -14,13 +14,13 @@ enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Bytes of a value in a binary file.
+/// Returns the number of bytes of a value in a binary file.
 std::size_t size_of(PlyType type);
 
 struct PlyProperty {
   std::string name;
-  PlyType type{};                    ///< of the value, or of each of a list's values
-  std::optional<PlyType> list_size;  ///< a list: type of the number of values before it
+  PlyType type{};                    ///< of the value, or of each value of a list
+  std::optional<PlyType> list_size;  ///< for lists: type of the count before the values
 };
 
 struct PlyElement {
@@ -35,8 +35,8 @@ struct PlyHeader {
 };
 
 /// Reads the header of a PLY file, "ply" to "end_header" (Turk, "The PLY Polygon File Format",
-/// 1994). Throws InputError for what that does not define, for an element "vertex" of more than
-/// limits::max_spheres, and for elements that lack properties.
+/// 1994). Throws InputError for headers that the format does not define, for more than
+/// limits::max_spheres vertices, and for elements without properties.
 PlyHeader read_ply_header(ParticleInput& input);
 
 }  // namespace parray::input

@@ -4,13 +4,13 @@
 #include <set>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
-constexpr std::array<std::string_view, 3> axes{"x", "y", "z"};
+constexpr std::array<std::string_view, 3> axis_names{"x", "y", "z"};
 
 Vec3d vector_of(const Fields& row, const std::array<std::size_t, 3>& columns,
                 const std::array<std::string_view, 3>& names, const FilePlace& place) {
@@ -77,10 +77,11 @@ class Header {
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place) {
   const Header header(names, place);
   RowLayout layout;
-  const auto position = header.find(axes);
+  const auto position = header.find(axis_names);
   if (!position) {
     const auto is_missing = [&](std::string_view axis) { return !header.find(axis); };
-    place.fail("no column '" + std::string(*std::find_if(axes.begin(), axes.end(), is_missing)) +
+    place.fail("no column '" +
+               std::string(*std::find_if(axis_names.begin(), axis_names.end(), is_missing)) +
                "': name the columns x, y and z");
   }
   layout.position = *position;
@@ -95,7 +96,7 @@ RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& plac
 }
 
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place) {
-  return vector_of(row, layout.position, axes, place);
+  return vector_of(row, layout.position, axis_names, place);
 }
 
 void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace& place,
@@ -120,9 +121,9 @@ void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace&
 }
 
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout) {
-  const auto found = std::ranges::find(names, "diameter");
-  if (layout.radius || found == names.end()) return;
-  layout.radius = static_cast<std::size_t>(found - names.begin());
+  const auto diameter = place_in(names, "diameter");
+  if (layout.radius || !diameter) return;
+  layout.radius = diameter;
   layout.radius_factor = 0.5;
 }
 

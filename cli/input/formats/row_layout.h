@@ -11,54 +11,54 @@
 
 namespace parray::input {
 
-/// Numbers of a row under a name: one column, or the length of the vector in three.
+/// A named number of a row: one column, or the length of the vector in three columns.
 struct NumberField {
   std::string name;
   std::size_t column = 0;  ///< the first
   bool length = false;
 };
 
-/// Which column of a table of text holds what; columns count from 0.
+/// Says which column of a text table holds what. Columns count from 0.
 struct RowLayout {
   std::array<std::size_t, 3> position{};
   std::optional<std::size_t> radius;
   std::optional<std::array<std::size_t, 3>> color;
   std::optional<std::size_t> element;
   std::optional<std::size_t> type;
-  double radius_factor = 1;  ///< 0.5 where the file holds diameters
+  double radius_factor = 1;  ///< 0.5 if the file holds diameters
   ColorScale color_scale = ColorScale::linear;
-  std::vector<NumberField> numbers;  ///< in the order of ParticleColumns' own
-  bool strict_elements = false;      ///< a text that is no element is an error, not "unknown"
+  std::vector<NumberField> numbers;  ///< in the order of the number columns of ParticleColumns
+  bool strict_elements = false;      ///< texts that are no elements are errors, not "unknown"
 };
 
 using Fields = std::vector<std::string_view>;
 
-/// The position in a row that has all columns of `layout`.
+/// Returns the position in a row, which has all columns of `layout`.
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place);
 
-/// Takes the column `diameter` where there is none of radii.
+/// Uses the column `diameter` if there is no column of radii.
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout);
 
-/// Has `layout` and `columns` take the numbers of `fields` that the request wants.
+/// Makes `layout` and `columns` take those of `fields` that the request wants.
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns);
 
-/// The fields of a table's columns that `layout` has no other use for, under their own names.
+/// Returns the columns of a table that `layout` does not use, under their own names.
 std::vector<NumberField> other_fields(const std::vector<std::string>& names,
                                       const RowLayout& layout);
 
-/// Adds what stands beside the position. Where the layout has no types, the elements' texts are
-/// the types.
+/// Adds everything of a particle except its position. If the layout has no types, the texts of the
+/// elements are the types.
 void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace& place,
                     ParticleColumns& columns);
 
-/// Adds a particle. Numbers that are none are not known.
+/// Adds a particle. Number columns take texts that are no numbers as "not known".
 void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
              ParticleColumns& columns);
 
-/// The columns of a header line by their names (lower case): x, y, z; radius; element; type;
-/// red, green, blue or r, g, b. `r` without `g` and `b` is a radius. Other names are passed over.
-/// Fails at `place` when x, y or z is missing, or a name that counts stands there twice.
+/// Returns the layout of a header line by its names (lower case): x, y, z; radius; element; type;
+/// red, green, blue or r, g, b. `r` without `g` and `b` is a radius. Ignores other names. Fails at
+/// `place` if x, y or z is missing, or if a used name occurs twice.
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place);
 
 }  // namespace parray::input

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "cli/input/particles/srgb8.h"
+#include "cli/output/picture/srgb.h"
 
 namespace parray::input {
 namespace {

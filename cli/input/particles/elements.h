@@ -7,7 +7,7 @@
 
 namespace parray::input {
 
-/// A chemical element as molecular pictures show it.
+/// A chemical element as pictures of molecules show it.
 struct Element {
   std::string_view symbol;
   double radius;  ///< van der Waals radius, angstrom
@@ -16,12 +16,12 @@ struct Element {
 
 inline constexpr std::uint8_t last_element = 118;
 
-/// By atomic number; 0, or a number beyond the table, is "unknown" with radius and colour of its
-/// own.
+/// Returns an element by its atomic number. 0 and numbers above last_element are "unknown", with a
+/// radius and colour of its own.
 const Element& element(std::uint8_t atomic_number);
 
-/// Atomic number of a symbol, whatever its case ("CL", "cl", "Cl"); D and T are hydrogen; 0 if it
-/// is none.
+/// Returns the atomic number of a symbol in any letter case ("CL", "cl", "Cl"); 0 for other texts.
+/// D and T are hydrogen.
 std::uint8_t atomic_number_of(std::string_view symbol);
 
 }  // namespace parray::input

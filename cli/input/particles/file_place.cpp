@@ -1,7 +1,10 @@
 #include "cli/input/particles/file_place.h"
 
-#include "common/base/error.h"
+#include <optional>
+
 #include "common/base/printable.h"
+#include "common/base/text.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 
@@ -11,6 +14,34 @@ void FilePlace::fail(std::string_view problem) const {
   if (unit == Unit::line) message += ":" + std::to_string(number);
   if (unit == Unit::byte) message += ": byte " + std::to_string(number);
   throw InputError(message.append(": ").append(problem));
+}
+
+double number_field(std::string_view text, std::string_view what, const FilePlace& place) {
+  const std::optional<double> value = number_in(text);
+  if (!value) {
+    place.fail(std::string(what) + " '" + printable(text) +
+               "' is not a finite number: write it as 0.5 or 1e3");
+  }
+  return *value;
+}
+
+Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
+                     const FilePlace& place) {
+  const double x = number_field(words[at], "x", place);
+  const double y = number_field(words[at + 1], "y", place);
+  return {x, y, number_field(words[at + 2], "z", place)};
+}
+
+std::uint64_t count_field(std::string_view text, const FilePlace& place) {
+  const std::optional<std::uint64_t> count = natural_in(text);
+  if (!count) {
+    place.fail("'" + printable(text) + "' is not a number of particles: write a whole number");
+  }
+  if (*count > limits::max_spheres) {
+    place.fail(std::to_string(*count) + " particles are too many: use at most " +
+               std::to_string(limits::max_spheres));
+  }
+  return *count;
 }
 
 }  // namespace parray::input

@@ -3,20 +3,134 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
-#include "cli/input/particles/particle_text.h"
 #include "common/base/module.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {
+
+std::string last_system_error() { return std::generic_category().message(errno); }
+
+bool is_control(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return byte < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f' && c != '\v';
+}
+
+namespace fs = std::filesystem;
+
+fs::path temporary_folder() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
+  const char* const chosen = std::getenv("TMPDIR");
+  return chosen == nullptr || *chosen == '\0' ? fs::path("/tmp") : fs::path(chosen);
+}
+
+[[noreturn]] void fail_to_keep(const fs::path& folder, const FilePlace& place) {
+  place.fail("cannot be kept in " + printable(folder.string(), 4096) + " (" + last_system_error() +
+             "): set TMPDIR to a folder that has room");
+}
+
+OpenFile nameless_file(const fs::path& folder, const FilePlace& place) {
+  std::string name = (folder / "parray-XXXXXX").string();
+  OpenFile file(mkostemp(name.data(), O_CLOEXEC));
+  if (file.number() < 0) {
+    fail_to_keep(folder, place);
+  }
+  unlink(name.c_str());
+  return file;
+}
+
+bool write_all(int file, const char* from, std::size_t bytes) {
+  while (bytes > 0) {
+    const ssize_t done = write(file, from, bytes);
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return false;
+    from += done;
+    bytes -= static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
+/// A temporary file without a name that holds what `read(to, bytes)` gives until it gives 0.
+/// Throws InputError beyond limits::max_scene_file_bytes and when the temporary folder (TMPDIR,
+/// else /tmp) does not take them.
+OpenFile temporary_copy(const std::function<std::size_t(char* to, std::size_t bytes)>& read,
+                        const FilePlace& place) {
+  const fs::path folder = temporary_folder();
+  OpenFile file = nameless_file(folder, place);
+  std::vector<char> block(std::size_t{1} << 18);
+  std::uint64_t total = 0;
+  while (const std::size_t got = read(block.data(), block.size())) {
+    total += got;
+    if (total > limits::max_scene_file_bytes) {
+      place.fail("more than " + std::to_string(limits::max_scene_file_bytes) + " bytes: split it");
+    }
+    if (!write_all(file.number(), block.data(), got)) fail_to_keep(folder, place);
+  }
+  return file;
+}
+
+class Gzip : public Unpacker {
+ public:
+  explicit Gzip(int file) {
+    constexpr unsigned buffer_bytes = 1U << 17;
+    lseek(file, 0, SEEK_SET);
+    const int copy = dup(file);  // gzclose() closes what it was given
+    file_.reset(gzdopen(copy, "rb"));
+    if (file_ == nullptr) {
+      close(copy);
+    } else {
+      gzbuffer(file_.get(), buffer_bytes);
+    }
+  }
+
+  std::ptrdiff_t read(char* to, std::size_t bytes) override {
+    if (file_ == nullptr) return -1;
+    constexpr std::size_t most_at_once = std::size_t{1} << 30;  // gzread counts in int
+    std::size_t done = 0;
+    while (done < bytes) {
+      const auto part = static_cast<unsigned>(std::min(bytes - done, most_at_once));
+      const int got = gzread(file_.get(), to + done, part);
+      if (got <= 0) {
+        int code = Z_OK;
+        gzerror(file_.get(), &code);
+        if (code != Z_OK && code != Z_STREAM_END) return -1;
+        break;
+      }
+      done += static_cast<std::size_t>(got);
+    }
+    return static_cast<std::ptrdiff_t>(done);
+  }
+
+  [[nodiscard]] std::string problem() const override {
+    int code = Z_ERRNO;
+    std::string_view text = file_ == nullptr ? "" : gzerror(file_.get(), &code);
+    if (code == Z_ERRNO) return std::generic_category().message(errno);
+    const std::size_t name_end = text.find(": ");  // "<fd:3>: reason"
+    if (name_end != std::string_view::npos) text.remove_prefix(name_end + 2);
+    return std::string(text);
+  }
+
+ private:
+  struct Close {
+    void operator()(gzFile file) const { gzclose_r(file); }
+  };
+  std::unique_ptr<gzFile_s, Close> file_;
+};
 
 struct Packing {
   std::string_view name;
@@ -50,13 +164,55 @@ struct stat status_of(int file, const FilePlace& place) {
 }
 
 std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file) {
-  if (packing == "gzip") return unpack_gzip(file);
+  if (packing == "gzip") return std::make_unique<Gzip>(file);
   static const auto unpack = reinterpret_cast<UnpackerEntry>(module_entry(
       "unpack.so", unpacker_entry, "what expands packed files", "install ParRay again"));
   return std::unique_ptr<Unpacker>(unpack(file));
 }
 
 }  // namespace
+
+FileStart::FileStart(std::string_view bytes, bool whole)
+    : bytes_(bytes), whole_(whole), is_text_(std::ranges::none_of(bytes, is_control)) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
+  if (is_text_) split_lines(bytes);
+}
+
+void FileStart::split_lines(std::string_view text) {
+  while (!text.empty() && lines_.size() < max_lines) {
+    const std::size_t end = text.find_first_of("\r\n");
+    if (end == std::string_view::npos) {
+      if (whole_) lines_.push_back(text);
+      return;
+    }
+    lines_.push_back(text.substr(0, end));
+    text.remove_prefix(end);
+    text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
+  }
+}
+
+std::uint32_t FileStart::little_endian(std::size_t at) const {
+  std::uint32_t value = 0;
+  for (std::size_t i = 4; i-- > 0;) {
+    if (at + i >= bytes_.size()) return 0;
+    value = value << 8 | static_cast<unsigned char>(bytes_[at + i]);
+  }
+  return value;
+}
+
+std::uint32_t FileStart::big_endian(std::size_t at) const {
+  const std::uint32_t value = little_endian(at);
+  return value << 24 | (value & 0xFF00) << 8 | (value >> 8 & 0xFF00) | value >> 24;
+}
+
+bool FileStart::has_line(std::string_view text) const {
+  return std::ranges::any_of(lines_, [&](std::string_view line) { return trimmed(line) == text; });
+}
+
+OpenFile::~OpenFile() {
+  if (number_ >= 0) close(number_);
+}
 
 std::filesystem::path unpacked_name(const std::filesystem::path& path) {
   const std::string extension = lower_case(path.extension().string());
@@ -93,7 +249,7 @@ void PackedFile::take(OpenFile file) {
     const auto read = [&](char* to, std::size_t bytes) {
       return read_some(file.number(), to, bytes, -1, place_);
     };
-    file = spooled(read, place_);
+    file = temporary_copy(read, place_);
     status = status_of(file.number(), place_);
   }
   file_ = std::move(file);

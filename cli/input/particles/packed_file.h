@@ -7,47 +7,105 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "cli/input/particles/file_place.h"
-#include "cli/input/particles/file_start.h"
-#include "cli/input/particles/spool.h"
 #include "cli/input/particles/unpacker.h"
 
 namespace parray::input {
 
-/// The bytes of a file that somebody wants to be read, from front to back and as often as needed.
-/// Data packed by gzip, bzip2, xz or zstd (told by their first bytes, not by the file's name) are
-/// expanded on the way.
+/// The first bytes of a file, unpacked. They tell its format.
+class FileStart {
+ public:
+  static constexpr std::size_t max_bytes = std::size_t{1} << 16;
+
+  /// `whole`: the file has no more bytes. `bytes` must outlive this.
+  FileStart(std::string_view bytes, bool whole);
+
+  [[nodiscard]] std::string_view bytes() const { return bytes_; }
+  [[nodiscard]] bool whole() const { return whole_; }
+  /// Returns whether `signature` stands at byte `at`.
+  [[nodiscard]] bool has(std::string_view signature, std::size_t at = 0) const {
+    return at <= bytes_.size() && bytes_.substr(at).starts_with(signature);
+  }
+  /// Returns the four bytes at `at` as a number, least significant byte first; 0 beyond the end.
+  [[nodiscard]] std::uint32_t little_endian(std::size_t at) const;
+  /// Returns the same, most significant byte first.
+  [[nodiscard]] std::uint32_t big_endian(std::size_t at) const;
+
+  /// Returns whether the bytes have no control characters except blanks and ends of lines and
+  /// pages.
+  [[nodiscard]] bool is_text() const { return is_text_; }
+  /// Returns the complete lines of a text, at most max_lines, without their ends ("\n", "\r\n" or
+  /// "\r") and without a byte order mark. Returns none for other data.
+  [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
+  /// Returns whether one of the lines is `text`, apart from blanks at its ends.
+  [[nodiscard]] bool has_line(std::string_view text) const;
+  /// Returns line i, from 0; an empty text if there is none.
+  [[nodiscard]] std::string_view line(std::size_t i) const {
+    return i < lines_.size() ? lines_[i] : std::string_view();
+  }
+  static constexpr std::size_t max_lines = 200;
+
+ private:
+  void split_lines(std::string_view text);
+
+  std::string_view bytes_;
+  bool whole_;
+  bool is_text_;
+  std::vector<std::string_view> lines_;
+};
+
+/// A file descriptor that closes itself.
+class OpenFile {
+ public:
+  explicit OpenFile(int number = -1) : number_(number) {}
+  OpenFile(OpenFile&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  OpenFile& operator=(OpenFile&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~OpenFile();
+
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+/// The bytes of a file, readable from front to back and as often as needed. Unpacks data of gzip,
+/// bzip2, xz and zstd, which it recognises by their first bytes, not by the name.
 class PackedFile {
  public:
-  /// What is no regular file and can be read but once is kept in a temporary file without a name.
-  /// Throws InputError for what cannot be opened, is no file, or is empty.
+  /// Copies files that can be read only once, such as pipes, to a temporary file without a name.
+  /// Throws InputError for what cannot be opened, is a directory, or is empty.
   explicit PackedFile(const std::filesystem::path& path);
-  /// As people name it: "-" is the standard input.
+  /// Opens the file that a command line names; "-" is the standard input.
   static PackedFile of_argument(const std::string& argument);
   PackedFile(const PackedFile&) = delete;
   PackedFile& operator=(const PackedFile&) = delete;
 
-  /// Fills `to` with the next `bytes` bytes, fewer only at the end of the file; returns how many.
-  /// Throws InputError for damaged or incomplete packed data, a failing disk, and beyond
-  /// limits::max_scene_file_bytes expanded bytes.
+  /// Fills `to` with the next `bytes` bytes, fewer only at the end of the file. Returns their
+  /// number. Throws InputError for damaged or incomplete packed data, for a failing disk, and
+  /// beyond limits::max_scene_file_bytes unpacked bytes.
   std::size_t read(char* to, std::size_t bytes);
-  /// Passes over `bytes` bytes; false when the file ends before them. At no cost unless the data
-  /// are packed.
+  /// Skips `bytes` bytes. Returns false if the file ends before. Takes no time unless the data are
+  /// packed.
   bool skip(std::uint64_t bytes);
-  /// Back to the front.
+  /// Goes back to the front.
   void rewind();
 
-  /// The first bytes. Goes back to the front when it is called first.
+  /// Returns the first bytes. The first call goes back to the front.
   const FileStart& start();
-  /// What data are packed by: "gzip"; empty: they are not packed.
+  /// Returns the kind of packing: "gzip"; empty for plain data.
   [[nodiscard]] std::string_view packing() const { return packing_; }
 
-  /// Bytes that read() gives in all; unknown for packed data.
+  /// Returns the number of bytes that read() gives in all; nothing for packed data.
   [[nodiscard]] std::optional<std::uint64_t> size() const { return size_; }
-  /// For messages: the path, or "standard input".
+  /// Returns the path, or "standard input", for messages.
   [[nodiscard]] const std::string& name() const { return place_.file; }
-  /// Empty: the standard input.
+  /// Returns the path; empty for the standard input.
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -69,10 +127,10 @@ class PackedFile {
   std::optional<FileStart> start_;
 };
 
-/// Names the standard input on a command line.
+/// Stands for the standard input on a command line.
 inline constexpr std::string_view standard_input_argument = "-";
 
-/// `path` without the extension of a packed file: "a.pdb" for "a.pdb.zst".
+/// Returns `path` without the extension of a packed file: "a.pdb" for "a.pdb.zst".
 std::filesystem::path unpacked_name(const std::filesystem::path& path);
 
 }  // namespace parray::input

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,42 @@
 
 namespace parray::input {
 
+/// Numbers by name, to be found without a copy of the name.
+struct NameHash : std::hash<std::string_view> {
+  using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
+};
+using NumbersByName = std::unordered_map<std::string, std::uint32_t, NameHash, std::equal_to<>>;
+
+/// Builds a NameColumn, which stores every name once.
+class NameIndex {
+ public:
+  static constexpr std::size_t max_bytes = 256;
+
+  /// Appends a particle with that name. Fails at `place` for a name of more than max_bytes.
+  void add(std::string_view name, const FilePlace& place);
+  /// Returns the number of a name, known or new.
+  std::uint32_t number_of(std::string_view name);
+  /// Renames a particle.
+  void rename(std::size_t particle, std::string_view name) {
+    column_.index[particle] = number_of(name);
+  }
+
+  /// Removes names that no particle has any more.
+  void drop_unused();
+
+  [[nodiscard]] const NameColumn& column() const { return column_; }
+  /// Returns whether all names are empty, as in a file without names.
+  [[nodiscard]] bool unnamed() const {
+    return column_.names.empty() || (column_.names.size() == 1 && column_.names[0].empty());
+  }
+  /// Returns the column; an empty one if it is unnamed().
+  NameColumn finish();
+
+ private:
+  NameColumn column_;
+  NumbersByName numbers_;
+};
+
 /// How a file writes colours.
 enum class ColorScale : std::uint8_t {
   linear,  ///< linear RGB, 0 to 1
@@ -18,25 +55,24 @@ enum class ColorScale : std::uint8_t {
   either   ///< one of them for the whole file: srgb8 as soon as a component is above 1
 };
 
-/// Builds the columns of a file, particle by particle, and checks what goes into them: everything
-/// fails at `place`. After position() come the other columns of the same particle, the same ones
-/// for every particle.
+/// Builds the columns of a file, particle by particle, and checks the values. All errors are at
+/// `place`. The other columns of a particle follow its position(), the same columns for every
+/// particle.
 class ParticleColumns {
  public:
   static constexpr std::size_t max_types = std::size_t{1} << 16;
   static constexpr std::size_t max_type_bytes = 256;
 
-  /// `place` is where the reader stands; it must outlive this.
+  /// `place` is the position of the reader and must outlive this.
   explicit ParticleColumns(const FilePlace& place) : place_(&place) {}
 
-  /// Room for `count` particles, of which the reader knows that the file can hold them.
+  /// Reserves room for `count` particles. The reader must know that the file can hold so many.
   void expect(std::uint64_t count) { expected_ = static_cast<std::size_t>(count); }
 
   void position(const Vec3d& position);
-  /// Adds `count` particles at once: `write(particles, first)` puts their positions, and radii and
-  /// colours if they are to have any, into the columns from `first` on, and numbers into all of
-  /// theirs. False, and none is added, when it returns false, which it does when one of them would
-  /// be refused.
+  /// Adds `count` particles at once. `write(particles, first)` writes their positions, radii and
+  /// colours (if any) and all numbers into the columns from `first` on. It returns false if a value
+  /// would be refused; then rows() adds none and returns false.
   template <typename Write>
   bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
     const std::size_t first = this->count();
@@ -45,15 +81,14 @@ class ParticleColumns {
     resize(first, have_radii, have_colors);
     return false;
   }
-  /// Another position for a particle that is there.
-  void move(std::size_t index, const Vec3d& position);
   void radius(double radius);
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
-  /// Of a particle whose element the file gives, but in no form that is known. Counted in a note.
+  /// Adds a particle whose element the file gives in an unknown form. A note counts such particles.
   void unknown_element();
   void type(std::string_view name);
-  /// Begins a column of numbers, before the first particle; returns its place among them.
+  /// Begins a column of numbers, before the first particle. Returns its place among the number
+  /// columns.
   std::size_t add_numbers(std::string name);
   /// NaN: not known.
   void number(std::size_t column, double value) {
@@ -62,10 +97,11 @@ class ParticleColumns {
 
   [[nodiscard]] std::size_t count() const { return particles_.count(); }
 
-  /// The columns. Fails when there is no particle. A column of elements that knows none is left
-  /// out: the names were no elements; one of numbers that knows none, too: they were texts.
+  /// Returns the columns. Fails if there is no particle. Removes a column of elements without any
+  /// known element, because its texts are no elements, and number columns without any number,
+  /// because their values are texts.
   Particles finish();
-  /// The same of a frame, which may have no particle.
+  /// Returns the same for a frame, which may have no particle.
   Particles finish_frame();
 
  private:
@@ -73,15 +109,12 @@ class ParticleColumns {
   void check_scale(const Vec3d& color);
   void resize(std::size_t count, bool have_radii, bool have_colors);
 
-  struct Hash : std::hash<std::string_view> {
-    using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
-  };
   const FilePlace* place_;
   Particles particles_;
   std::size_t expected_ = 0;
   bool any_element_ = false;
   std::uint64_t unknown_elements_ = 0;  // of the frame
-  std::unordered_map<std::string, std::uint32_t, Hash, std::equal_to<>> type_index_;
+  NumbersByName type_index_;
   std::optional<std::uint64_t> above_one_;  // where the first such component of `either` stands
   std::optional<std::uint64_t> fraction_;
 };

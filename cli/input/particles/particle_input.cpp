@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "cli/input/particles/particle_text.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 
@@ -68,6 +68,18 @@ bool ParticleInput::next_filled_line() {
     if (!trimmed(line_).empty()) return true;
   }
   return false;
+}
+
+void ParticleInput::skip_rows(std::uint64_t count) {
+  for (std::uint64_t i = 0; i < count; ++i) {
+    if (!next_line()) fail("the file ends within a frame: is it complete?");
+  }
+}
+
+void ParticleInput::fail_within(std::uint64_t done, std::uint64_t count,
+                                std::string_view what) const {
+  fail("the file ends after " + std::to_string(done) + " of " + std::to_string(count) + " " +
+       std::string(what) + ": is it complete?");
 }
 
 /// Refills until the block holds `count` bytes not taken; false when the file ends before.

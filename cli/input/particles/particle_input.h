@@ -11,27 +11,32 @@
 
 namespace parray::input {
 
-/// A file of particles as lines of text and, from where a header ends, as binary data. Holds one
-/// block of it.
+/// Reads a particle file as lines of text and, after a header, as binary data. Keeps one block of
+/// it in memory.
 class ParticleInput {
  public:
-  /// Longer lines are refused: no format has them, and a binary file is told from text by them.
+  /// Longer lines are errors: no format has them, and they show that a file is binary.
   static constexpr std::size_t max_line_bytes = std::size_t{1} << 16;
   static constexpr std::size_t max_bytes_at_once = max_line_bytes;
 
   /// `file` must outlive this.
   explicit ParticleInput(PackedFile& file);
 
-  /// Goes to the next line; false at the end of the file.
+  /// Goes to the next line. Returns false at the end of the file.
   bool next_line();
-  /// Goes to the next line that is not blank.
+  /// Goes to the next line that is not blank. Returns false at the end of the file.
   bool next_filled_line();
-  /// The line without its end, be that "\n", "\r\n" or, in a file whose first line
-  /// ends so, "\r", and without a byte order mark; valid until
-  /// the next call of next_line() or next_bytes().
+  /// Goes to the next line. Fails at the end of the file: `done` of `count` WHAT were there.
+  void next_row(std::uint64_t done, std::uint64_t count, std::string_view what) {
+    if (!next_line()) fail_within(done, count, what);
+  }
+  /// Skips `count` lines of a frame. Fails if the file ends before.
+  void skip_rows(std::uint64_t count);
+  /// Returns the line without its end ("\n", "\r\n" or, if the first line ends so, "\r") and
+  /// without a byte order mark. Valid until the next call of next_line() or next_bytes().
   [[nodiscard]] std::string_view line() const { return line_; }
 
-  /// The next `count` bytes, at most max_bytes_at_once; nullptr when the file ends before them.
+  /// Returns the next `count` bytes, at most max_bytes_at_once; nullptr if the file ends before.
   const char* next_bytes(std::size_t count) {
     place_.unit = FilePlace::Unit::byte;
     place_.number = taken_;
@@ -41,26 +46,28 @@ class ParticleInput {
     taken_ += count;
     return bytes;
   }
-  /// The next `count` bytes, as many as memory holds, which stay to be taken; nullptr when the file
-  /// ends before them. Valid until any other call.
+  /// Returns the next `count` bytes without taking them; nullptr if the file ends before. `count`
+  /// is limited by memory only. Valid until any other call.
   const char* peek_bytes(std::size_t count);
-  /// Takes the next `count` bytes, which have been looked at.
+  /// Takes the next `count` bytes, which peek_bytes() has returned.
   void take_peeked(std::size_t count) {
     next_ += count;
     taken_ += count;
   }
-  /// Passes over `count` bytes; false when the file ends before them.
+  /// Skips `count` bytes. Returns false if the file ends before.
   bool skip_bytes(std::uint64_t count);
 
-  /// Bytes not taken yet; unknown for gzip data and pipes.
+  /// Returns the number of bytes not taken yet; nothing for packed data.
   [[nodiscard]] std::optional<std::uint64_t> bytes_left() const;
-  /// Bytes taken so far.
+  /// Returns the number of bytes taken so far.
   [[nodiscard]] std::uint64_t position() const { return taken_; }
-  /// The line or bytes last taken.
+  /// Returns the line or bytes taken last.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
 
  private:
+  [[noreturn]] void fail_within(std::uint64_t done, std::uint64_t count,
+                                std::string_view what) const;
   bool refill();
   void find_line_end();
   bool fill(std::size_t count);

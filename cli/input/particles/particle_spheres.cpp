@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "cli/input/color/category_colors.h"
+#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"
 #include "common/base/bands.h"
@@ -46,7 +46,7 @@ Material material_of(std::size_t kind, const Particles& particles, const Particl
 }
 
 /// Of the kind of the material that the rule names, in that colour.
-Material painted_material(const Vec3d& color, const ParticleMaterial& material,
+Material colored_material(const Vec3d& color, const ParticleMaterial& material,
                           const MaterialNames& names) {
   Material out = diffuse(color);
   if (const Material* named = names.find(material.name)) {
@@ -58,11 +58,11 @@ Material painted_material(const Vec3d& color, const ParticleMaterial& material,
 
 /// The numbers of the particles' materials, in the order in which the particles first use them;
 /// each is looked up once.
-class Surfaces {
+class MaterialLookup {
  public:
-  Surfaces(const Particles& particles, const ParticlePaint& paint, const ParticleMaterial& material,
-           const MaterialNames& names, MaterialTable& table)
-      : particles_(particles), paint_(paint), material_(material), names_(names), table_(table) {}
+  MaterialLookup(const Particles& particles, const ParticleColors& colors,
+                 const ParticleMaterial& material, const MaterialNames& names, MaterialTable& table)
+      : particles_(particles), colors_(colors), material_(material), names_(names), table_(table) {}
 
   /// False: there are too many materials.
   bool find_all() {
@@ -97,12 +97,12 @@ class Surfaces {
 
   [[nodiscard]] std::size_t kinds() const {
     constexpr std::size_t atomic_numbers = 256;
-    if (material_.rule == MaterialRule::painted) return paint_.colors.size();
+    if (material_.rule == MaterialRule::color_by) return colors_.palette.size();
     return material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers;
   }
   [[nodiscard]] Material of_kind(std::size_t kind) const {
-    return material_.rule == MaterialRule::painted
-               ? painted_material(paint_.colors[kind], material_, names_)
+    return material_.rule == MaterialRule::color_by
+               ? colored_material(colors_.palette[kind], material_, names_)
                : material_of(kind, particles_, material_, names_);
   }
 
@@ -115,15 +115,15 @@ class Surfaces {
         return particles_.types.index[particle];
       case MaterialRule::column:
         return particle;
-      case MaterialRule::painted:
-        return paint_.index[particle];
+      case MaterialRule::color_by:
+        return colors_.index[particle];
       default:
         return 0;
     }
   }
 
   const Particles& particles_;
-  const ParticlePaint& paint_;
+  const ParticleColors& colors_;
   const ParticleMaterial& material_;
   const MaterialNames& names_;
   MaterialTable& table_;
@@ -193,7 +193,7 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
   switch (material.rule) {
     case MaterialRule::named:
       return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
-    case MaterialRule::painted: {
+    case MaterialRule::color_by: {
       const Material* const base = materials.find(material.name);
       if (base == nullptr) {
         return material.name.empty() ? "" : unknown_material(material, materials);
@@ -259,7 +259,7 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   return legend;
 }
 
-void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
+void append_spheres(Particles particles, const ParticleColors& colors, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads) {
   const std::size_t count = particles.count();
   if (count > limits::max_spheres - scene.spheres.size()) {
@@ -271,7 +271,7 @@ void append_spheres(Particles particles, const ParticlePaint& paint, const Parti
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
-  Surfaces surfaces(particles, paint, source.material, materials, table);
+  MaterialLookup surfaces(particles, colors, source.material, materials, table);
   if (!surfaces.find_all()) {
     fail_too_many(source, limits::max_materials,
                   " distinct materials in the scene: round the file's colours");

@@ -76,10 +76,8 @@ void find_bounds(const std::vector<Vec3d>& positions, ParticleSummary& summary) 
   }
 }
 
-double length_of(const Vec3d& v) { return std::sqrt(dot(v, v)); }
-
 double angle_between(const Vec3d& a, const Vec3d& b) {
-  const double cosine = dot(a, b) / (length_of(a) * length_of(b));
+  const double cosine = dot(a, b) / (length(a) * length(b));
   return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
@@ -101,7 +99,7 @@ ParticleSummary summary_of(const Particles& particles) {
 }
 
 Vec3d lengths_of(const ParticleCell& cell) {
-  return {length_of(cell.edges[0]), length_of(cell.edges[1]), length_of(cell.edges[2])};
+  return {length(cell.edges[0]), length(cell.edges[1]), length(cell.edges[2])};
 }
 
 Vec3d angles_of(const ParticleCell& cell) {

@@ -10,18 +10,18 @@
 
 namespace parray::input {
 
-/// Names and how often each occurs, in the order in which the file first uses them.
+/// Names and their counts, in the order in which the file first uses them.
 using NameCounts = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// The values of one number of all particles.
+/// The range of a number over all particles.
 struct NumberRangeSeen {
   std::string name;
-  std::optional<double> low{};  ///< none: no particle has a value
+  std::optional<double> low{};  ///< nothing: no particle has a value
   std::optional<double> high{};
-  std::uint64_t missing = 0;  ///< particles of which the file does not say it
+  std::uint64_t missing = 0;  ///< number of particles without a value
 };
 
-/// What is in a file of particles, for people who want to know whether it was understood.
+/// The content of a particle file, for people who want to know whether ParRay understood it.
 struct ParticleSummary {
   std::uint64_t count = 0;
   NameCounts elements;  ///< by atomic number; "unknown" last; empty: the file has none
@@ -34,10 +34,12 @@ struct ParticleSummary {
   std::vector<NumberRangeSeen> numbers;  ///< radii under the name "radius" first
 };
 
-/// Residues are runs of particles of one chain, residue number and residue name.
+/// Returns the summary. A residue is a run of particles with equal chain, residue number and
+/// residue name.
 ParticleSummary summary_of(const Particles& particles);
 
-/// Lengths of a cell's edges a, b, c, and in degrees the angles between b and c, a and c, a and b.
+/// Return the lengths of a cell's edges a, b, c, and the angles in degrees between b and c, a and
+/// c, a and b.
 Vec3d lengths_of(const ParticleCell& cell);
 Vec3d angles_of(const ParticleCell& cell);
 

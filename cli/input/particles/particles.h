@@ -9,18 +9,16 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/particles/alternatives.h"
-#include "cli/input/particles/frame_choice.h"
 #include "common/math/vec.h"
 
 namespace parray::input {
 
 class PackedFile;
 
-/// Names of the particles, each kept once: particle i is called names[index[i]].
+/// Names of the particles, each stored once. Particle i has the name names[index[i]].
 struct NameColumn {
-  std::vector<std::string> names;    ///< distinct, in the order in which the file first uses them
-  std::vector<std::uint32_t> index;  ///< one a particle; none: the file has no such column
+  std::vector<std::string> names;    ///< distinct, in the order of their first use
+  std::vector<std::uint32_t> index;  ///< one per particle; empty: the file has no such column
 
   [[nodiscard]] bool empty() const { return index.empty(); }
   [[nodiscard]] const std::string& of(std::size_t particle) const { return names[index[particle]]; }
@@ -29,35 +27,35 @@ struct NameColumn {
 /// Numbers of the particles, under the name that the file gives them.
 struct NumberColumn {
   std::string name;            ///< lower case: "vx", "charge", "b_factor"
-  std::vector<double> values;  ///< one a particle; NaN where the file says nothing
+  std::vector<double> values;  ///< one per particle; NaN: not known
 };
 
-/// The box of a simulation or the cell of a crystal, which the particles need not fill.
+/// The box of a simulation or the cell of a crystal. The particles need not fill it.
 struct ParticleCell {
   Vec3d origin;
   std::array<Vec3d, 3> edges;  ///< a, b, c; in the file's own unit
 };
 
-/// Something that a reader has guessed, dropped or left out.
+/// A message about values that a reader guessed, corrected or left out.
 struct ParticleNote {
   std::string key;          ///< for programs: "guessed_elements"
-  std::uint64_t count = 0;  ///< of particles, or of what the text names; > 0
+  std::uint64_t count = 0;  ///< number of particles, or of what the text names; > 0
   std::string text;         ///< for people, without the count: "elements guessed from names"
 };
 
-/// What else is known of a file that has been read.
+/// Facts about a file that has been read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"
   std::string packing{};                  ///< "gzip"; empty: not packed
-  std::uint64_t frame = 0;                ///< the one that was read, from 0
-  std::optional<std::uint64_t> frames{};  ///< in the file; counted only where asked
+  std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
+  std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
   std::optional<double> time{};           ///< of the frame, in the file's unit
   std::vector<ParticleNote> notes{};
 };
 
-/// What a file of particles says, column by column. Positions and radii are in the file's own unit.
-/// A column that the file lacks is empty; the others have one entry a particle, in the file's
-/// order.
+/// The content of a particle file, column by column. Positions and radii are in the file's own
+/// unit. A column that the file lacks is empty; the others have one entry per particle, in the
+/// file's order.
 struct Particles {
   std::vector<Vec3d> positions;        ///< finite, |component| <= limits::max_length
   std::vector<double> radii;           ///< > 0, in [limits::min_radius, limits::max_length]
@@ -69,18 +67,54 @@ struct Particles {
   NameColumn residue_names;
   NameColumn chains;
   std::vector<std::int32_t> residue_numbers;
-  std::vector<NumberColumn> numbers;  ///< those that the request asks for
+  std::vector<NumberColumn> numbers;  ///< those that the request wants
   std::optional<ParticleCell> cell;
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
 };
 
-/// What to read of a file, and how.
+/// One byte per particle: 1 or 0.
+using ParticleMask = std::vector<std::uint8_t>;
+
+/// Removes the particles whose mask is 0. The order stays.
+void keep(Particles& particles, const ParticleMask& mask);
+
+/// Says which alternative locations of an atom are read.
+struct AlternativeChoice {
+  enum class Rule : std::uint8_t {
+    best,   ///< the location of the highest occupancy, the first of equals
+    all,    ///< all of them
+    letter  ///< the location of this letter, or the best if there is none
+  };
+  Rule rule = Rule::best;
+  char letter = ' ';
+
+  friend bool operator==(const AlternativeChoice&, const AlternativeChoice&) = default;
+};
+
+/// Parses "best", "all" or one letter or digit. Returns nothing for other texts.
+std::optional<AlternativeChoice> alternatives_from(std::string_view text);
+
+/// Returns the text that alternatives_from() reads as this.
+std::string text_of(const AlternativeChoice& choice);
+
+/// Stands for a file's last frame.
+inline constexpr std::string_view last_frame_word = "last";
+
+/// One frame of a file.
+struct FrameChoice {
+  std::uint64_t number = 0;  ///< from 0
+  bool last = false;         ///< the file's last frame, whatever its number
+
+  friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
+};
+
+/// What to read of a file.
 struct ParticleRequest {
   std::optional<FrameChoice> frame{};            ///< not given: the first
-  std::set<std::string, std::less<>> numbers{};  ///< columns that somebody needs, by their names
-  std::filesystem::path topology{};              ///< file of names and elements; empty: none
+  std::set<std::string, std::less<>> numbers{};  ///< names of the columns that are needed
+  std::filesystem::path topology{};              ///< file with names and elements; empty: none
   AlternativeChoice alternatives{};              ///< of the locations of atoms
   bool all = false;                              ///< every column, and the number of frames
   int threads = 1;
@@ -91,18 +125,18 @@ struct ParticleRequest {
   [[nodiscard]] std::uint64_t frame_number() const { return frame ? frame->number : 0; }
 };
 
-/// Reads one frame of a particle file; cli/input/formats/readers.h says what counts in each
-/// format. A file without particles is an error. Strict: what is not a number, not finite, out of
-/// range or missing is InputError "FILE:LINE: problem: remedy" (a byte offset for binary files).
-/// Streams: beside the columns, memory does not grow with the file.
-/// The same, errors too, for any number of threads.
+/// Reads one frame of a particle file. The sources of the formats (cli/input/formats) say what each
+/// format supports. Throws InputError "FILE:LINE: problem: remedy" (a byte offset for binary files)
+/// for values that are missing, no numbers, not finite or out of range, and for a file without
+/// particles. Memory holds the columns and one block of the file. Results and errors are the same
+/// for any number of threads.
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request = {});
 
-/// The same of a file that is open.
+/// The same for an open file.
 Particles read_particles(PackedFile& file, const ParticleRequest& request = {});
 
-/// What the file says beside the positions, so that files without any, such as PSF, will do; of
-/// them, all positions are 0.
+/// Reads a file for everything except positions. Also accepts files without positions, such as PSF;
+/// their positions are all 0.
 Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
 }  // namespace parray::input

@@ -25,7 +25,7 @@ class Upper {
         size_ = 0;
         return;
       }
-      text_[size_++] = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+      text_[size_++] = ascii::upper(c);
     }
   }
   [[nodiscard]] std::string_view view() const { return {text_.data(), size_}; }
@@ -134,6 +134,42 @@ bool is_dummy(std::string_view name) {
          name.starts_with("LP");
 }
 
+struct ResidueGroup {
+  std::string_view name;
+  std::string_view residues;  ///< between blanks
+};
+
+/// Acids are red and bases blue, as charges are drawn.
+constexpr std::array<ResidueGroup, 11> group_table{
+    {{"glycine, proline, cysteine", " GLY PRO HYP CYS CYX CYM CYSH CYS1 CYS2 SEC "},
+     {"polar", " SER THR ASN GLN "},
+     {"aliphatic", " ALA VAL LEU ILE MET MSE NLE AIB "},
+     {"aromatic", " PHE TYR TRP "},
+     {"positive",
+      " LYS ARG HIS LYN LYP LYSH LSN ARGN ARN HID HIE HIP HSD HSE HSP HISA HISB HISD HISE HISH "},
+     {"negative", " ASP GLU ASH ASPH ASPP GLH GLUH GLUP "},
+     {"adenine", " A DA RA ADE "},
+     {"guanine", " G DG RG GUA "},
+     {"cytosine", " C DC RC CYT "},
+     {"thymine, uracil", " T U DT DU RU THY URA "},
+     {"water", ""}}};
+constexpr std::size_t water_group = group_table.size() - 1;
+
+constexpr std::array<std::string_view, group_table.size()> group_names = [] {
+  std::array<std::string_view, group_table.size()> names;
+  std::ranges::transform(group_table, names.begin(), &ResidueGroup::name);
+  return names;
+}();
+
+std::optional<std::size_t> group_that_lists(std::string_view name) {
+  const std::string word = " " + std::string(name) + " ";
+  const auto found = std::ranges::find_if(group_table, [&](const ResidueGroup& group) {
+    return group.residues.find(word) != std::string_view::npos;
+  });
+  if (found == group_table.end()) return {};
+  return static_cast<std::size_t>(found - group_table.begin());
+}
+
 }  // namespace
 
 bool is_water(std::string_view residue) { return has_name(waters(), Upper(residue).view()); }
@@ -177,6 +213,19 @@ bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8
   if (element != 0) return false;
   if (is_amino_acid(residue) && (is_mass_center(name) || is_pseudo_atom(name))) return true;
   return is_dummy(name);
+}
+
+std::span<const std::string_view> residue_groups() { return group_names; }
+
+std::optional<std::size_t> residue_group(std::string_view residue_name) {
+  if (is_water(residue_name)) return water_group;
+  std::string name(residue_name);
+  std::ranges::transform(name, name.begin(), ascii::upper);
+  if (const auto group = group_that_lists(name)) return group;
+  // AMBER's ends of chains.
+  if (is_amino_acid(name) && name.size() == 4) return group_that_lists(name.substr(1));
+  if (is_nucleotide(name)) return group_that_lists(name.substr(0, name.size() - 1));
+  return {};
 }
 
 }  // namespace parray::input

@@ -1,46 +1,55 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string_view>
 
 #include "common/rooms.h"
 
-/// What the names of residues and atoms of molecules say, whatever their letter case. The names are
-/// those that molecular simulation and crystallography use:
+/// Knows the names of residues and atoms that molecular simulation and crystallography use, in any
+/// letter case. Sources:
 ///
-/// - wwPDB Chemical Component Dictionary (wwpdb.org/data/ccd) and the PDB file format 3.3: HOH,
-/// DOD,
-///   ALA, MSE, DA, ZN, IOD;
+/// - wwPDB Chemical Component Dictionary (wwpdb.org/data/ccd), PDB file format 3.3: HOH, DOD, ALA,
+/// MSE;
 /// - CHARMM topologies 22 to 36 (mackerell.umaryland.edu/charmm_ff.shtml): TIP3, HSD, ADE, SOD,
 /// CLA;
-/// - AMBER Reference Manual, chapters on residues and ions: WAT, HIE, CYX, NALA, DA5, RU3, Na+,
-/// EPW;
-/// - GROMACS Reference Manual, "Residue database" and "Virtual interaction sites": SOL, MW, MCH3;
-/// - OPLS-AA and GROMOS names where they differ: T4P, CYSH, LYSH.
+/// - AMBER Reference Manual, chapters on residues and ions: WAT, HIE, CYX, NALA, DA5, Na+, EPW;
+/// - GROMACS Reference Manual, "Residue database", "Virtual interaction sites": SOL, MW, MCH3;
+/// - OPLS-AA and GROMOS, for names that differ: T4P, CYSH, LYSH.
 namespace parray::input {
 
-/// "HOH", "SOL", "TIP3", also of water models with virtual sites.
+/// Returns true for "HOH", "SOL", "TIP3" and others, also for water models with virtual sites.
 bool is_water(std::string_view residue);
 
-/// Amino acids, their protonation states, common modifications and the caps of chains. Names of
-/// four letters that are one of three with N or C before it (AMBER's ends of chains) count.
+/// Returns true for amino acids, their protonation states, common modifications and the caps of
+/// chains. Also accepts AMBER's ends of chains: N or C before a name of three letters.
 bool is_amino_acid(std::string_view residue);
 
-/// Nucleotides of DNA and RNA, also with AMBER's 5, 3 and N behind them, and common modifications.
+/// Returns true for nucleotides of DNA and RNA and common modifications, also with AMBER's 5, 3 or
+/// N at the end.
 bool is_nucleotide(std::string_view residue);
 
-/// The element that an ion of this name (of an atom or of its residue) consists of: 11 of "SOD",
-/// "NA+" and "Na"; 0: not the name of a monatomic ion.
+/// Returns the element of a monatomic ion with this atom or residue name: 11 for "SOD", "NA+" and
+/// "Na". Returns 0 for other names.
 std::uint8_t ion_element(std::string_view name);
 
-/// A monatomic ion: both names are the ion's ("CLA" is also a chlorophyll), or the residue is
-/// "ION".
+/// Returns true for a monatomic ion: both names are the ion's ("CLA" alone is also a chlorophyll),
+/// or the residue is "ION".
 bool is_ion(std::string_view residue, std::string_view atom);
 
-/// A point that carries charge or constrains motion but is no atom: the fourth and fifth sites of
-/// water (MW, EPW, OM, LP1), lone pairs, the massless sites of rigid groups, dummy atoms. `element`
-/// is what the file says of it, 0: nothing; outside water an element that is known makes it an
-/// atom.
+/// Returns true for points that carry charge or constrain motion but are no atoms: the fourth and
+/// fifth sites of water (MW, EPW, OM, LP1), lone pairs, massless sites of rigid groups, dummy
+/// atoms. `element` is that of the file, 0 if it gives none. Outside water, a known element makes a
+/// point an atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
+
+/// Returns the names of groups of residues with a similar role in a molecule, in the order of their
+/// category_color().
+std::span<const std::string_view> residue_groups();
+
+/// Returns the place of a residue's group in residue_groups(); nothing if it is in none.
+std::optional<std::size_t> residue_group(std::string_view residue_name);
 
 }  // namespace parray::input

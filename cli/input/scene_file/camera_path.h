@@ -9,22 +9,21 @@
 
 namespace parray::input {
 
-/// Where a camera is at which frame: at a key as it is written there, between two keys along a
-/// curve through all of them.
+/// The camera at each frame: as written at a key, on a curve through all keys between them.
 ///
-/// look_from and look_at follow a Catmull-Rom spline for keys at any distance (the tangent at a key
-/// is the difference of its neighbours over their distance in frames, one-sided at the ends); vfov
-/// or view_height, aperture and focus_distance are interpolated linearly, which cannot leave their
-/// ranges; up likewise, then normalised. Where neither of two keys has a focus_distance, look_at is
-/// in focus. All have the same projection.
+/// look_from and look_at follow a Catmull-Rom spline for keys at any distance: the tangent at a key
+/// is the difference of its neighbours over their distance in frames, one-sided at the ends. vfov
+/// or view_height, aperture and focus_distance are interpolated linearly, which keeps them in their
+/// ranges. up is interpolated linearly and normalised. If neither of two keys has a focus_distance,
+/// look_at is in focus. All keys have the same projection.
 class CameraPath {
  public:
-  /// Reads { "cameras": [ { "frame": N, and what a scene's camera has }, ... ] }, the frames
-  /// ascending. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+  /// Reads { "cameras": [ { "frame": N, and the keys of a scene's camera }, ... ] } with ascending
+  /// frames. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
   explicit CameraPath(const std::filesystem::path& file);
 
-  /// Throws InputError outside of the keys, and where the curve leads to a camera that sees
-  /// nothing.
+  /// Returns the camera at a frame. Throws InputError outside of the keys, and if the curve leads
+  /// to a camera that sees nothing.
   [[nodiscard]] Camera at(std::uint64_t frame) const;
 
   struct Key {

@@ -1,20 +1,109 @@
 #include "cli/input/scene_file/json_stream.h"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "cli/input/scene_file/byte_source.h"
-#include "cli/input/scene_file/json_syntax_error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {
 
+/// What follows "syntax error while parsing X - ", without the token and what comes after it.
+std::string_view reason_in(std::string_view what) {
+  constexpr std::string_view dash = " - ";
+  const std::size_t start = what.find(dash, std::min(what.size(), what.find("syntax error")));
+  if (start == std::string_view::npos) return "invalid text";
+  what.remove_prefix(start + dash.size());
+  return what.substr(0, what.find("; last read: '"));
+}
+
+/// NaN, Infinity, inf, nan, -Infinity, cut where the lexer gave up.
+bool looks_like_infinity_or_nan(std::string_view token) {
+  return token.ends_with('N') || token.ends_with('I') || token.ends_with('i') ||
+         token.ends_with("na");
+}
+
+std::string_view remedy_for(std::string_view reason, std::string_view token) {
+  const bool bad_word = reason.starts_with("invalid literal") || reason.starts_with("invalid num");
+  if (bad_word && looks_like_infinity_or_nan(token)) {
+    return "JSON has no NaN or Infinity, write a finite number";
+  }
+  if (bad_word && (token.ends_with('/') || token.ends_with('#'))) return "JSON has no comments";
+  if (bad_word && token.ends_with('\'')) return "write strings in double quotes";
+  if (bad_word && (token.ends_with('\xff') || token.ends_with('\xfe'))) {
+    return "it looks like UTF-16, save the file as UTF-8";
+  }
+  if (bad_word) return "write a number as 0.5 or 1e3, a string in double quotes";
+  if (reason.starts_with("unexpected ']'") || reason.starts_with("unexpected '}'")) {
+    return "is there a comma too many before it?";
+  }
+  if (reason.find("UTF-8") != std::string_view::npos) return "save the file as UTF-8";
+  return "look for a missing quote, comma or bracket";
+}
+
+/// The end of what the lexer read: at most a few words of the line that is wrong.
+std::string_view last_words(std::string_view token) {
+  constexpr std::string_view line_end = "<U+000A>";  // as the lexer spells it
+  constexpr std::size_t most = 24;
+  const std::size_t line = token.rfind(line_end);
+  if (line != std::string_view::npos && line + line_end.size() < token.size()) {
+    token.remove_prefix(line + line_end.size());
+  }
+  if (token.size() > most) token.remove_prefix(token.size() - most);
+  token.remove_prefix(std::min(token.size(), token.find_first_not_of(' ')));
+  return token;
+}
+
+/// nlohmann's description of a syntax error as one of ours: "not JSON (REASON): REMEDY".
+///
+/// `what`: its message, "[...] parse error at ...: syntax error while parsing X - REASON[; last
+/// read: 'TOKEN'][; expected Y]". `last_token`: the text that the lexer had read by then, any
+/// bytes.
+std::string describe_syntax_error(std::string_view what, std::string_view last_token) {
+  const std::string_view reason = reason_in(what);
+  std::string out = "not JSON (" + printable(reason, 200);
+  if (what.find("; last read: '") != std::string_view::npos) {
+    out += " at '" + printable(last_words(last_token)) + "'";
+  }
+  out.append("): ").append(remedy_for(reason, last_token));
+  return out;
+}
+
 using Json = nlohmann::json;
+
+/// Input iterator over a ByteSource, as nlohmann::json::sax_parse takes it. Copies share the
+/// source; a default-constructed one is the end.
+class ByteIterator {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = char;
+
+  ByteIterator() = default;
+  explicit ByteIterator(ByteSource& source) : source_(&source) {}
+
+  char operator*() const { return source_->peek(); }
+  ByteIterator& operator++() {
+    source_->advance();
+    return *this;
+  }
+  void operator++(int) { source_->advance(); }
+  friend bool operator==(const ByteIterator& a, const ByteIterator& b) {
+    return a.at_end() == b.at_end();
+  }
+
+ private:
+  bool at_end() const { return source_ == nullptr || source_->at_end(); }
+
+  ByteSource* source_ = nullptr;
+};
 
 /// nlohmann's SAX interface, turned into deliveries. Its text parser is iterative, so the depth
 /// check here is the only one, and enough.
@@ -221,6 +310,53 @@ bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
 }
 
 }  // namespace
+
+ByteSource::ByteSource(std::istream& stream, std::string file)
+    : stream_(&stream), file_(std::move(file)), block_(std::size_t{1} << 16) {}
+
+bool ByteSource::refill() {
+  if (end_was_reached_) return false;
+  if (blocks_total_ - token_start_ > max_token_bytes) {
+    fail_at(file_, line_, "",
+            "a text or a run of blanks is longer than " + std::to_string(max_token_bytes) +
+                " bytes: is this a scene?");
+  }
+  next_ = filled_ = 0;
+  load();
+  end_was_reached_ = filled_ == 0;
+  return !end_was_reached_;
+}
+
+/// Fills the rest of the block.
+void ByteSource::load() {
+  stream_->read(block_.data() + filled_, static_cast<std::streamsize>(block_.size() - filled_));
+  if (stream_->bad()) {
+    fail_at(file_, line_, "", "reading failed here: check the file and its disk");
+  }
+  const auto got = static_cast<std::size_t>(stream_->gcount());
+  filled_ += got;
+  blocks_total_ += got;
+  if (blocks_total_ > limits::max_scene_file_bytes) {
+    fail_at(file_, line_, "",
+            "the scene is larger than " + std::to_string(limits::max_scene_file_bytes) +
+                " bytes: split it");
+  }
+}
+
+std::string_view ByteSource::ahead(std::size_t least) {
+  if (filled_ - next_ < least && !end_was_reached_) {
+    std::copy(block_.begin() + static_cast<std::ptrdiff_t>(next_),
+              block_.begin() + static_cast<std::ptrdiff_t>(filled_), block_.begin());
+    filled_ -= next_;
+    next_ = 0;
+    load();
+  }
+  return std::string_view(block_.data(), filled_).substr(next_);
+}
+
+void ByteSource::fail_zero_byte() const {
+  fail_at(file_, line_, "", "a NUL byte, which JSON text never has: save the file as UTF-8");
+}
 
 std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink) {
   ByteSource source(input, file);

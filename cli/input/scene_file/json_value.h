@@ -12,12 +12,12 @@ namespace parray::input {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
 
-/// "a number", "an object", ... for messages.
+/// Returns "a number", "an object", ... for messages.
 std::string_view name_of(JsonKind kind);
 
 struct JsonMember;
 
-/// A JSON value that knows where it stands. Plain data; what its kind does not use is empty.
+/// A JSON value with its line. Plain data; members that its kind does not use are empty.
 struct JsonValue {
   JsonKind kind = JsonKind::null;
   bool is_true = false;             ///< a boolean's value
@@ -36,16 +36,16 @@ struct JsonMember {
   JsonValue value;
 };
 
-/// Throws InputError "FILE:LINE: POINTER: PROBLEM", all of it made printable except `problem`,
+/// Throws InputError "FILE:LINE: POINTER: PROBLEM". Makes everything printable except `problem`,
 /// which the caller builds from printable parts.
 [[noreturn]] void fail_at(std::string_view file, std::uint64_t line, std::string_view pointer,
                           std::string_view problem);
 
-/// `key` as a JSON pointer writes it (RFC 6901), with its leading slash; long ones are cut.
+/// Returns `key` as a step of a JSON pointer (RFC 6901), with its leading slash; cuts long keys.
 std::string pointer_step(std::string_view key);
 
-/// Where a value stands in its document: a chain of keys and indices, spelt out only when a
-/// message needs it. Refers to its parent and its key, which must outlive it.
+/// The place of a value in its document: a chain of keys and indices, which becomes text only for
+/// messages. Refers to its parent and its key, which must outlive it.
 class JsonPlace {
  public:
   /// The whole document; `file` names it in messages.
@@ -54,7 +54,7 @@ class JsonPlace {
   JsonPlace at(std::string_view key) const { return {this, key, 0}; }
   JsonPlace at(std::size_t index) const { return {this, {}, index}; }
 
-  /// "/camera/look_from/0"; "/" for the whole document.
+  /// Returns "/camera/look_from/0"; "/" for the whole document.
   std::string pointer() const;
 
   /// Throws InputError "FILE:LINE: POINTER: PROBLEM".

@@ -1,6 +1,9 @@
 #include "cli/input/scene_file/particle_source.h"
 
+#include <limits>
+
 #include "cli/input/scene_file/json_fields.h"
+#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/scene/limits.h"
@@ -35,6 +38,73 @@ AlternativeChoice read_alternatives(const JsonValue& value, const JsonPlace& pla
              "unknown alternatives '" + printable(value.text) + "': write best, all or one letter");
 }
 
+TextRange range_in(const JsonValue& value, const JsonPlace& place) {
+  if (value.kind != JsonKind::array) {
+    try {
+      return color_range_from(read_string(value, place));
+    } catch (const InputError&) {
+      place.fail(value.line, "no range: write [low, high], or a text such as \"1%:99%\"");
+    }
+  }
+  constexpr NumberRange finite{std::numeric_limits<double>::lowest(),
+                               std::numeric_limits<double>::max()};
+  if (value.items.size() != 2) place.fail(value.line, "not two numbers: write [low, high]");
+  const TextRange range{RangeEnd{read_number(value.items[0], place.at(0), finite)},
+                        RangeEnd{read_number(value.items[1], place.at(1), finite)}};
+  if (!(range.low->value < range.high->value))
+    place.fail(value.line, "low is not below high: write [low, high]");
+  return range;
+}
+
+/// Sets `member` to what `from` makes of the text of `key`, if the key is there. Its errors get the
+/// place.
+template <typename Member, typename From>
+void take(const JsonFields& fields, const char* key, const From& from, Member& member) {
+  const JsonValue* const value = fields.find(key);
+  if (value == nullptr) return;
+  const std::string& text = fields.string(key);
+  try {
+    member = from(text);
+  } catch (const InputError& error) {
+    fields.place().at(key).fail(value->line, error.what());
+  }
+}
+
+ParticleFilter read_filter(const JsonFields& fields) {
+  ParticleFilter out;
+  take(fields, "select", select_from, out.select);
+  take(fields, "slice", slice_from, out.slice);
+  const JsonValue* const hide = fields.find("hide");
+  if (hide == nullptr) return out;
+  const JsonPlace place = fields.place().at("hide");
+  if (hide->kind != JsonKind::array) {
+    place.fail(hide->line, "not a list: write words in brackets, as [\"virtual\", \"water\"]");
+  }
+  out.hide.emplace();
+  for (std::size_t i = 0; i < hide->items.size(); ++i) {
+    out.hide->push_back(read_string(hide->items[i], place.at(i)));
+  }
+  try {
+    check_hidden(*out.hide);
+  } catch (const InputError& error) {
+    place.fail(hide->line, error.what());
+  }
+  return out;
+}
+
+ParticleColoring read_coloring(const JsonFields& fields) {
+  ParticleColoring out;
+  take(fields, "color_by", color_by_from, out.by);
+  take(fields, "colormap", color_map_from, out.map);
+  if (const JsonValue* range = fields.find("range")) {
+    out.range = range_in(*range, fields.place().at("range"));
+  }
+  if (const auto problem = problem_with(out)) {
+    fields.place().at(problem->key).fail(fields.find(problem->key)->line, problem->text);
+  }
+  return out;
+}
+
 }  // namespace
 
 ParticleMaterial particle_material_from(std::string_view text) {
@@ -56,7 +126,7 @@ std::string text_of(const ParticleMaterial& material) {
     case ParticleMaterial::Rule::automatic:
       break;
     case ParticleMaterial::Rule::named:
-    case ParticleMaterial::Rule::painted:
+    case ParticleMaterial::Rule::color_by:
       return material.name;
     case ParticleMaterial::Rule::by_element:
       return "by-element";
@@ -96,8 +166,8 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   if (const JsonValue* frame = fields.find("frame")) {
     out.frame = read_frame_choice(*frame, place.at("frame"));
   }
-  out.filter = read_particle_filter(fields);
-  out.coloring = read_particle_coloring(fields);
+  out.filter = read_filter(fields);
+  out.coloring = read_coloring(fields);
   if (const JsonValue* choice = fields.find("alternatives")) {
     out.alternatives = read_alternatives(*choice, place.at("alternatives"));
   }

@@ -8,26 +8,25 @@
 #include <string_view>
 
 #include "cli/input/color/particle_coloring.h"
-#include "cli/input/particles/alternatives.h"
-#include "cli/input/particles/frame_choice.h"
+#include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/select/particle_filter.h"
 
 namespace parray::input {
 
-/// Where the surface of each particle comes from.
+/// Where the material of each particle comes from.
 struct ParticleMaterial {
   enum class Rule : std::uint8_t {
     automatic,   ///< the first of column, by_element, by_type that the file supports
-    named,       ///< one of the scene's materials for all
+    named,       ///< one material of the scene for all
     by_element,  ///< diffuse, of the element's colour
     by_type,     ///< the scene's material of the type's name, or else a colour for each type
     column,      ///< diffuse, of the file's colour
-    painted      ///< in the colour that `color_by` gives it
+    color_by     ///< in the colour that `color_by` gives it
   };
   Rule rule = Rule::automatic;
-  /// Of a material, where the rule is `named`; where it is `painted`, of the one whose kind the
-  /// surface has, or empty for diffuse.
+  /// Name of the material for `named`. For `color_by`: name of the material that gives the kind of
+  /// surface; empty for diffuse.
   std::string name;
 };
 
@@ -48,16 +47,16 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
-  std::string topology{};  ///< file of names and elements, found as `file` is; empty: none
-  AlternativeChoice alternatives{};    ///< of the locations of atoms
-  std::optional<FrameChoice> frame{};  ///< of a file that has several; not given: the first
-  ParticleFilter filter{};             ///< what of it is shown
-  ParticleColoring coloring{};         ///< what its colours mean
-  std::uint64_t line = 0;              ///< of the item in the scene file
-  std::uint64_t file_line = 0;         ///< of its member `file`
+  std::string topology{};  ///< file with names and elements, relative as `file`; empty: none
+  AlternativeChoice alternatives{};                           ///< of the locations of atoms
+  std::optional<FrameChoice> frame{};                         ///< not given: the first
+  ParticleFilter filter{};                                    ///< what of it is shown
+  ParticleColoring coloring{};                                ///< what its colours mean
+  std::uint64_t line = 0;                                     ///< of the item in the scene file
+  std::uint64_t file_line = 0;                                ///< of its member `file`
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its other members, by key
 
-  /// Of the member `key`; that of the item where it is not given.
+  /// Returns the line of the member `key`, or of the item if the member is not given.
   [[nodiscard]] std::uint64_t line_of(std::string_view key) const {
     const auto found = lines.find(key);
     return found == lines.end() ? line : found->second;
@@ -68,18 +67,18 @@ inline constexpr std::array<std::string_view, 3> particle_material_words{"by-ele
                                                                          "column"};
 inline constexpr std::array<std::string_view, 2> particle_radius_words{"by-element", "column"};
 
-/// One of particle_material_words or, for any other text, the material of that name.
+/// Parses one of particle_material_words. Any other text is the name of a material.
 ParticleMaterial particle_material_from(std::string_view text);
-/// One of particle_radius_words; nothing for any other text.
+/// Parses one of particle_radius_words. Returns nothing for other texts.
 std::optional<ParticleRadius> particle_radius_from(std::string_view text);
 
-/// The word, or the material's name, that is read as this; empty for `automatic`, and for `painted`
-/// without a name.
+/// Returns the word or the material's name that is read as this; empty for `automatic`, and for
+/// `color_by` without a name.
 std::string text_of(const ParticleMaterial& material);
-/// The word that is read as this; empty for `automatic` and `fixed`.
+/// Returns the word that is read as this; empty for `automatic` and `fixed`.
 std::string text_of(const ParticleRadius& radius);
 
-/// Throws InputError that names the place and the line in the scene file.
+/// Reads an item. Throws InputError with the place and the line in the scene file.
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
 
 }  // namespace parray::input

@@ -1,22 +1,142 @@
-#include "cli/input/scene_file/scene_builder.h"
-
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <istream>
 #include <optional>
+#include <streambuf>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
-#include "cli/input/scene_file/byte_source.h"
+#include "cli/input/particles/packed_file.h"
 #include "cli/input/scene_file/json_fields.h"
+#include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/material_names.h"
+#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/scene_file/scene_keys.h"
 #include "cli/input/scene_file/scene_sections.h"
-#include "cli/input/scene_file/seed_format.h"
 #include "cli/input/scene_file/sphere_text.h"
+#include "cli/input/view/style.h"
 #include "common/base/printable.h"
+#include "common/base/suggest.h"
 #include "common/scene/limits.h"
+#include "common/scene/scene_ranges.h"
 
 namespace parray::input {
 namespace {
+
+/// The scene format of the program that ParRay grew from: {"spheres": [{"sphere": {"location":
+/// {x, y, z}, "material": {...}, "radius": r}}]} and nothing else. Camera, image and settings are
+/// the defaults of Camera and RenderSettings.
+struct SeedSphere {
+  Sphere sphere;  ///< `material` is not set
+  Material material;
+};
+
+/// {"x": 1, "y": 2, "z": 3}, or the same with other names.
+Vec3d read_named_vec3(const JsonFields& parent, std::string_view key,
+                      const std::array<std::string_view, 3>& names, NumberRange range) {
+  const JsonPlace place = parent.place().at(key);
+  const JsonFields fields(parent.any(key, "{ ... } with " + list_names(names)), place, names);
+  return {fields.number(names[0], range), fields.number(names[1], range),
+          fields.number(names[2], range)};
+}
+
+Vec3d read_color(const JsonFields& material) {
+  return read_named_vec3(material, "color", {"r", "g", "b"}, ranges::unit_interval);
+}
+
+Material read_seed_material(const JsonValue& value, const JsonPlace& place) {
+  static constexpr std::array<std::string_view, 4> keys{"type", "color", "fuzz",
+                                                        "refraction_index"};
+  static constexpr std::array<std::string_view, 3> types{"lambertian", "metal", "dielectric"};
+  static constexpr std::array<std::string_view, 2> lambertian_keys{"type", "color"};
+  static constexpr std::array<std::string_view, 3> metal_keys{"type", "color", "fuzz"};
+  static constexpr std::array<std::string_view, 2> dielectric_keys{"type", "refraction_index"};
+  const JsonFields all(value, place, keys);
+  const std::string& type = all.string("type");
+  Material material;
+  if (type == "lambertian") {
+    material.albedo = read_color(JsonFields(value, place, lambertian_keys));
+  } else if (type == "metal") {
+    const JsonFields fields(value, place, metal_keys);
+    material.type = MaterialType::metal;
+    material.albedo = read_color(fields);
+    material.fuzz = fields.number("fuzz", ranges::unit_interval);
+  } else if (type == "dielectric") {
+    material.type = MaterialType::dielectric;
+    material.ior =
+        JsonFields(value, place, dielectric_keys).number("refraction_index", ranges::ior);
+  } else {
+    place.at("type").fail(all.find("type")->line, "unknown material type '" + printable(type) +
+                                                      "': " + remedy_for_name(type, types));
+  }
+  return material;
+}
+
+/// Whether an item of "spheres" has this format's shape.
+bool is_seed_sphere(const JsonValue& value) {
+  return std::ranges::find(value.members, "sphere", &JsonMember::key) != value.members.end();
+}
+
+/// Throws InputError as the readers of scene_sections.h do, in the same ranges.
+SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
+  static constexpr std::array<std::string_view, 1> outer_keys{"sphere"};
+  static constexpr std::array<std::string_view, 3> keys{"location", "material", "radius"};
+  const JsonFields outer(value, place, outer_keys);
+  const JsonPlace inner = place.at("sphere");
+  const JsonFields fields(outer.any("sphere", "the sphere"), inner, keys);
+  SeedSphere out;
+  out.sphere.center = read_named_vec3(fields, "location", {"x", "y", "z"}, ranges::coordinate);
+  out.sphere.radius = fields.number("radius", ranges::length);
+  out.material =
+      read_seed_material(fields.any("material", "{ ... } with its type"), inner.at("material"));
+  return out;
+}
+
+/// Builds a scene from the pieces of its JSON, in whichever of the two formats they come.
+///
+/// The format shows in the pieces: an item {"sphere": ...} is the seed's, everything else but the
+/// key "spheres" is version 1's; both in one file are an error. Every member function throws
+/// InputError that names the place and the line.
+class SceneBuilder final : public JsonSink {
+ public:
+  /// `file` names the input in messages and must outlive this.
+  explicit SceneBuilder(const std::string& file) : file_(file), root_(file_) {}
+
+  JsonDelivery on_key(const std::string& key, std::uint64_t line) override;
+  void on_member(const JsonMember& member) override;
+  void on_child(const JsonMember& child) override;
+  std::size_t take_items(ByteSource& source) override;
+
+  /// Once, after the last piece. `start_line` is where the document starts.
+  SceneFile finish(std::uint64_t start_line);
+
+ private:
+  enum class Format : std::uint8_t { unknown, version_1, seed };
+
+  bool has_key(std::string_view key) const;
+  void add_sphere(const JsonValue& value);
+  void add_seed_sphere(const JsonValue& value, const JsonPlace& place);
+  void add_named_sphere(const JsonValue& value, const JsonPlace& place);
+  void add_material(const JsonMember& member);
+  void add_particles(const JsonValue& value);
+  void finish_version_1(std::uint64_t start_line);
+  void resolve_materials();
+  std::uint32_t resolve_material(std::uint32_t name);
+
+  const std::string& file_;
+  JsonPlace root_;
+  std::vector<std::string> keys_;  // the top-level keys so far; the last is being read
+  Format format_ = Format::unknown;
+  SceneFile out_;
+  std::optional<Style> style_;
+  FinishSection finish_;
+  MaterialNames names_;  // version 1; a sphere's material is a number of these until finish()
+  MaterialTable table_;
+};
 
 struct RequiredKey {
   std::string_view key;
@@ -32,8 +152,6 @@ constexpr std::array<RequiredKey, 4> required_keys{{
 
 constexpr std::string_view too_many_materials =
     "more distinct materials than this program holds: let spheres share some";
-
-}  // namespace
 
 bool SceneBuilder::has_key(std::string_view key) const {
   return std::ranges::find(keys_, key) != keys_.end();
@@ -206,6 +324,58 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
   sphere.at("material")
       .fail(entry.first_line, "unknown material '" + printable(names_.name_of(name)) +
                                   "': " + names_.remedy_for_undefined(names_.name_of(name)));
+}
+
+/// A file, expanded if it is packed, as a stream.
+class FileBuffer : public std::streambuf {
+ public:
+  explicit FileBuffer(PackedFile& file) : file_(&file), block_(std::size_t{1} << 16) {}
+
+ protected:
+  int_type underflow() override {
+    const std::size_t got = file_->read(block_.data(), block_.size());
+    setg(block_.data(), block_.data(), block_.data() + got);
+    return got == 0 ? traits_type::eof() : traits_type::to_int_type(block_[0]);
+  }
+
+  std::streamsize xsgetn(char* to, std::streamsize bytes) override {
+    const std::streamsize ready = std::min<std::streamsize>(bytes, egptr() - gptr());
+    std::copy_n(gptr(), ready, to);
+    gbump(static_cast<int>(ready));
+    return ready + static_cast<std::streamsize>(
+                       file_->read(to + ready, static_cast<std::size_t>(bytes - ready)));
+  }
+
+ private:
+  PackedFile* file_;
+  std::vector<char> block_;
+};
+
+}  // namespace
+
+SceneFile read_scene(std::istream& input, const std::string& name, int threads) {
+  SceneBuilder builder(name);
+  const std::uint64_t start_line = parse_json(input, name, builder);
+  SceneFile file = builder.finish(start_line);
+  file.duplicates = remove_duplicates(file.scene, threads);
+  return file;
+}
+
+SceneFile read_scene_file(PackedFile& file, int threads) {
+  if (file.size().value_or(0) > limits::max_scene_file_bytes) {
+    FilePlace{file.name()}.fail("has " + std::to_string(*file.size()) + " bytes, more than " +
+                                std::to_string(limits::max_scene_file_bytes) + ": split it");
+  }
+  file.rewind();
+  FileBuffer buffer(file);
+  std::istream input(&buffer);
+  input.exceptions(std::ios::badbit);  // passes on what the file throws
+  return read_scene(input, file.name(), threads);
+}
+
+SceneFile read_scene_file(const std::filesystem::path& path, int threads) {
+  PackedFile file(path);
+  return read_scene_file(file, threads);
 }
 
 }  // namespace parray::input

@@ -8,18 +8,18 @@
 
 namespace parray::input {
 
-/// An item of the section `spheres` as most files write it.
+/// An item of the section `spheres` in its usual form.
 struct SphereText {
   Sphere sphere;              ///< `material` is not set
   std::string_view material;  ///< refers to the text
-  std::size_t bytes = 0;      ///< of the text
-  std::size_t newlines = 0;   ///< in them
+  std::size_t bytes = 0;      ///< length of the text
+  std::size_t newlines = 0;   ///< number of newlines in it
 };
 
-/// The comma and the item that `text` starts with, blanks aside: an object of the keys center,
-/// radius and material, each once, of numbers in range and a name of printable ASCII without
-/// escapes. Nothing for all else, be it JSON or not: that takes the parser, which knows what to
-/// say.
+/// Reads the comma and the item at the start of `text`, apart from blanks: an object with the keys
+/// center, radius and material, each once, with numbers in range and a name of printable ASCII
+/// without escapes. Returns nothing for other texts; the JSON parser then reads them and reports
+/// errors.
 std::optional<SphereText> next_sphere_text(std::string_view text);
 
 }  // namespace parray::input

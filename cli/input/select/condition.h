@@ -1,25 +1,33 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "cli/input/particles/particles.h"
+#include "cli/input/select/columns.h"
 #include "cli/input/select/expression.h"
-#include "cli/input/select/number_source.h"
-#include "cli/input/select/particle_classes.h"
 #include "cli/input/select/selection.h"
 
 namespace parray::input {
 
-/// An expression with the columns of particles that it asks about. Refers to both.
+/// Classes of particles of molecules, which residues.h tells by residue and atom names.
+enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
+
+/// Returns the particles of a class. Returns an empty mask if none has the names that tell it.
+ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
+
+/// An expression, bound to the columns of particles that it asks about. Refers to both.
 class Condition {
  public:
   /// Throws as Selection::mask() does.
   Condition(const Expression& expression, const Particles& particles, int threads);
 
-  /// For all particles.
+  /// Returns the result for all particles.
   [[nodiscard]] ParticleMask mask() const;
 
  private:

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/rooms.h"
@@ -15,7 +17,7 @@ struct WholeRange {
   std::int64_t most = 0;
 };
 
-/// A selection as it was written, or a part of it: a condition, which holds for a particle or does
+/// A selection, or a part of it, as it was written: a condition that holds for a particle or does
 /// not, or a number that each particle has. Plain data.
 struct Expression {
   enum class Kind : std::uint8_t {
@@ -25,7 +27,7 @@ struct Expression {
     both,      ///< all of the parts hold
     either,    ///< one of them does
     opposite,  ///< the one part does not
-    less,      ///< between the two parts, as those below; none holds for what is not known
+    less,      ///< compare the two parts; false for unknown numbers
     less_equal,
     equal,
     unequal,
@@ -33,12 +35,12 @@ struct Expression {
     elements,      ///< its element is one of `ranges`
     ranges,        ///< its number `word` ("index", "resid") is in one of `ranges`
     residues,      ///< its residue is of the kind `word`: "water", "protein", "nucleic", "ion"
-    sites,         ///< it is a virtual site
+    sites,         ///< the particle is a virtual site
     within,        ///< within the distance `number` of a particle for which the part holds
     same_residue,  ///< in one residue with a particle for which the part holds
     // Numbers:
     constant,  ///< `number`
-    property,  ///< the particle's number `word`, as in number_source.h
+    property,  ///< the particle's number `word`, as in columns.h
     add,
     subtract,
     multiply,
@@ -59,5 +61,20 @@ struct Expression {
 
   [[nodiscard]] bool is_number() const { return kind >= Kind::constant; }
 };
+
+/// Longest text of a selection in bytes, and its deepest nesting.
+inline constexpr std::size_t max_selection_bytes = std::size_t{1} << 20;
+inline constexpr std::size_t max_selection_depth = 64;
+
+/// Parses a selection and returns a condition. scenes/README.md describes the language.
+///
+/// Throws InputError "column N: problem: remedy"; N counts characters from 1.
+Expression parse_selection(std::string_view text);
+
+/// Returns the words that are conditions by themselves: "water", "protein", ...
+std::span<const std::string_view> selection_classes();
+
+/// Returns a condition on the class `word`, one of selection_classes().
+Expression class_condition(std::string_view word, std::size_t column = 1);
 
 }  // namespace parray::input

@@ -8,14 +8,14 @@
 
 namespace parray::input {
 
-/// Points in cells of a regular grid, for the question whether one of them is near. Only cells that
-/// hold points take memory, so a few far away do not matter.
+/// Stores points in cells of a regular grid, to find out whether one of them is near. Only cells
+/// with points take memory.
 class NeighbourGrid {
  public:
   /// `points` are finite; `distance` > 0.
   NeighbourGrid(const std::vector<Vec3d>& points, double distance);
 
-  /// One of the points is not farther than the distance from `position`.
+  /// Returns whether a point lies within the distance from `position`.
   [[nodiscard]] bool near(const Vec3d& position) const;
 
  private:

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/particles/source_error.h"
-#include "cli/input/select/column_names.h"
-#include "cli/input/select/particle_classes.h"
+#include "cli/input/particles/file_place.h"
+#include "cli/input/select/columns.h"
+#include "cli/input/select/condition.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -40,16 +40,6 @@ std::uint64_t take_out(const ParticleMask& mask, ParticleMask& shown) {
     shown[i] &= static_cast<std::uint8_t>(mask[i] ^ 1U);
   }
   return taken;
-}
-
-/// What is wrong with the text of a member gets its place.
-template <typename Read>
-auto checked(const JsonFields& fields, std::string_view key, const Read& read) {
-  try {
-    return read();
-  } catch (const InputError& error) {
-    fields.place().at(key).fail(fields.find(key)->line, error.what());
-  }
 }
 
 /// Which particles are shown, and a note for every reason why others are not.
@@ -120,7 +110,8 @@ class Shown {
 }  // namespace
 
 std::string select_from(const std::string& text) {
-  if (trimmed(text).empty()) throw InputError("the selection is empty: write one, or all");
+  if (trimmed(text).empty())
+    throw InputError("the selection is empty: write an expression, or all");
   static_cast<void>(Selection(text));
   return text;
 }
@@ -133,38 +124,16 @@ std::string slice_from(const std::string& text) {
 std::vector<std::string> hide_from(std::string_view text) {
   if (trimmed(text) == "none") return {};
   std::vector<std::string> words{hidden_by_default};
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    std::string word = lower_case(trimmed(text.substr(begin, comma - begin)));
-    if (std::ranges::find(words, word) == words.end()) words.push_back(std::move(word));
-    begin = comma + 1;
+  for (const std::string_view part : split_at(',', text)) {
+    std::string word = lower_case(trimmed(part));
+    if (!place_in(words, word)) words.push_back(std::move(word));
   }
-  static_cast<void>(Selection::any_of(words));
+  check_hidden(words);
   return words;
 }
 
-ParticleFilter read_particle_filter(const JsonFields& fields) {
-  ParticleFilter out;
-  if (fields.find("select") != nullptr) {
-    const std::string& text = fields.string("select");
-    out.select = checked(fields, "select", [&] { return select_from(text); });
-  }
-  if (fields.find("slice") != nullptr) {
-    const std::string& text = fields.string("slice");
-    out.slice = checked(fields, "slice", [&] { return slice_from(text); });
-  }
-  const JsonValue* const hide = fields.find("hide");
-  if (hide == nullptr) return out;
-  const JsonPlace place = fields.place().at("hide");
-  if (hide->kind != JsonKind::array) {
-    place.fail(hide->line, "not a list: write words in brackets, as [\"virtual\", \"water\"]");
-  }
-  out.hide.emplace();
-  for (std::size_t i = 0; i < hide->items.size(); ++i) {
-    out.hide->push_back(read_string(hide->items[i], place.at(i)));
-  }
-  checked(fields, "hide", [&] { return Selection::any_of(*out.hide); });
-  return out;
+void check_hidden(const std::vector<std::string>& words) {
+  static_cast<void>(Selection::any_of(words));
 }
 
 std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter) {

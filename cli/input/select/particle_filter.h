@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "cli/input/particles/particles.h"
-#include "cli/input/scene_file/json_fields.h"
 
 namespace parray::input {
 
-/// What of a file's particles is shown; by default all but virtual sites.
+/// Says which particles of a file are shown. The default shows all except virtual sites.
 struct ParticleFilter {
   std::string select;                              ///< as in selection.h; empty: all
   std::string slice;                               ///< as in slice_as_selection(); empty: all
@@ -20,23 +19,21 @@ struct ParticleFilter {
   friend bool operator==(const ParticleFilter&, const ParticleFilter&) = default;
 };
 
-/// The texts of the filter's members. Throw InputError, without a place, for what is none.
+/// Check the texts of the filter's members. Throw InputError, without a place, for invalid texts.
 std::string select_from(const std::string& text);
 std::string slice_from(const std::string& text);
-/// Words with commas between, which are hidden beside virtual sites; "none": nothing is hidden.
+/// Returns the words of a list with commas, and "virtual". "none" hides nothing.
 std::vector<std::string> hide_from(std::string_view text);
+/// Throws InputError if one of the words is none of selection_classes().
+void check_hidden(const std::vector<std::string>& words);
 
-/// From the keys select, slice and hide of an item of a scene's `particles`. Throws InputError with
-/// the place.
-ParticleFilter read_particle_filter(const JsonFields& fields);
-
-/// The numeric columns that a reader must be asked for.
+/// Returns the numeric columns that the request must name.
 std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 
-/// Leaves out what the filter does not show, and notes how many under "hidden_CLASS" and
-/// "not_selected". The same for any number of threads.
+/// Removes the particles that the filter does not show. Notes count them under "hidden_CLASS" and
+/// "not_selected". The result is the same for any number of threads.
 ///
-/// Throws UnknownNumber, and SourceError where the particles lack a column or none is left.
+/// Throws UnknownNumber, and SourceError if the particles lack a column or none is left.
 void apply(const ParticleFilter& filter, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

@@ -6,14 +6,13 @@
 #include <utility>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/particle_text.h"
-#include "cli/input/select/column_names.h"
+#include "cli/input/select/columns.h"
 #include "cli/input/select/condition.h"
-#include "cli/input/select/number_source.h"
-#include "cli/input/select/selection_parser.h"
+#include "cli/input/select/expression.h"
 #include "cli/input/select/text_range.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -137,10 +136,8 @@ std::string Selection::what_there_is(const Particles& particles) const {
 
 std::string slice_as_selection(std::string_view text) {
   std::string out;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    const std::string_view part = trimmed(text.substr(begin, comma - begin));
-    begin = comma + 1;
+  for (std::string_view part : split_at(',', text)) {
+    part = trimmed(part);
     const std::size_t equals = std::min(part.find('='), part.size());
     const std::string axis = lower_case(trimmed(part.substr(0, equals)));
     const auto range = text_range(part.substr(std::min(equals + 1, part.size())));

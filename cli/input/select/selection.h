@@ -5,46 +5,45 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/particles/particle_mask.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/select/expression.h"
 #include "common/base/error.h"
 
 namespace parray::input {
 
-/// A number that the particles do not have is asked for.
+/// A selection or colouring asks for a number that the particles do not have.
 class UnknownNumber : public InputError {
  public:
-  /// `place`: of its name, in front of the message, as "column 5: "; it may be empty.
+  /// `place`: of the name, in front of the message, such as "column 5: "; may be empty.
   explicit UnknownNumber(std::string name, const std::string& place = {});
-  /// `known`: the names that would have done.
+  /// Returns the message with a remedy. `known`: the names that would be valid.
   [[nodiscard]] std::string with_remedy(const std::vector<std::string>& known) const;
 
  private:
   std::string name_;
 };
 
-/// Which particles of a file are meant: "chain A and not water". scenes/README.md has the language.
+/// Selects particles of a file: "chain A and not water". scenes/README.md describes the language.
 class Selection {
  public:
   /// Throws InputError "column N: problem: remedy"; N counts characters from 1.
   explicit Selection(std::string_view text);
-  /// Any of these classes of particles: "water", "hydrogens". Throws InputError that names the
-  /// word that is none, with the nearest known one.
+  /// Selects particles of any of these classes: "water", "hydrogens". Throws InputError for an
+  /// unknown word and names the nearest known one.
   static Selection any_of(const std::vector<std::string>& classes);
 
-  /// The numeric columns that a reader must be asked for.
+  /// Returns the numeric columns that the request must name.
   [[nodiscard]] const std::set<std::string, std::less<>>& numbers() const { return numbers_; }
 
-  /// Which of the particles are selected; the same for any number of threads. In time proportional
-  /// to their number but for `within`, which sorts those that it is measured from.
+  /// Returns the selected particles; the same for any number of threads. Takes linear time, except
+  /// `within`, which sorts the particles that it measures from.
   ///
-  /// Throws UnknownNumber, and InputError "column N: problem: remedy" where the particles lack a
+  /// Throws UnknownNumber, and InputError "column N: problem: remedy" if the particles lack a
   /// column that the selection asks about.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 
-  /// What these particles have of what the selection asks about, for one that selects nothing:
-  /// "there are chains A, B; z from 0 to 31.5". Columns that they lack are not spoken of.
+  /// Returns what the particles have instead, for a selection that selects none: "there are chains
+  /// A, B; z from 0 to 31.5". Leaves out columns that they lack.
   [[nodiscard]] std::string what_there_is(const Particles& particles) const;
 
  private:
@@ -54,8 +53,8 @@ class Selection {
   std::set<std::string, std::less<>> numbers_;
 };
 
-/// "z=10:20", "x=40%:60%,z=:5" as a selection: between the two numbers, each included, or between
-/// fractions of the cell (see number_source.h); either may be left out.
+/// Returns a slice such as "z=10:20" or "x=40%:60%,z=:5" as a selection. The bounds are included;
+/// percentages are fractions of the cell (see columns.h); each bound may be left out.
 ///
 /// Throws InputError "problem: remedy".
 std::string slice_as_selection(std::string_view text);

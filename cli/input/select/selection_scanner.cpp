@@ -5,9 +5,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "cli/input/particles/particle_text.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {

@@ -9,15 +9,15 @@
 
 namespace parray::input {
 
-/// The words, signs and numbers of a selection's text, from front to back. What is a word depends
-/// on whether names are being listed, so whoever reads asks for what may come. Blanks before it
-/// are passed over.
+/// Reads the words, signs and numbers of a selection from front to back. The parser asks for what
+/// may come next, because words depend on whether names are being listed. All members skip blanks
+/// first.
 class SelectionScanner {
  public:
   /// The text must outlive this.
   explicit SelectionScanner(std::string_view text) : text_(text) {}
 
-  /// Where the next word begins: a byte of the text, and a character from 1.
+  /// Return where the next word begins: its byte, and its character from 1.
   std::size_t next();
   std::size_t column();
   bool at_end() { return next() == text_.size(); }
@@ -26,23 +26,24 @@ class SelectionScanner {
   bool next_is_digit();
   bool next_is_letter();
   bool take_sign(std::string_view sign);
-  /// `known` is in lower case; what is taken may be in any.
+  /// Takes the word `known` (lower case) in any letter case.
   bool take_word(std::string_view known);
   /// Fails unless that word comes: "'of' is missing: write FORM".
   void expect_word(std::string_view known, std::string_view form);
 
-  /// A word in lower case, with the index that LAMMPS writes: c_stress[1]. A letter comes next.
+  /// Returns a word in lower case, with the index that LAMMPS writes: c_stress[1]. A letter must
+  /// come next.
   std::string word();
-  /// A finite number. A digit or a point comes next.
+  /// Returns a finite number. A digit or a point must come next.
   double number();
-  /// What stands in double quotes, which come next.
+  /// Returns a text in double quotes, which must come next.
   std::string quoted();
-  /// The next of a list of names, which blanks and commas separate; nothing at its end.
+  /// Returns the next name of a list, which blanks and commas separate; nothing at its end.
   std::optional<std::string> name();
 
-  /// What stands at byte `at`, for messages.
+  /// Returns what stands at byte `at`, for messages.
   [[nodiscard]] std::string shown(std::size_t at) const;
-  /// Throws InputError "column N: PROBLEM", the first for what stands at byte `at`.
+  /// Throw InputError "column N: PROBLEM", the first for byte `at`.
   [[noreturn]] void fail(std::size_t at, const std::string& problem) const;
   [[noreturn]] static void fail_at_column(std::size_t column, const std::string& problem);
   [[nodiscard]] std::size_t column_of(std::size_t at) const;

@@ -1,7 +1,7 @@
 #include "cli/input/select/text_range.h"
 
-#include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {

@@ -8,7 +8,7 @@
 
 namespace parray::input {
 
-/// One end of a range as somebody wrote it.
+/// One end of a range.
 struct RangeEnd {
   double value = 0;  ///< finite
   bool percent = false;
@@ -16,7 +16,7 @@ struct RangeEnd {
   friend bool operator==(const RangeEnd&, const RangeEnd&) = default;
 };
 
-/// "10:20", "40%:60%", ":5"; what is not given is left open.
+/// A range such as "10:20", "40%:60%" or ":5". An end that is not given is open.
 struct TextRange {
   std::optional<RangeEnd> low{};
   std::optional<RangeEnd> high{};
@@ -25,10 +25,10 @@ struct TextRange {
   friend bool operator==(const TextRange&, const TextRange&) = default;
 };
 
-/// Nothing when `text` is no range, or names neither end.
+/// Parses a range. Returns nothing for other texts and for a range without ends.
 std::optional<TextRange> text_range(std::string_view text);
 
-/// The text that is read as this.
+/// Returns the text that text_range() reads as this.
 std::string text_of(const TextRange& range);
 
 }  // namespace parray::input

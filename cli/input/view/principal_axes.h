@@ -12,19 +12,19 @@ struct Axes {
   Vec3d center;
 };
 
-/// The frame in which spheres' centres spread most along `right` and least along `back`, around
-/// their mean. `spheres` is not empty.
+/// Returns the frame around the mean of the spheres' centres in which they spread most along
+/// `right` and least along `back`. `spheres` is not empty.
 ///
-/// The eigenvectors of the covariance matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix
-/// Computations, 8.5) in + - * / sqrt alone, so the same on every machine. Scaling all centres by a
-/// power of two scales `center` and changes nothing else.
-/// Where spreads are nearly equal the frame, if it is `leaning`, leans to the coordinate axes: x
-/// right, y up, z back. Of the two signs of `up` and of `back`, the largest component is positive.
+/// Computes the eigenvectors of the covariance matrix by cyclic Jacobi rotations (Golub and Van
+/// Loan, Matrix Computations, 8.5) with + - * / sqrt alone, so that all machines agree. Scaling all
+/// centres by a power of two scales `center` and changes nothing else. If spreads are nearly equal
+/// and `leaning` is true, the frame leans to the coordinate axes: x right, y up, z back. The
+/// largest component of `up` and of `back` is positive.
 Axes principal_axes(std::span<const Sphere> spheres, bool leaning = true);
 
-/// A radius for centres that come without: half the spacing of the cubic lattice in a box, a sheet
-/// or a line that has as many points and spreads as much. 1 where all centres are one. Turning
-/// them changes nothing but rounding, scaling scales. `spheres` is not empty.
+/// Returns a radius for centres without radii: half the spacing of a cubic lattice in a box, a
+/// sheet or a line with as many points and the same spread. Returns 1 if all centres are equal.
+/// Turning changes it by rounding only; scaling scales it. `spheres` is not empty.
 double lattice_radius(std::span<const Sphere> spheres);
 
 }  // namespace parray::input

@@ -1,10 +1,7 @@
 #include "cli/input/view/style.h"
 
-#include <algorithm>
-
 #include "cli/input/scene_file/json_fields.h"
 #include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/suggest.h"
 
 namespace parray::input {
@@ -18,10 +15,7 @@ Sky even(double radiance) {
 }  // namespace
 
 Style style_from(std::string_view name) {
-  const auto* const found = std::ranges::find(style_names, name);
-  if (found != style_names.end()) return static_cast<Style>(found - style_names.begin());
-  throw InputError("unknown style '" + printable(name) +
-                   "': " + remedy_for_name(name, style_names));
+  return static_cast<Style>(known_place("style", name, style_names));
 }
 
 std::string_view name_of(Style style) { return style_names[static_cast<std::size_t>(style)]; }

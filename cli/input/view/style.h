@@ -9,7 +9,7 @@
 
 namespace parray::input {
 
-/// What a portrait has around its particles, and how its picture is finished.
+/// What surrounds the particles of an auto scene, and how its picture is postprocessed.
 enum class Style : std::uint8_t {
   studio,       ///< on a pale floor, or before a pale wall, light from the upper left
   publication,  ///< on white, without a floor, light from the upper left, outlines
@@ -21,17 +21,17 @@ enum class Style : std::uint8_t {
 inline constexpr std::array<std::string_view, 4> style_names{"studio", "publication", "flat",
                                                              "night"};
 
-/// Throws InputError that names the nearest.
+/// Throws InputError that names the nearest style.
 Style style_from(std::string_view name);
 std::string_view name_of(Style style);
 
-/// A scene's key `style`. Throws InputError that names the place and the line; so for `night`,
-/// which is a wall behind particles, and not a sky.
+/// Reads a scene's key `style`. Throws InputError with the place and the line, also for `night`,
+/// which is a wall behind particles and not a sky.
 Style read_style(const JsonValue& value, const JsonPlace& place);
 
-/// The even light of the style.
+/// Returns the even light of the style.
 Sky sky_of(Style style);
-/// How pictures of the style are finished.
+/// Returns the postprocessing of the style.
 Finish finish_of(Style style);
 
 }  // namespace parray::input

@@ -6,15 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
 constexpr double flatness = 0.1;  ///< of the third extent to the second
-/// Of a direction that is told from the ground's plane: beyond half of a portrait's angle of view.
+/// Least sine between the direction of view and the ground's plane: more than half of the angle of
+/// view.
 constexpr double least_sine = 0.28;
 
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,
@@ -110,15 +110,10 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
 }  // namespace
 
 View view_from(std::string_view name) {
-  const auto* const found = std::ranges::find(view_names, name);
-  if (found != view_names.end()) return static_cast<View>(found - view_names.begin());
-  const auto* const axis = std::ranges::find(view_axes, name);
-  if (axis != view_axes.end()) {
-    return views_of_axes[static_cast<std::size_t>(axis - view_axes.begin())];
-  }
+  if (const auto axis = place_in(view_axes, name)) return views_of_axes.at(*axis);
   std::vector<std::string_view> known(view_names.begin(), view_names.end());
   known.insert(known.end(), view_axes.begin(), view_axes.end());
-  throw InputError("unknown view '" + printable(name) + "': " + remedy_for_name(name, known));
+  return static_cast<View>(known_place("view", name, known));
 }
 
 std::string_view name_of(View view) { return view_names[static_cast<std::size_t>(view)]; }

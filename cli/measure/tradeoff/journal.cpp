@@ -1,7 +1,6 @@
 #include "cli/measure/tradeoff/journal.h"
 
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -10,7 +9,9 @@
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 
 namespace parray::tradeoff {
@@ -68,27 +69,23 @@ json json_of(const Identity& identity) {
           {"format", format_version}};
 }
 
-double number(const std::string& text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end) throw std::runtime_error("'" + text + "' is no number");
-  return value;
+double number(std::string_view text) {
+  const std::optional<double> value = parsed<double>(text);
+  if (!value) throw std::runtime_error("'" + std::string(text) + "' is no number");
+  return *value;
 }
 
-std::string read_file(const fs::path& path) {
-  std::ifstream input(path, std::ios::binary);
-  std::ostringstream text;
-  text << input.rdbuf();
-  if (!input) throw InputError(shown(path) + ": cannot be read");
-  return text.str();
+std::string text_of(const fs::path& path) {
+  const std::optional<std::string> text = read_file(path);
+  if (!text) throw InputError(shown(path) + ": cannot be read");
+  return *text;
 }
 
 }  // namespace
 
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(const fs::path& directory) {
   if (!fs::exists(directory / state_name)) return std::nullopt;
-  const json state = json::parse(read_file(directory / state_name), nullptr, false);
+  const json state = json::parse(text_of(directory / state_name), nullptr, false);
   const auto side = [&](const char* name) -> std::uint64_t {
     const json::json_pointer at(std::string("/identity/") + name);
     const bool there =
@@ -114,18 +111,15 @@ std::string csv_line(const Run& run) {
 }
 
 Run run_of_csv(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream input(line);
-  for (std::string cell; std::getline(input, cell, ',');) cells.push_back(cell);
+  const std::vector<std::string_view> cells = split_at(',', line);
   Run run;
   if (cells.size() != 2 + columns.size() + by_level.size() * interval_levels.size()) {
     throw std::runtime_error("not as many cells as the header");
   }
   run.options = cells[0];
-  const char* const end = cells[1].data() + cells[1].size();
-  if (std::from_chars(cells[1].data(), end, run.seed).ptr != end) {
-    throw std::runtime_error("'" + cells[1] + "' is no seed");
-  }
+  const auto seed = parsed<decltype(run.seed)>(cells[1]);
+  if (!seed) throw std::runtime_error("'" + std::string(cells[1]) + "' is no seed");
+  run.seed = *seed;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     run.*columns.at(i).second = number(cells[2 + i]);
   }
@@ -161,7 +155,7 @@ Journal::Journal(fs::path directory, const Identity& identity, bool restart)
 }
 
 void Journal::read_state(const Identity& identity) {
-  state_ = json::parse(read_file(file(state_name)), nullptr, false);
+  state_ = json::parse(text_of(file(state_name)), nullptr, false);
   if (!state_.is_object() || !state_.contains("identity")) {
     throw InputError(shown(file(state_name)) + ": is damaged" + remedy);
   }
@@ -176,7 +170,7 @@ void Journal::read_state(const Identity& identity) {
 }
 
 void Journal::read_runs() {
-  std::string text = read_file(file(runs_name));
+  std::string text = text_of(file(runs_name));
   const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
   if (whole < text.size()) {  // a line that the end of the program has cut
     text.resize(whole);

@@ -16,7 +16,7 @@ struct LinePixel {
 
 bool hides(const DepthMap& map, std::size_t pixel, double z) {
   if (map.depth.empty() || !(static_cast<double>(map.depth[pixel]) < z)) return false;
-  return map.sphere.empty() || map.sphere[pixel] >= map.staging;
+  return map.sphere.empty() || map.sphere[pixel] >= map.scenery;
 }
 
 /// The part of a line from `least` z on. None: all of it lies before.

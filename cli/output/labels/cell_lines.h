@@ -15,7 +15,7 @@ namespace parray::labels {
 struct DepthMap {
   std::span<const float> depth;           ///< channel "Z" (cli/output/channel_tracing.h)
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
-  std::uint32_t staging =
+  std::uint32_t scenery =
       0;  ///< so many of the first spheres are ground and lights: they hide nothing
 };
 

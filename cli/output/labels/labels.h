@@ -24,7 +24,7 @@ struct LabelContent {
   Camera camera{};           ///< has passed the reader's checks
   std::uint32_t width = 0;   ///< of the picture, in pixels
   std::uint32_t height = 0;
-  std::uint32_t staging = 0;  ///< so many of the scene's first spheres are ground and lights
+  std::uint32_t scenery = 0;  ///< so many of the scene's first spheres are ground and lights
 };
 
 /// Pixels an inch that sizes of a picture so wide are worked out with: of `settings`, or else as if

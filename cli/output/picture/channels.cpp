@@ -6,6 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::picture {
 namespace {
@@ -14,12 +15,7 @@ constexpr std::array<std::string_view, 7> aov_names{"depth", "normal",  "albedo"
                                                     "cost",  "samples", "half-width"};
 
 Aov aov_from(std::string_view name) {
-  const auto* const found = std::find(aov_names.begin(), aov_names.end(), name);
-  if (found == aov_names.end()) {
-    throw InputError("unknown channel '" + printable(name) +
-                     "': " + remedy_for_name(name, aov_names));
-  }
-  return static_cast<Aov>(found - aov_names.begin());
+  return static_cast<Aov>(known_place("channel", name, aov_names));
 }
 
 }  // namespace
@@ -28,12 +24,8 @@ std::string_view name_of(Aov aov) { return aov_names.at(static_cast<std::size_t>
 
 Aovs aovs_from(std::string_view names) {
   Aovs aovs;
-  for (;;) {
-    const std::size_t comma = names.find(',');
-    aovs.insert(aov_from(names.substr(0, comma)));
-    if (comma == std::string_view::npos) return aovs;
-    names.remove_prefix(comma + 1);
-  }
+  for (const std::string_view name : split_at(',', names)) aovs.insert(aov_from(name));
+  return aovs;
 }
 
 std::string text_of(const Aovs& aovs) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/output/picture/srgb.h"
+#include "common/base/text.h"
 
 namespace parray::picture {
 namespace {
@@ -142,9 +143,8 @@ Vec3d violet_to_yellow(double share) {
 std::span<const std::string_view> color_map_names() { return map_names; }
 
 std::optional<ColorMap> color_map_named(std::string_view name) {
-  const auto found = std::ranges::find(map_names, name);
-  if (found == map_names.end()) return {};
-  return static_cast<ColorMap>(found - map_names.begin());
+  const auto place = place_in(map_names, name);
+  return place ? std::optional(static_cast<ColorMap>(*place)) : std::nullopt;
 }
 
 std::string_view name_of(ColorMap map) { return map_names[static_cast<std::size_t>(map)]; }

@@ -1,9 +1,9 @@
 #include "cli/output/picture/image_metadata.h"
 
-#include <charconv>
 #include <limits>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::picture {
 namespace {
@@ -23,15 +23,6 @@ const MetadataValue* value_in(const ImageMetadata& metadata, std::string_view na
     if (key == name) return &value;
   }
   return nullptr;
-}
-
-/// The number that all of `text` is.
-template <typename Number>
-std::optional<Number> number_of(const std::string& text) {
-  Number number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
 }
 
 }  // namespace
@@ -61,7 +52,7 @@ std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string
   if (value == nullptr) return std::nullopt;
   if (const auto* const whole = std::get_if<std::uint64_t>(value)) return *whole;
   if (const auto* const text = std::get_if<std::string>(value)) {
-    return number_of<std::uint64_t>(*text);
+    return parsed<std::uint64_t>(*text);
   }
   const double real = std::get<double>(*value);
   const bool exact = real >= 0 && real <= static_cast<double>(most_exact);
@@ -72,7 +63,7 @@ std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string
 std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name) {
   const MetadataValue* const value = value_in(metadata, name);
   if (value == nullptr) return std::nullopt;
-  if (const auto* const text = std::get_if<std::string>(value)) return number_of<double>(*text);
+  if (const auto* const text = std::get_if<std::string>(value)) return parsed<double>(*text);
   if (const auto* const whole = std::get_if<std::uint64_t>(value)) {
     return static_cast<double>(*whole);
   }

@@ -54,6 +54,14 @@ class CodeTable {
   std::array<Group, group_count> groups_{};
 };
 
+std::array<double, 256> linear_values() {
+  std::array<double, 256> values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = srgb_decode(static_cast<double>(i) / 255);
+  }
+  return values;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
@@ -62,6 +70,12 @@ std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
   std::transform(linear.begin(), linear.end(), bytes.begin(),
                  [](float value) { return table.code(value); });
   return bytes;
+}
+
+Vec3d linear_of_srgb8(const Vec3d& color) {
+  static const std::array<double, 256> values = linear_values();
+  return {values[static_cast<std::size_t>(color.x)], values[static_cast<std::size_t>(color.y)],
+          values[static_cast<std::size_t>(color.z)]};
 }
 
 }  // namespace parray::picture

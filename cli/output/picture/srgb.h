@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/rooms.h"
+#include "common/math/vec.h"
 
 /// The sRGB transfer curve, IEC 61966-2-1.
 namespace parray::picture {
@@ -30,5 +30,8 @@ inline std::uint8_t srgb_byte(float linear) {
 
 /// srgb_byte() of each, by a table.
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear);
+
+/// Returns the linear RGB of an 8-bit sRGB colour. Components are whole numbers from 0 to 255.
+Vec3d linear_of_srgb8(const Vec3d& color);
 
 }  // namespace parray::picture

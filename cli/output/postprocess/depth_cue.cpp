@@ -72,7 +72,7 @@ void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, cons
           const Vec3d& background) {
   const std::array<double, 3> far{background.x, background.y, background.z};
   for (std::size_t i = 0; i < seen.sphere.size(); ++i) {
-    const bool staged = seen.sphere[i] < seen.staging;
+    const bool staged = seen.sphere[i] < seen.scenery;
     if (staged || !std::isfinite(seen.depth[i])) continue;
     const double lost = fade(seen.depth[i]);
     for (std::size_t c = 0; c < 3; ++c) {

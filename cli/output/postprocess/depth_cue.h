@@ -15,10 +15,10 @@ struct SeenSpheres {
   std::span<const float> depth{};         ///< channel "Z"
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
   /// So many of the first spheres are background, as the sky is: a portrait's floor.
-  std::uint32_t staging = 0;
+  std::uint32_t scenery = 0;
 
   [[nodiscard]] bool background(std::size_t pixel) const {
-    return sphere[pixel] < staging || sphere[pixel] == UINT32_MAX;
+    return sphere[pixel] < scenery || sphere[pixel] == UINT32_MAX;
   }
 };
 

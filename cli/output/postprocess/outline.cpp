@@ -93,7 +93,7 @@ class Outliner {
                         static_cast<std::size_t>(x)];
   }
   [[nodiscard]] bool is_background(std::uint32_t number) const {
-    return number == sky || number < seen_.staging;
+    return number == sky || number < seen_.scenery;
   }
 
   [[nodiscard]] Shape shape_of(std::uint32_t number) const {

@@ -2,6 +2,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/farm_rig.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/farm_rig.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

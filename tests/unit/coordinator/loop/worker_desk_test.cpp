@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/farm_rig.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

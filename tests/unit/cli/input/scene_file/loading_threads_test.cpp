@@ -14,7 +14,7 @@
 #include "cli/input/scene_file/duplicates.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/scene_file/sphere_text.h"
-#include "cli/input/view/portrait_scene.h"
+#include "cli/input/view/auto_scene.h"
 #include "common/base/bands.h"
 #include "common/scene/origin.h"
 #include "common/scene/requirements.h"
@@ -214,9 +214,9 @@ TEST_CASE("particles of binary PLY are the same for any number of threads and ei
 TEST_CASE("a portrait is the same scene for any number of threads") {
   const ParticleFiles files;
   const auto path = files.write("p.ply", ply(std::endian::little, many));
-  const Scene one = portrait_scene(path, {}, portrait_settings()).file.scene;
+  const Scene one = auto_scene(path, {}, auto_scene_settings()).file.scene;
   for (const int threads : thread_counts) {
-    CHECK(portrait_scene(path, {}, portrait_settings(), {}, threads).file.scene == one);
+    CHECK(auto_scene(path, {}, auto_scene_settings(), {}, threads).file.scene == one);
   }
 }
 

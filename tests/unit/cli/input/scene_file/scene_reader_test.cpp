@@ -32,7 +32,7 @@ std::string message_of(const std::string& text) {
 }
 
 Json scene_cases() {
-  std::ifstream file(PARRAY_SOURCE_DIR "/tests/unit/scene_cases.json");
+  std::ifstream file(PARRAY_SOURCE_DIR "/tests/unit/cli/input/scene_file/scene_cases.json");
   REQUIRE(file);
   return Json::parse(file);
 }

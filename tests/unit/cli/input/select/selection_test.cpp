@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/particles/source_error.h"
+#include "cli/input/particles/file_place.h"
+#include "cli/input/select/expression.h"
 #include "cli/input/select/particle_filter.h"
-#include "cli/input/select/selection_parser.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "tests/support/dice.h"

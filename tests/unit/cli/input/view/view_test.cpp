@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/view/portrait.h"
+#include "cli/input/view/surroundings.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -66,14 +66,14 @@ TEST_CASE("cameras of views look along their axes, whatever they look at") {
        {View::front, View::back, View::left, View::right, View::top, View::bottom, View::iso}) {
     CAPTURE(name_of(view));
     const Axes axes = axes_of(view);
-    const Camera camera = portrait_of(spheres, 1.5, {.view = view}).camera;
+    const Camera camera = surroundings_of(spheres, 1.5, {.view = view}).camera;
     CHECK(camera.projection == Projection::orthographic);
     CHECK(near(normalize(camera.look_from - camera.look_at), axes.back));
     CHECK(camera.up == axes.up);
-    CHECK(portrait_of(spheres, 1.5, {.view = view, .projection = Projection::perspective})
+    CHECK(surroundings_of(spheres, 1.5, {.view = view, .projection = Projection::perspective})
               .camera.projection == Projection::perspective);
   }
-  CHECK(portrait_of(spheres, 1.5).camera.projection == Projection::perspective);
+  CHECK(surroundings_of(spheres, 1.5).camera.projection == Projection::perspective);
 }
 
 TEST_CASE("an axis as the name of a view is the axis that points at the viewer") {
@@ -119,7 +119,7 @@ TEST_CASE("flat groups are seen face on, however they lie") {
 TEST_CASE("no camera has a negative zero, which its file would not keep") {
   const std::vector<Sphere> flat = sheet(9, 5, normalize(Vec3d{3, 1, 0}), {0, 1, 0});
   for (const bool molecule : {true, false}) {
-    const Camera camera = portrait_of(flat, 1.5, {}, {.molecule = molecule}).camera;
+    const Camera camera = surroundings_of(flat, 1.5, {}, {.molecule = molecule}).camera;
     for (const Vec3d& v : {camera.look_from, camera.look_at, camera.up}) {
       for (const double x : {v.x, v.y, v.z}) CHECK_FALSE((x == 0 && std::signbit(x)));
     }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/color/category_colors.h"
+#include "cli/input/color/particle_colors.h"
 #include "cli/output/picture/srgb.h"
 #include "tests/support/rooms.h"
 

@@ -47,17 +47,17 @@ struct Seen {
       }
     }
   }
-  [[nodiscard]] SeenSpheres view(std::uint32_t staging = 0) const {
-    return {depth, sphere, staging};
+  [[nodiscard]] SeenSpheres view(std::uint32_t scenery = 0) const {
+    return {depth, sphere, scenery};
   }
 
   std::vector<float> depth;
   std::vector<std::uint32_t> sphere;
 };
 
-std::vector<float> lines(const Scene& scene, double width, std::uint32_t staging = 0) {
+std::vector<float> lines(const Scene& scene, double width, std::uint32_t scenery = 0) {
   const Seen seen(scene);
-  return outline_of(scene, side, side, seen.view(staging), width);
+  return outline_of(scene, side, side, seen.view(scenery), width);
 }
 
 /// Distance of a pixel's centre from a point of the scene, in pixels.

@@ -1,0 +1,88 @@
+#include "cli/commands/auto_scene_options.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "cli/commands/options.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+
+namespace parray::commands {
+namespace {
+
+constexpr std::array<std::string_view, 2> projection_words{"perspective", "orthographic"};
+
+Projection projection_in(const std::string& text) {
+  return static_cast<Projection>(known_place("projection", text, projection_words));
+}
+
+template <std::size_t Count>
+void append(std::vector<std::string>& words, const std::array<std::string_view, Count>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<std::string> view_words() {
+  std::vector<std::string> words;
+  append(words, view_names);
+  append(words, view_axes);
+  return words;
+}
+
+void AutoSceneOptions::add_to(Command& command) {
+  std::vector<std::string> styles;
+  append(styles, style_names);
+  std::vector<std::string> projections;
+  append(projections, projection_words);
+  command
+      .option(
+          "--view", [this](const std::string& text) { view_ = view_from(text); },
+          "The side it is seen from, z up, or y up from top and bottom, or the axis that points at "
+          "the viewer (default: auto, molecules along their principal axes, flat groups face on, "
+          "others from above and aside)")
+      .words(view_words())
+      .type_name("VIEW")
+      .group(particles_group);
+  command
+      .option(
+          "--style", [this](const std::string& text) { style_ = style_from(text); },
+          "What is around the particles: studio, a pale floor and soft light (default); "
+          "publication, white with outlines; flat, white with outlines and light from everywhere; "
+          "night, dark, what is far fades")
+      .words(styles)
+      .type_name("STYLE")
+      .group(particles_group);
+  command
+      .option(
+          "--projection", [this](const std::string& text) { projection_ = projection_in(text); },
+          "perspective, or orthographic: what is far looks as large as what is near (default: "
+          "orthographic with --view, but for auto)")
+      .words(projections)
+      .type_name("NAME")
+      .group(particles_group);
+}
+
+void AutoSceneOptions::check_unused(const std::string& file) const {
+  std::string given;
+  if (view_) given += " --view";
+  if (style_) given += " --style";
+  if (projection_) given += " --projection";
+  if (given.empty()) return;
+  throw InputError(
+      given.substr(1) + ": " + printable(file, 4096) +
+      " is not a file of particles: a scene has its own camera, lights and materials: leave the "
+      "option out, or change them in the file");
+}
+
+Viewing AutoSceneOptions::viewing() const {
+  Viewing viewing;
+  viewing.view = view_.value_or(View::automatic);
+  viewing.style = style_.value_or(Style::studio);
+  viewing.projection = projection_;
+  viewing.whole_cell = whole_cell_ != nullptr && *whole_cell_;
+  return viewing;
+}
+
+}  // namespace parray::commands

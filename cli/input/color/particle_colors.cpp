@@ -1,0 +1,341 @@
+#include "cli/input/color/particle_colors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+
+#include "cli/input/particles/elements.h"
+#include "cli/input/particles/file_place.h"
+#include "cli/input/particles/residues.h"
+#include "cli/input/select/columns.h"
+#include "cli/input/select/selection.h"
+#include "cli/output/picture/srgb.h"
+#include "common/base/bands.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+constexpr std::array<Vec3d, 7> okabe_ito{{
+    {0.7913, 0.3467, 0.0},     // orange
+    {0.0931, 0.4564, 0.8148},  // sky blue
+    {0.0, 0.3419, 0.1714},     // bluish green
+    {0.8714, 0.7758, 0.0545},  // yellow
+    {0.0, 0.1683, 0.4452},     // blue
+    {0.6654, 0.1119, 0.0},     // vermilion
+    {0.6038, 0.1912, 0.3864},  // reddish purple
+}};
+
+/// Those that follow, in sRGB.
+constexpr std::array<std::uint32_t, category_color_count - okabe_ito.size()> grid_colors{
+    0x882808, 0xa0ffd0, 0x385068, 0xa068ff, 0x7000a0, 0x7808f0, 0xa84838, 0x58d8ff, 0x886078,
+    0xa8e098, 0x88b878, 0xc828c0, 0xf0c048, 0xd0f898, 0xe87838, 0x8090e8, 0x903088};
+
+/// A category that some particles may belong to.
+struct Category {
+  std::string name;
+  Vec3d color;
+};
+
+/// `index`: the category of each particle. Entries of the legend are in the order `reading` of the
+/// categories; those without particles are left out.
+ParticleColors colors_by_category(std::string title, const std::vector<Category>& categories,
+                                  std::vector<std::uint32_t> index,
+                                  const std::vector<std::size_t>& reading) {
+  ParticleColors colors;
+  std::vector<std::uint64_t> counts(categories.size());
+  for (const std::uint32_t category : index) ++counts[category];
+  for (const Category& category : categories) colors.palette.push_back(category.color);
+  colors.index = std::move(index);
+  colors.legend.title = std::move(title);
+  for (const std::size_t i : reading) {
+    if (counts[i] == 0) continue;
+    const std::string& name = categories[i].name;
+    colors.legend.entries.push_back(
+        {name.empty() ? "no name" : name, categories[i].color, counts[i]});
+  }
+  return colors;
+}
+
+std::vector<std::size_t> as_they_come(std::size_t count) {
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  return order;
+}
+
+ParticleColors by_element(const Particles& particles) {
+  std::vector<Category> categories;
+  for (std::size_t number = 0; number <= last_element; ++number) {
+    const Element& entry = element(static_cast<std::uint8_t>(number));
+    categories.push_back({number == 0 ? "unknown" : std::string(entry.symbol), entry.color});
+  }
+  std::vector<std::size_t> reading = as_they_come(categories.size());
+  std::rotate(reading.begin(), reading.begin() + 1, reading.end());  // unknown last
+  return colors_by_category("element", categories,
+                            {particles.elements.begin(), particles.elements.end()}, reading);
+}
+
+/// Numbers by value, before texts by their letters; without a name last.
+bool reads_before(const std::string& a, const std::string& b) {
+  if (a.empty() != b.empty()) return b.empty();
+  const std::optional<double> number_a = number_in(a);
+  const std::optional<double> number_b = number_in(b);
+  if (number_a && number_b && *number_a != *number_b) return *number_a < *number_b;
+  if (number_a.has_value() != number_b.has_value()) return number_a.has_value();
+  return a < b;
+}
+
+/// In reading order, so that a name has its colour whichever particle comes first: frames of a
+/// trajectory may have them in any order.
+ParticleColors by_name(std::string title, const NameColumn& column) {
+  std::vector<std::size_t> reading = as_they_come(column.names.size());
+  std::ranges::sort(reading, [&](std::size_t a, std::size_t b) {
+    return reads_before(column.names[a], column.names[b]);
+  });
+  std::vector<Category> categories(column.names.size());
+  for (std::size_t i = 0; i < reading.size(); ++i) {
+    categories[reading[i]] = {column.names[reading[i]], category_color(i)};
+  }
+  return colors_by_category(std::move(title), categories, column.index, reading);
+}
+
+/// Residues of no group are categories of their own.
+ParticleColors by_residue(const NameColumn& column) {
+  std::vector<Category> categories;
+  for (const std::string_view group : residue_groups()) {
+    categories.push_back({std::string(group), category_color(categories.size())});
+  }
+  std::vector<std::uint32_t> category_of;
+  for (const std::string& name : column.names) {
+    const std::optional<std::size_t> group = residue_group(name);
+    category_of.push_back(static_cast<std::uint32_t>(group.value_or(categories.size())));
+    if (!group) categories.push_back({name, category_color(categories.size())});
+  }
+  std::vector<std::uint32_t> index(column.index.size());
+  std::ranges::transform(column.index, index.begin(),
+                         [&](std::uint32_t name) { return category_of[name]; });
+  return colors_by_category("residue", categories, std::move(index),
+                            as_they_come(categories.size()));
+}
+
+/// Colours by one of color_by_words. Elements have their own colours; types, chains and atom names
+/// have those of category_color(), in reading order. Residues: see residue_groups().
+///
+/// Throws SourceError("color_by") if the particles lack the column.
+ParticleColors colored_by_category(std::string_view word, const Particles& particles) {
+  const auto check = [&](bool there, const std::string& what) {
+    if (!there) {
+      throw SourceError("color_by",
+                        "the file has no " + what + ": it has " + columns_of(particles));
+    }
+  };
+  if (word == "element") {
+    check(!particles.elements.empty(), "elements");
+    return by_element(particles);
+  }
+  const std::string_view column_word =
+      word == "residue" ? "resname" : (word == "atom" ? "name" : word);
+  const NameColumn& column = name_column(column_word, particles);
+  check(!column.empty(), plural_of(column_word));
+  return word == "residue" ? by_residue(column) : by_name(std::string(word), column);
+}
+
+constexpr std::size_t block_size = 512;  ///< of particles that are looked at together
+constexpr std::size_t unknown_level = color_levels;
+
+/// Calls take(first, values) for the numbers from `begin` to `end`, block by block.
+template <typename Take>
+void each_block(const NumberSource& source, std::size_t begin, std::size_t end, const Take& take) {
+  std::array<double, block_size> values{};
+  for (std::size_t first = begin; first < end; first += block_size) {
+    const std::span<double> some = std::span(values).first(std::min(block_size, end - first));
+    source.values(first, some);
+    take(first, some);
+  }
+}
+
+struct NumberBounds {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] bool empty() const { return low > high; }
+};
+
+NumberBounds extent_of(const NumberSource& source, std::size_t count, int threads) {
+  const Bands bands(count, threads);
+  std::vector<NumberBounds> parts(bands.count());
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    NumberBounds part;
+    each_block(source, begin, end, [&](std::size_t /*first*/, std::span<const double> values) {
+      for (const double value : values) part.add(value);
+    });
+    parts[band] = part;
+  });
+  NumberBounds whole;
+  for (const NumberBounds& part : parts) {
+    whole.low = std::min(whole.low, part.low);
+    whole.high = std::max(whole.high, part.high);
+  }
+  return whole;
+}
+
+/// By nearest rank, of the finite numbers, of which there is one at least.
+double percentile(const NumberSource& source, std::size_t count, double percent) {
+  std::vector<double> finite;
+  finite.reserve(count);
+  each_block(source, 0, count, [&](std::size_t /*first*/, std::span<const double> values) {
+    for (const double value : values) {
+      if (std::isfinite(value)) finite.push_back(value);
+    }
+  });
+  const double rank = std::ceil(percent / 100 * static_cast<double>(finite.size()));
+  const auto place =
+      std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(rank) - 1, 0, std::ssize(finite) - 1);
+  std::nth_element(finite.begin(), finite.begin() + place, finite.end());
+  return finite[static_cast<std::size_t>(place)];
+}
+
+/// What the ends of the map stand for: low < high.
+NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
+                      std::size_t count, int threads) {
+  NumberBounds scale = extent_of(source, count, threads);
+  if (scale.empty()) {
+    throw SourceError("color_by", "no particle has a finite " + printable(coloring.by) +
+                                      ": colour by something else");
+  }
+  const TextRange& range = coloring.range;
+  if (is_diverging(map) && range.open() && scale.low < 0 && scale.high > 0) {
+    scale.high = std::max(scale.high, -scale.low);
+    scale.low = -scale.high;
+  }
+  const auto decide = [&](const std::optional<RangeEnd>& end, double& value) {
+    if (end) value = end->percent ? percentile(source, count, end->value) : end->value;
+  };
+  decide(range.low, scale.low);
+  decide(range.high, scale.high);
+  if (scale.low < scale.high) return scale;
+  if (scale.low > scale.high) {
+    throw SourceError("range", "low, " + number_text(scale.low) + ", is above high, " +
+                                   number_text(scale.high) + ", in these particles: write both");
+  }
+  const double room = std::max(std::abs(scale.low) / 2, 0.5);  // all alike: the map's middle
+  constexpr double most = std::numeric_limits<double>::max();
+  return {std::max(scale.low - room, -most), std::min(scale.high + room, most)};
+}
+
+/// How many numbers have no place of their own on the scale.
+struct Misfits {
+  std::uint64_t unknown = 0;
+  std::uint64_t clipped = 0;
+};
+
+/// Writes the level of each number of a band to `index`.
+Misfits find_levels(const NumberSource& source, const NumberBounds& scale, std::size_t begin,
+                    std::size_t end, std::vector<std::uint32_t>& index) {
+  Misfits misfits;
+  const double half_width = scale.high / 2 - scale.low / 2;  // halves: the width may overflow
+  const auto level_of = [&](double value) -> std::size_t {
+    if (std::isnan(value)) {
+      ++misfits.unknown;
+      return unknown_level;
+    }
+    if (value < scale.low || value > scale.high) ++misfits.clipped;
+    const double share =
+        (std::clamp(value, scale.low, scale.high) / 2 - scale.low / 2) / half_width;
+    return static_cast<std::size_t>(std::lround(share * (color_levels - 1)));
+  };
+  each_block(source, begin, end, [&](std::size_t first, std::span<const double> values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      index[first + i] = static_cast<std::uint32_t>(level_of(values[i]));
+    }
+  });
+  return misfits;
+}
+
+Vec3d in_unit_range(const Vec3d& color) {
+  return {std::clamp(color.x, 0.0, 1.0), std::clamp(color.y, 0.0, 1.0),
+          std::clamp(color.z, 0.0, 1.0)};
+}
+
+/// `count` colours in equal steps.
+std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
+  std::vector<Vec3d> colors;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(count - 1);
+    colors.push_back(in_unit_range(color_at(map, share)));
+  }
+  return colors;
+}
+
+ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& particles,
+                                 int threads) {
+  const std::optional<NumberSource> source = NumberSource::of(coloring.by, particles);
+  if (!source && is_number_column(coloring.by)) throw UnknownNumber(coloring.by);
+  if (!source) {
+    throw SourceError("color_by", "the file has no " + printable(coloring.by) + " column");
+  }
+  const ColorMap map = coloring.map.value_or(ColorMap::viridis);
+  const std::size_t count = particles.count();
+  const NumberBounds scale = scale_of(coloring, map, *source, count, threads);
+
+  ParticleColors colors;
+  colors.palette = samples_of(map, color_levels);
+  colors.palette.push_back(color_of_unknown(map));
+  colors.index.resize(count);
+  const Bands bands(count, threads);
+  std::vector<Misfits> parts(bands.count());
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    parts[band] = find_levels(*source, scale, begin, end, colors.index);
+  });
+  Misfits misfits;
+  for (const Misfits& part : parts) {
+    misfits.unknown += part.unknown;
+    misfits.clipped += part.clipped;
+  }
+
+  constexpr std::size_t legend_stops = 65;
+  colors.legend = {coloring.by, {}, scale.low, scale.high, samples_of(map, legend_stops), {}};
+  if (misfits.unknown > 0) {
+    colors.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
+    particles.facts.notes.push_back({"unknown_numbers", misfits.unknown,
+                                     particles_word(misfits.unknown) + " without a known " +
+                                         printable(coloring.by) + ", in a colour of their own"});
+  }
+  if (misfits.clipped > 0) {
+    particles.facts.notes.push_back({"clipped", misfits.clipped,
+                                     particles_word(misfits.clipped) + " with a " +
+                                         printable(coloring.by) + " outside " +
+                                         number_text(scale.low) + " to " + number_text(scale.high) +
+                                         ", in the colour of the nearer end"});
+  }
+  return colors;
+}
+
+}  // namespace
+
+Vec3d category_color(std::size_t number) {
+  number %= category_color_count;
+  if (number < okabe_ito.size()) return okabe_ito[number];
+  const std::uint32_t code = grid_colors[number - okabe_ito.size()];
+  const auto component = [code](unsigned shift) {
+    return static_cast<double>((code >> shift) & 0xffU);
+  };
+  return linear_of_srgb8({component(16), component(8), component(0)});
+}
+
+ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads) {
+  const bool category = std::ranges::find(color_by_words, coloring.by) != color_by_words.end();
+  return category ? colored_by_category(coloring.by, particles)
+                  : colored_by_number(coloring, particles, threads);
+}
+
+}  // namespace parray::input

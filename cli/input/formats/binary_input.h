@@ -1,0 +1,106 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/input/particles/particle_columns.h"
+#include "cli/input/particles/particle_input.h"
+#include "cli/input/particles/particles.h"
+#include "common/scene/limits.h"
+
+namespace parray::input {
+
+/// Returns the number in the bytes at `from`. `swapped`: the byte order is not that of this
+/// machine.
+template <typename T>
+T binary_value(const char* from, bool swapped) {
+  std::array<char, sizeof(T)> own{};
+  std::memcpy(own.data(), from, sizeof(T));
+  if (swapped) std::reverse(own.begin(), own.end());
+  return std::bit_cast<T>(own);
+}
+
+/// Returns `bytes` rounded up to a multiple of four, as XDR and netCDF pad data.
+constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
+
+/// Reads a particle file as numbers in one byte order, once from front to back. All members throw
+/// InputError if the file ends early.
+class BinaryInput {
+ public:
+  /// `file` must outlive this.
+  explicit BinaryInput(PackedFile& file, std::endian order = std::endian::big)
+      : input_(file), swapped_(order != std::endian::native) {}
+
+  void set_order(std::endian order) { swapped_ = order != std::endian::native; }
+
+  /// Returns the next number.
+  template <typename T>
+  T get() {
+    return binary_value<T>(bytes(sizeof(T)).data(), swapped_);
+  }
+  /// Calls `put(value)` with the next `count` numbers.
+  template <typename T, typename Put>
+  void each(std::uint64_t count, const Put& put) {
+    constexpr std::uint64_t at_once = ParticleInput::max_bytes_at_once / sizeof(T);
+    while (count > 0) {
+      const auto part = static_cast<std::size_t>(std::min(count, at_once));
+      const char* const from = bytes(part * sizeof(T)).data();
+      for (std::size_t i = 0; i < part; ++i) {
+        put(binary_value<T>(from + i * sizeof(T), swapped_));
+      }
+      count -= part;
+    }
+  }
+  /// Returns the next `count` bytes, at most ParticleInput::max_bytes_at_once. They stay valid
+  /// until the next call.
+  std::string_view bytes(std::size_t count) {
+    const char* const from = input_.next_bytes(count);
+    if (from == nullptr) fail_end();
+    return {from, count};
+  }
+  void skip(std::uint64_t count) {
+    if (!input_.skip_bytes(count)) fail_end();
+  }
+
+  /// Returns whether the file ends here.
+  bool at_end() { return input_.peek_bytes(1) == nullptr; }
+  /// Fails if the file cannot have `count` more bytes.
+  void expect(std::uint64_t count) const {
+    if (input_.bytes_left().value_or(count) < count) fail_end();
+  }
+  /// Returns the number of bytes read so far.
+  [[nodiscard]] std::uint64_t position() const { return input_.position(); }
+  [[nodiscard]] const FilePlace& place() const { return input_.place(); }
+  [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
+
+ private:
+  [[noreturn]] void fail_end() const { fail("the file ends within its data: is it complete?"); }
+
+  ParticleInput input_;
+  bool swapped_;
+};
+
+/// Returns `count`. Fails if it is negative or above limits::max_spheres.
+inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
+  if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
+    place.fail(std::to_string(count) + " atoms: is the file damaged? At most " +
+               std::to_string(limits::max_spheres) + " are read");
+  }
+  return static_cast<std::uint64_t>(count);
+}
+
+/// Returns a frame with these positions and no other column. Fails for positions out of range.
+inline Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place) {
+  ParticleColumns columns(place);
+  columns.expect(positions.size());
+  for (const Vec3d& position : positions) columns.position(position);
+  return columns.finish_frame();
+}
+
+}  // namespace parray::input

@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/input/formats/cif_atoms.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/formats/gemmi_seam.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+/// The first line of a CIF that says something: "data_...".
+bool is_cif(const FileStart& start) {
+  for (const std::string_view line : start.lines()) {
+    const std::string_view text = trimmed(line);
+    if (text.empty() || text.starts_with('#')) continue;
+    return lower_case(text.substr(0, 5)) == "data_";
+  }
+  return false;
+}
+
+/// Of macromolecules (PDBx, whose names have a dot), of crystals (the core dictionary, whose names
+/// have none) or of components.
+Confidence looks_like_cif(const FileStart& start) { return certain_if(is_cif(start)); }
+
+constexpr std::array<std::string_view, 2> operation_tags{"_space_group_symop_operation_xyz",
+                                                         "_symmetry_equiv_pos_as_xyz"};
+
+/// Items outside loops that count: of the cell and its symmetry, or an only atom.
+bool is_wanted(std::string_view tag) {
+  return tag.starts_with("_cell_") || tag.starts_with("_symmetry_") ||
+         tag.starts_with("_space_group_") || table_of(tag) != CifTable::other;
+}
+
+/// Goes through the blocks to the first that has atoms.
+class CifReader : public CifVisitor {
+ public:
+  CifReader(const std::string& file, const ParticleRequest& request)
+      : place_{file, FilePlace::Unit::line, 1}, sites_(request, place_) {}
+
+  [[nodiscard]] const FilePlace& place() const { return place_; }
+  void at_line(std::uint64_t line) { place_.number = line; }
+
+  void start_block() override { end_block(); }
+
+  void start_loop() override {
+    in_loop_ = true;
+    tags_.clear();
+  }
+
+  void tag(std::string_view text, std::size_t line) override {
+    constexpr std::size_t max_tags = 1000;
+    at_line(line);
+    std::string name = plain_tag(text);
+    if (!in_loop_) {
+      item_ = is_wanted(name) ? std::move(name) : "";
+      return;
+    }
+    if (tags_.size() == max_tags) place_.fail("a loop has too many columns: remove some");
+    tags_.push_back(std::move(name));
+  }
+
+  void value(std::string_view text, std::size_t line) override {
+    place_.number = line;
+    if (!in_loop_) {
+      if (!item_.empty()) items_[item_] = text;
+      return;
+    }
+    if (!tags_.empty()) start_rows();
+    if (kind_ == Kind::atoms) {
+      if (row_.add(text)) sites_.add(row_);
+    } else if (kind_ == Kind::operations) {
+      if (column_ == operation_column_) operations_.push_back(cif_text(std::string(text)));
+      column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
+    }
+  }
+
+  void end_loop() override {
+    if (!tags_.empty()) start_rows();  // without rows
+    if (kind_ == Kind::atoms && row_.begun() > 0) {
+      place_.fail("the last row of _atom_site has " + std::to_string(row_.begun()) + " of " +
+                  std::to_string(row_.width()) + " values: is the file complete?");
+    }
+    kind_ = Kind::other;
+    in_loop_ = false;
+  }
+
+  Particles finish() {
+    end_block();
+    if (!done_) {
+      place_.fail(
+          "no atoms: CIF has them in _atom_site or _chem_comp_atom, with Cartesian or fractional "
+          "coordinates");
+    }
+    Particles particles = sites_.finish(crystal_);
+    if (more_blocks_ > 0) {
+      particles.facts.notes.push_back({"blocks", more_blocks_, "more blocks with atoms not read"});
+    }
+    return particles;
+  }
+
+ private:
+  enum class Kind : std::uint8_t { other, atoms, operations };
+
+  /// At a loop's first value: its columns are known.
+  void start_rows() {
+    kind_ = Kind::other;
+    const std::vector<std::string> tags = std::exchange(tags_, {});
+    if (start_atoms(tags)) return;
+    for (const std::string_view tag : operation_tags) {
+      const auto at = std::ranges::find(tags, tag);
+      if (at == tags.end() || done_ || !operations_.empty()) continue;
+      kind_ = Kind::operations;
+      operation_column_ = static_cast<std::size_t>(at - tags.begin());
+      columns_ = tags.size();
+      column_ = 0;
+    }
+  }
+
+  /// True: it is a table of atoms with coordinates.
+  bool start_atoms(const std::vector<std::string>& tags) {
+    const CifTable table = table_of(tags[0]);
+    if (table == CifTable::other) return false;
+    row_.start(tags);
+    const bool partly =
+        row_.has(CifItem::x) || row_.has(CifItem::fract_x) || row_.has(CifItem::ideal_x);
+    if (!partly) return true;  // kind_ stays other
+    if (done_ || sites_.has_table()) {
+      more_atoms_ = more_atoms_ || done_;
+      return true;
+    }
+    check_axes(table);
+    sites_.start(table, row_);
+    kind_ = Kind::atoms;
+    return true;
+  }
+
+  void check_axes(CifTable table) const {
+    const char* const category = table == CifTable::sites ? "_atom_site." : "_chem_comp_atom.";
+    for (const CifItem first : {CifItem::x, CifItem::fract_x, CifItem::ideal_x}) {
+      for (const int step : {1, 2}) {
+        const CifItem axis = CifRow::after(first, step);
+        if (!row_.has(first) || row_.has(axis)) continue;
+        place_.fail("no " + std::string(category).append(CifRow::axis_name(axis)) + ": add it");
+      }
+    }
+  }
+
+  /// Items of an only atom, as a table of one row.
+  void read_only_atom() {
+    std::vector<std::string> tags;
+    for (const auto& [tag, value] : items_) {
+      if (table_of(tag) != CifTable::other) tags.push_back(tag);
+    }
+    if (tags.empty() || !start_atoms(tags) || kind_ != Kind::atoms) return;
+    for (const std::string& tag : tags) {
+      if (row_.add(items_[tag])) sites_.add(row_);
+    }
+    kind_ = Kind::other;
+  }
+
+  void end_block() {
+    read_only_atom();
+    more_blocks_ += std::exchange(more_atoms_, false) ? 1 : 0;
+    if (!done_ && sites_.has_table()) {
+      done_ = true;
+      keep_cell();
+    }
+    items_.clear();
+    operations_.clear();
+  }
+
+  [[nodiscard]] double length_of(const std::string& tag, double otherwise) const {
+    const auto found = items_.find(tag);
+    if (found == items_.end()) return otherwise;
+    return number_in(without_uncertainty(cif_text(found->second))).value_or(otherwise);
+  }
+
+  void keep_cell() {
+    crystal_.lengths = {length_of("_cell_length_a", 0), length_of("_cell_length_b", 0),
+                        length_of("_cell_length_c", 0)};
+    crystal_.angles = {length_of("_cell_angle_alpha", 90), length_of("_cell_angle_beta", 90),
+                       length_of("_cell_angle_gamma", 90)};
+    crystal_.operations = operations_;
+    for (const std::string_view tag : operation_tags) {
+      const auto only = items_.find(std::string(tag));
+      if (operations_.empty() && only != items_.end()) {
+        crystal_.operations = {cif_text(only->second)};
+      }
+    }
+    for (const char* tag :
+         {"_symmetry_int_tables_number", "_space_group_it_number", "_symmetry_space_group_name_h-m",
+          "_space_group_name_h-m_alt", "_symmetry_space_group_name_hall",
+          "_space_group_name_hall"}) {  // the last one given says most
+      const auto found = items_.find(tag);
+      if (found == items_.end() || cif_text(found->second).empty()) continue;
+      const std::string name = cif_text(found->second);
+      if (!operations_of_space_group(name).empty()) crystal_.space_group = name;
+    }
+  }
+
+  FilePlace place_;
+  CifSites sites_;
+  CifRow row_;
+  Crystal crystal_;
+  std::map<std::string, std::string> items_;  // of the block
+  std::vector<std::string> operations_;
+  std::vector<std::string> tags_;  // of a loop whose rows have not begun
+  std::string item_;               // whose value comes next; empty: one that does not count
+  Kind kind_ = Kind::other;
+  std::size_t column_ = 0;
+  std::size_t columns_ = 0;
+  std::size_t operation_column_ = 0;
+  std::uint64_t more_blocks_ = 0;
+  bool more_atoms_ = false;
+  bool in_loop_ = false;
+  bool done_ = false;
+};
+
+/// The bytes of the file, with line ends of old Macintoshes ("\r") as "\n", which CIF needs.
+class CifBytes {
+ public:
+  explicit CifBytes(PackedFile& file) : file_(file) {}
+
+  std::size_t read(char* to, std::size_t bytes) {
+    const std::size_t got = file_.read(to, bytes);
+    if (!known_) look_at(to, got);
+    if (carriage_returns_) std::replace(to, to + got, '\r', '\n');
+    return got;
+  }
+
+ private:
+  void look_at(const char* text, std::size_t bytes) {
+    const char* const end = text + bytes;
+    const char* const first =
+        std::find_if(text, end, [](char c) { return c == '\r' || c == '\n'; });
+    if (first == end) return;
+    known_ = true;
+    carriage_returns_ = *first == '\r' && first + 1 != end && first[1] != '\n';
+  }
+
+  PackedFile& file_;
+  bool known_ = false;
+  bool carriage_returns_ = false;
+};
+
+/// CIF, of its first block that has atoms:
+/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; the cell; numbers:
+/// occupancy,
+///   b_factor, charge (formal);
+/// - CIF of crystals (_atom_site with fractional coordinates): unit_cell(); numbers: occupancy,
+///   b_factor (from U where the file gives that);
+/// - components (_chem_comp_atom), with ideal coordinates where all atoms have them, else with the
+///   model's; numbers: charge.
+Particles read_cif(PackedFile& file, const ParticleRequest& request) {
+  CifReader reader(file.name(), request);
+  CifBytes bytes(file);
+  try {
+    parse_cif([&](char* to, std::size_t most) { return bytes.read(to, most); }, reader);
+  } catch (const CifError& error) {
+    reader.at_line(std::max<std::uint64_t>(error.line(), reader.place().number));
+    reader.place().fail("not CIF (" + printable(error.what()) + "): is this the right file?");
+  }
+  return reader.finish();
+}
+
+}  // namespace
+
+constinit const ParticleFormat cif_format{.name = "CIF",
+                                          .extensions = {".cif", ".mmcif", ".pdbx"},
+                                          .frames = true,
+                                          .confidence = looks_like_cif,
+                                          .read = read_cif};
+
+}  // namespace parray::input

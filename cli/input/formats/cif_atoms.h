@@ -1,0 +1,168 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/crystal.h"
+#include "cli/input/particles/file_place.h"
+
+namespace parray::input {
+
+/// The columns of an atom table in CIF, under whichever name a dictionary gives them.
+enum class CifItem : std::uint8_t {
+  x,  // Cartesian, angstrom
+  y,
+  z,
+  fract_x,  // along the cell's edges
+  fract_y,
+  fract_z,
+  ideal_x,  // of a component without its surroundings, angstrom
+  ideal_y,
+  ideal_z,
+  symbol,
+  auth_chain,
+  label_chain,
+  auth_number,
+  label_number,
+  insertion,
+  auth_residue,
+  label_residue,
+  auth_name,
+  label_name,
+  alternative,
+  assembly,
+  occupancy,
+  b_factor,
+  u_factor,
+  charge,
+  calculated,
+  model,
+  count
+};
+
+/// The kinds of tables that contain atoms.
+enum class CifTable : std::uint8_t {
+  other,
+  sites,      ///< atom_site: macromolecules or crystals
+  components  ///< chem_comp_atom: one residue or ligand
+};
+
+/// Returns the tag in lower case, with '_' for the dot of later dictionaries: "_atom_site_cartn_x".
+std::string plain_tag(std::string_view tag);
+
+/// Returns the table that a plain tag belongs to.
+CifTable table_of(std::string_view plain_tag);
+
+/// A row of an atom table. It keeps only the columns that ParRay uses.
+class CifRow {
+ public:
+  /// Starts a table with these plain tags.
+  void start(const std::vector<std::string>& tags);
+
+  /// Adds the next value of the row as it stands in the file. Returns true for the last value of a
+  /// row.
+  bool add(std::string_view value) {
+    const auto item = items_[next_];
+    if (item != CifItem::count) texts_[static_cast<std::size_t>(item)].assign(value);
+    next_ = next_ + 1 == items_.size() ? 0 : next_ + 1;
+    return next_ == 0;
+  }
+  /// Returns the number of values of an incomplete row.
+  [[nodiscard]] std::size_t begun() const { return next_; }
+  [[nodiscard]] std::size_t width() const { return items_.size(); }
+
+  [[nodiscard]] bool has(CifItem item) const { return has_[static_cast<std::size_t>(item)]; }
+  /// Returns whether the table has all three coordinates; `x` is the first.
+  [[nodiscard]] bool has_position(CifItem x) const {
+    return has(x) && has(after(x, 1)) && has(after(x, 2));
+  }
+  static CifItem after(CifItem item, int steps) {
+    return static_cast<CifItem>(static_cast<int>(item) + steps);
+  }
+
+  /// Returns the value without quotes; empty for missing values, '.' and '?'. Valid until the next
+  /// call for the item.
+  [[nodiscard]] std::string_view text(CifItem item) const;
+  [[nodiscard]] std::string_view text(CifItem item, CifItem other) const {
+    const std::string_view preferred = text(item);
+    return preferred.empty() ? text(other) : preferred;
+  }
+  /// Returns the name of a coordinate in a table of sites: "cartn_x".
+  static std::string_view axis_name(CifItem axis);
+  /// Returns a coordinate, which a standard uncertainty may follow: 1.234(5). Fails at `place` if
+  /// it is no number.
+  [[nodiscard]] double number(CifItem item, const FilePlace& place) const;
+  /// Returns NaN for missing values and values that are no numbers.
+  [[nodiscard]] double number_or_unknown(CifItem item) const;
+
+ private:
+  static constexpr auto item_count = static_cast<std::size_t>(CifItem::count);
+  std::vector<CifItem> items_;  // by column; count: none that counts
+  std::array<bool, item_count> has_{};
+  std::array<std::string, item_count> texts_;
+  mutable std::array<std::string, item_count> unquoted_;
+  std::size_t next_ = 0;
+};
+
+/// Returns a CIF number without its uncertainty.
+std::string_view without_uncertainty(std::string_view value);
+
+/// Turns the rows of the chosen atom table into particles.
+class CifSites {
+ public:
+  /// `place` is the position of the reader and must outlive this.
+  CifSites(const ParticleRequest& request, const FilePlace& place)
+      : request_(request), place_(&place) {}
+
+  /// Starts the table; `row` says which columns it has.
+  void start(CifTable table, const CifRow& row);
+  [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
+  void add(const CifRow& row);
+
+  /// Returns the model that the request chooses or, for a crystal, the content of the cell.
+  /// `crystal` gives the cell and the symmetry.
+  Particles finish(Crystal& crystal);
+
+ private:
+  enum class Kind : std::uint8_t {
+    none,
+    cartesian,   ///< models of macromolecules
+    fractional,  ///< sites of a crystal
+    component    ///< a residue or ligand by itself
+  };
+  /// An atom of a component, of which two sets of coordinates may be given.
+  struct ComponentAtom {
+    std::string name;
+    std::string residue;
+    std::optional<Vec3d> model;
+    std::optional<Vec3d> ideal;
+    std::uint8_t element;
+    double charge;
+  };
+
+  void add_cartesian(const CifRow& row);
+  void add_fractional(const CifRow& row);
+  void add_component(const CifRow& row);
+  bool in_chosen_model(const CifRow& row);
+  Particles finish_cartesian(const Crystal& crystal);
+  Particles finish_component();
+
+  ParticleRequest request_;
+  const FilePlace* place_;
+  Kind kind_ = Kind::none;
+  std::optional<AtomColumns> atoms_;
+  std::vector<std::string> models_;  // their numbers, in the order of the file
+  std::size_t model_ = 0;            // the row's
+  std::vector<CrystalSite> sites_;
+  std::vector<ComponentAtom> component_;
+  std::uint64_t unplaced_ = 0;
+  std::uint64_t dummies_ = 0;
+};
+
+}  // namespace parray::input

@@ -1,0 +1,222 @@
+#include <cmath>
+#include <numbers>
+
+#include "cli/input/formats/binary_input.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/frames.h"
+
+namespace parray::input {
+namespace {
+
+/// CHARMM's and NAMD's trajectory, of either byte order.
+Confidence looks_like_dcd(const FileStart& start) {
+  constexpr std::uint32_t first_record = 84;  // bytes, as Fortran writes it before the record
+  if (start.little_endian(0) != first_record && start.big_endian(0) != first_record &&
+      start.big_endian(4) != first_record) {
+    return Confidence::none;
+  }
+  return certain_if(start.has("CORD", 4) || start.has("CORD", 8) || start.has("VELD", 4));
+}
+
+constexpr std::int32_t header_bytes = 84;
+
+/// The header's 20 integers that count, by their place.
+enum Control : std::size_t {
+  first_step = 1,
+  steps_per_frame = 2,
+  fixed_atoms = 8,
+  has_cell = 10,
+  has_fourth = 11,
+  charmm_version = 19,
+  control_count = 20
+};
+
+/// The six numbers of a unit cell: lengths A, B, C and angles (in degrees; NAMD and old CHARMM:
+/// their cosines) as A, gamma, B, beta, alpha, C; CHARMM from version 25 on writes the lower
+/// triangle of a symmetric matrix, whose rows are the edges. Angles tell which.
+std::optional<ParticleCell> dcd_cell(const std::array<double, 6>& six) {
+  const auto [a, gamma, b, beta, alpha, c] = six;
+  const auto is_cosine = [](double x) { return std::abs(x) <= 1; };
+  const auto is_angle = [](double x) { return x >= 0 && x <= 180; };
+  if (is_cosine(alpha) && is_cosine(beta) && is_cosine(gamma)) {
+    const auto degrees = [](double cosine) {
+      return cosine == 0 ? 90 : std::acos(cosine) * 180 / std::numbers::pi;
+    };
+    return cell_from({a, b, c}, {degrees(alpha), degrees(beta), degrees(gamma)});
+  }
+  const bool angles = is_angle(alpha) && is_angle(beta) && is_angle(gamma);
+  if (angles && a >= 0 && b >= 0 && c >= 0) return cell_from({a, b, c}, {alpha, beta, gamma});
+  return valid_cell({{},
+                     {Vec3d{six[0], six[1], six[3]}, Vec3d{six[1], six[2], six[4]},
+                      Vec3d{six[3], six[4], six[5]}}});
+}
+
+class DcdFrames final : public FramesOf<BinaryInput> {
+ public:
+  DcdFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {
+    read_header();
+  }
+
+  bool next() override {
+    if (input_.at_end()) return false;
+    first_ = frames_ == 0;
+    ++frames_;
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    if (first_ && has_fixed()) {
+      read_positions();  // later frames have only those that move
+    } else {
+      input_.skip(frame_bytes());
+    }
+    return atoms_;
+  }
+
+  Particles read() override {
+    input_.expect(frame_bytes());
+    const std::optional<ParticleCell> cell = read_positions();
+    Particles particles = frame_of(positions_, input_.place());
+    particles.cell = cell;
+    if (control_[steps_per_frame] > 0) {
+      particles.facts.time = static_cast<double>(control_[first_step]) +
+                             static_cast<double>(frames_ - 1) * control_[steps_per_frame];
+    }
+    return particles;
+  }
+
+ private:
+  using Axis = double Vec3d::*;
+
+  void read_header() {
+    find_order();
+    const std::string kind(input_.bytes(4));
+    if (kind == "VELD") input_.fail("velocities, not positions: name the file of positions");
+    if (kind != "CORD") input_.fail("not a DCD file: CORD does not follow its first four bytes");
+    for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
+    close_record(header_bytes);
+    skip_title();
+    open_record(4);
+    atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
+    close_record(4);
+    if (has_fixed()) read_moving();
+  }
+
+  /// A count and lines of 80 bytes. Some programs write more lines than the record's length says.
+  void skip_title() {
+    constexpr std::int32_t line_bytes = 80;
+    const auto bytes = input_.get<std::int32_t>();
+    const auto lines = bytes >= 4 ? input_.get<std::int32_t>() : 0;
+    if (bytes < 0 || lines < 0) fail_record();
+    const bool whole_lines = bytes >= 4 && (bytes - 4) % line_bytes == 0;
+    const std::int64_t rest =
+        whole_lines ? std::int64_t{lines} * line_bytes : std::max(bytes - 4, 0);
+    input_.skip(static_cast<std::uint64_t>(rest));
+    close_record(bytes);
+  }
+
+  /// The length of the first record tells the byte order.
+  void find_order() {
+    const std::string_view first = input_.bytes(4);
+    if (binary_value<std::int32_t>(first.data(), false) == header_bytes) {
+      input_.set_order(std::endian::native);
+    } else if (binary_value<std::int32_t>(first.data(), true) != header_bytes) {
+      input_.fail("not a DCD file: its first record has 84 bytes");
+    }
+  }
+
+  /// Numbers, from 1, of the atoms that frames after the first have.
+  void read_moving() {
+    const std::int64_t moving = static_cast<std::int64_t>(atoms_) - control_[fixed_atoms];
+    if (moving < 0 || control_[fixed_atoms] < 0) {
+      input_.fail("more fixed atoms than atoms: is the file damaged?");
+    }
+    open_record(4 * moving);
+    input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
+      if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
+        input_.fail("a moving atom does not exist: is the file damaged?");
+      }
+      moving_.push_back(static_cast<std::size_t>(number) - 1);
+    });
+    close_record(4 * moving);
+  }
+
+  /// Fortran writes the length of a record before and after it.
+  void open_record(std::int64_t bytes) {
+    if (input_.get<std::int32_t>() != bytes) fail_record();
+  }
+  void close_record(std::int64_t bytes) { open_record(bytes); }
+  [[noreturn]] void fail_record() const {
+    input_.fail("a record has the wrong length: is the file damaged?");
+  }
+
+  [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }
+  /// X-PLOR has a double where CHARMM says what a frame holds.
+  [[nodiscard]] bool says(Control what) const {
+    return control_[charmm_version] != 0 && control_[what] != 0;
+  }
+  [[nodiscard]] std::uint64_t axis_atoms() const {
+    return first_ || !has_fixed() ? atoms_ : moving_.size();
+  }
+  [[nodiscard]] std::uint64_t frame_bytes() const {
+    const std::uint64_t axes = says(has_fourth) ? 4 : 3;
+    return (says(has_cell) ? cell_bytes + 8 : 0) + axes * (4 * axis_atoms() + 8);
+  }
+
+  /// Of the frame, whose cell it returns.
+  std::optional<ParticleCell> read_positions() {
+    std::optional<ParticleCell> cell;
+    if (says(has_cell)) {
+      open_record(cell_bytes);
+      std::array<double, 6> six{};
+      for (double& value : six) value = input_.get<double>();
+      close_record(cell_bytes);
+      cell = dcd_cell(six);
+    }
+    for (const Axis axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) read_axis(axis);
+    if (says(has_fourth)) input_.skip(4 * axis_atoms() + 8);
+    return cell;
+  }
+
+  void read_axis(Axis axis) {
+    const std::uint64_t count = axis_atoms();
+    const bool all = count == atoms_;
+    open_record(static_cast<std::int64_t>(4 * count));
+    std::size_t i = 0;
+    input_.each<float>(count, [&](float value) {
+      const std::size_t atom = all ? i : moving_[i];
+      if (atom == positions_.size()) positions_.emplace_back();
+      positions_[atom].*axis = static_cast<double>(value);
+      ++i;
+    });
+    close_record(static_cast<std::int64_t>(4 * count));
+  }
+
+  static constexpr std::int64_t cell_bytes = 48;
+
+  std::array<std::int32_t, control_count> control_{};
+  std::uint64_t atoms_ = 0;
+  std::vector<std::size_t> moving_;
+  std::uint64_t frames_ = 0;  // the current one included
+  bool first_ = true;
+  std::vector<Vec3d> positions_;  // of the frame read last
+};
+
+/// DCD (CHARMM, NAMD, X-PLOR, LAMMPS), of both byte orders, with fixed atoms and the cell in its
+/// several forms. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of
+/// the frame's step.
+Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<DcdFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat dcd_format{.name = "DCD",
+                                          .extensions = {".dcd"},
+                                          .frames = true,
+                                          .confidence = looks_like_dcd,
+                                          .read = read_dcd,
+                                          .holds = ParticleFormat::Holds::positions};
+
+}  // namespace parray::input

@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+/// GROMACS reference manual, "File formats".
+Confidence looks_like_gro(const FileStart& start) {
+  constexpr std::size_t names_end = 20;  // residue's number and name, atom's name and number
+  if (!is_natural(trimmed(start.line(1)))) return Confidence::none;
+  const std::string_view atom = start.line(2);
+  if (atom.size() <= names_end || !is_natural(trimmed(atom.substr(0, 5)))) return Confidence::none;
+  const std::string_view numbers = atom.substr(names_end);
+  const std::size_t dot = numbers.find('.');
+  const std::size_t next = dot == std::string_view::npos ? dot : numbers.find('.', dot + 1);
+  if (next == std::string_view::npos) return Confidence::none;
+  const std::size_t width = next - dot;  // of a coordinate: three decimals more than GROMACS's wish
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (numbers.size() <= i * width) return Confidence::none;
+    if (!is_number(trimmed(numbers.substr(i * width, width)))) return Confidence::none;
+  }
+  return Confidence::likely;
+}
+
+constexpr std::size_t least_line_bytes = 25;
+constexpr std::size_t numbers_start = 20;
+
+/// The number behind "t=" in the title, in picoseconds.
+std::optional<double> time_in(std::string_view title) {
+  const std::size_t at = title.rfind("t=");
+  if (at == std::string_view::npos) return {};
+  std::vector<std::string_view> words;
+  split_at_blanks(title.substr(at + 2), words);
+  return words.empty() ? std::nullopt : number_in(words[0]);
+}
+
+/// Of each number of a row: the distance of the decimal points, whatever the precision.
+std::size_t width_of(std::string_view line, const FilePlace& place) {
+  const std::size_t first = line.find('.', numbers_start);
+  const std::size_t second = first == std::string_view::npos ? first : line.find('.', first + 1);
+  if (second == std::string_view::npos) {
+    place.fail("no two numbers from column 21 on: a row of GRO has x, y, z there");
+  }
+  return second - first;
+}
+
+/// Numbers of equal precision that may run together: each ends as many digits after its decimal
+/// point as the last one.
+std::vector<std::string_view> equal_numbers(std::string_view line) {
+  std::vector<std::string_view> numbers;
+  const std::size_t digits = line.size() - std::min(line.rfind('.'), line.size());
+  while (!line.empty()) {
+    const std::size_t point = std::min(line.find('.'), line.size());
+    const std::size_t end = std::min(point + digits, line.size());
+    if (end == 0) break;
+    numbers.push_back(trimmed(line.substr(0, end)));
+    line.remove_prefix(end);
+  }
+  return numbers;
+}
+
+/// The box of the last line: its three lengths, or v1(x) v2(y) v3(z) v1(y) v1(z) v2(x) v2(z) v3(x)
+/// v3(y).
+std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& place) {
+  constexpr std::size_t all = 9;
+  std::vector<std::string_view> words;
+  split_at_blanks(line, words);
+  if (words.size() == 1) words = equal_numbers(trimmed(line));
+  std::array<double, all> v{};
+  if (words.size() != 3 && words.size() < all) {
+    place.fail(std::to_string(words.size()) +
+               " numbers of the box where 3 or 9 are needed: is the file complete?");
+  }
+  for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
+    v[i] = angstrom_per_nm * number_field(words[i], "the box", place);
+  }
+  return valid_cell({{}, {Vec3d{v[0], v[3], v[4]}, {v[5], v[1], v[6]}, {v[7], v[8], v[2]}}});
+}
+
+class GroFrames final : public FramesOf<ParticleInput> {
+ public:
+  GroFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+
+  bool next() override {
+    bool blank = false;
+    for (;;) {
+      if (!input_.next_line()) return false;
+      if (!trimmed(input_.line()).empty()) break;
+      blank = true;
+    }
+    title_ = input_.line();
+    const auto count = natural_in(trimmed(title_));
+    if (blank && count) {  // the title is a blank line
+      count_ = count_field(trimmed(title_), input_.place());
+      return true;
+    }
+    if (!input_.next_line()) input_.fail("the file ends after its title: is it complete?");
+    count_ = count_field(trimmed(input_.line()), input_.place());
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    for (std::uint64_t i = 0; i <= count_; ++i) go_on(i);
+    return count_;
+  }
+
+  Particles read() override {
+    AtomColumns atoms(input_.place(), request_, {"vx", "vy", "vz"});
+    atoms.expect(std::min(count_, input_.bytes_left().value_or(0) / least_line_bytes + 1));
+    std::size_t width = 0;
+    for (std::uint64_t i = 0; i < count_; ++i) {
+      go_on(i);
+      if (i == 0) width = width_of(input_.line(), input_.place());
+      add_row(input_.line(), width, atoms);
+    }
+    go_on(count_);
+    const auto cell = gro_box_in(input_.line(), input_.place());
+    const ParticleNote note = nm_note(count_);
+    atoms.note(note.key, note.count, note.text);
+    Particles particles = atoms.finish_frame();
+    particles.cell = cell;
+    particles.facts.time = time_in(title_);
+    return particles;
+  }
+
+ private:
+  void go_on(std::uint64_t done) { input_.next_row(done, count_, "atoms and the box"); }
+
+  void add_row(std::string_view line, std::size_t width, AtomColumns& atoms) const {
+    const auto number = [&](std::size_t i) {
+      return field_at(line, numbers_start + i * width, width);
+    };
+    const auto coordinate = [&](std::size_t i, const char* name) {
+      return angstrom_per_nm * number_field(number(i), name, input_.place());
+    };
+    Atom atom;
+    atom.residue_number = residue_number_in(field_at(line, 0, 5)).value_or(0);
+    atom.residue_name = field_at(line, 5, 5);
+    atom.name = field_at(line, 10, 5);
+    const double x = coordinate(0, "x");
+    const double y = coordinate(1, "y");
+    atom.position = {x, y, coordinate(2, "z")};
+    atoms.add(atom);
+    std::array<double, 3> velocity{};
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+      velocity[i] = angstrom_per_nm * number_in(number(3 + i)).value_or(not_known);
+    }
+    atoms.numbers(velocity);
+  }
+
+  ParticleRequest request_;
+  std::string title_;
+  std::uint64_t count_ = 0;
+};
+
+/// GRO of GROMACS (manual.gromacs.org, "gro"), any precision, several frames. Positions in nm
+/// become angstrom, so that van der Waals radii fit; velocities (vx, vy, vz) become angstrom per
+/// picosecond. The box is the cell; "t=" of the title is the time.
+Particles read_gro(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<GroFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat gro_format{.name = "GRO",
+                                          .extensions = {".gro"},
+                                          .frames = true,
+                                          .confidence = looks_like_gro,
+                                          .read = read_gro};
+
+}  // namespace parray::input

@@ -1,0 +1,98 @@
+#include <algorithm>
+
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/particle_columns.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+/// A title, a count, six coordinates of 12.7 a line.
+Confidence looks_like_inpcrd(const FileStart& start) {
+  constexpr std::size_t width = 12;
+  constexpr std::size_t whole = 4;  // of it before the point
+  const std::vector<std::string_view> head = words_of(start.line(1));
+  if (head.empty() || head.size() > 3 || !is_natural(head[0])) return Confidence::none;
+  if (!std::ranges::all_of(head, is_number)) return Confidence::none;
+  const std::string_view row = start.line(2);
+  if (row.size() < 3 * width || row.size() > 6 * width) return Confidence::none;
+  for (std::size_t at = 0; at + width <= row.size(); at += width) {
+    if (row[at + whole] != '.' || !is_number(trimmed(row.substr(at, width))))
+      return Confidence::none;
+  }
+  return Confidence::likely;
+}
+
+/// Numbers of 12 characters, six a line.
+class WideNumbers {
+ public:
+  explicit WideNumbers(ParticleInput& input) : input_(input) {}
+
+  /// The next number; nothing at the end of the file.
+  std::optional<double> next() {
+    while (trimmed(line_).empty()) {
+      if (!input_.next_line()) return {};
+      line_ = input_.line();
+    }
+    constexpr std::size_t width = 12;
+    const std::string_view field = line_.substr(0, width);
+    line_.remove_prefix(field.size());
+    return number_field(trimmed(field), "number", input_.place());
+  }
+
+ private:
+  ParticleInput& input_;
+  std::string_view line_;
+};
+
+/// Behind the positions come as many velocities, or none, and six numbers of the box, or none.
+std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t atoms) {
+  constexpr std::size_t box_numbers = 6;
+  const std::size_t velocities = rest.size() > box_numbers ? 3 * atoms : 0;
+  if (rest.size() != velocities + box_numbers) return {};
+  const double* const box = rest.data() + velocities;
+  return cell_from({box[0], box[1], box[2]}, {box[3], box[4], box[5]});
+}
+
+/// Restart files of AMBER as text: a title, the number of atoms and the time, positions of 12
+/// characters per number, optional velocities, optional box. AMBER file formats,
+/// ambermd.org/FileFormats.php.
+Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
+  ParticleInput input(file);
+  std::vector<std::string_view> words;
+  if (!input.next_line() || !input.next_line()) input.fail("no number of atoms: is it complete?");
+  split_at_blanks(input.line(), words);
+  if (words.empty()) input.fail("no number of atoms on line 2: is this a restart file of AMBER?");
+  const std::uint64_t count = count_field(words[0], input.place());
+  const std::optional<double> time = words.size() > 1 ? number_in(words[1]) : std::nullopt;
+  WideNumbers numbers(input);
+  ParticleColumns columns(input.place());
+  const auto take = [&] {
+    const std::optional<double> number = numbers.next();
+    if (!number) input.fail("the file ends within its positions: is it complete?");
+    return *number;
+  };
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const double x = take();
+    const double y = take();
+    columns.position({x, y, take()});
+  }
+  std::vector<double> rest;
+  while (const std::optional<double> number = numbers.next()) rest.push_back(*number);
+  Particles particles = columns.finish();
+  particles.cell = box_in(rest, particles.count());
+  particles.facts.time = time;
+  return particles;
+}
+
+}  // namespace
+
+constinit const ParticleFormat inpcrd_format{.name = "AMBER restart",
+                                             .extensions = {".inpcrd", ".rst7", ".restrt"},
+                                             .confidence = looks_like_inpcrd,
+                                             .read = read_inpcrd,
+                                             .holds = ParticleFormat::Holds::positions};
+
+}  // namespace parray::input

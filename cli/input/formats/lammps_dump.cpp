@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <array>
+
+#include "cli/input/formats/format_table.h"
+#include "cli/input/formats/row_layout.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+Confidence looks_like_lammps_dump(const FileStart& start) {
+  return start.has("ITEM: ") ? Confidence::certain : Confidence::none;
+}
+
+constexpr std::string_view item_mark = "ITEM: ";
+
+Vec3d at(const ParticleCell& box, const Vec3d& scaled) {
+  return box.origin + scaled.x * box.edges[0] + scaled.y * box.edges[1] + scaled.z * box.edges[2];
+}
+
+struct DumpLayout {
+  RowLayout row;
+  bool scaled = false;
+};
+
+void next_data_line(ParticleInput& input) {
+  if (!input.next_line()) input.fail("the file ends within its header: is it complete?");
+}
+
+using BoxRows = std::array<std::array<double, 4>, 3>;
+
+/// The three lines of a box, of `needed` numbers each; `remedy` says which.
+BoxRows read_box_rows(ParticleInput& input, std::size_t needed, const char* remedy) {
+  BoxRows rows{};
+  Fields fields;
+  for (std::array<double, 4>& row : rows) {
+    next_data_line(input);
+    split_at_blanks(input.line(), fields);
+    if (fields.size() != needed) {
+      input.fail(std::to_string(fields.size()) + " numbers where the box needs " +
+                 std::to_string(needed) + ": write " + remedy);
+    }
+    for (std::size_t i = 0; i < needed; ++i) {
+      row[i] = number_field(fields[i], "box bound", input.place());
+    }
+  }
+  return rows;
+}
+
+/// With tilts (xy, xz, yz), low and high bound the tilted box along x and y: LAMMPS manual,
+/// "Triclinic (non-orthogonal) simulation boxes".
+ParticleCell read_box(ParticleInput& input, bool tilted) {
+  const BoxRows rows =
+      read_box_rows(input, tilted ? 3 : 2, tilted ? "low, high and tilt" : "low, high");
+  const double xy = rows[0][2];
+  const double xz = rows[1][2];
+  const double yz = rows[2][2];
+  const auto [left, right] = std::minmax({0.0, xy, xz, xy + xz});
+  const auto [front, back] = std::minmax({0.0, yz});
+  const Vec3d low{rows[0][0] - left, rows[1][0] - front, rows[2][0]};
+  const Vec3d high{rows[0][1] - right, rows[1][1] - back, rows[2][1]};
+  return {low, {{{high.x - low.x, 0, 0}, {xy, high.y - low.y, 0}, {xz, yz, high.z - low.z}}}};
+}
+
+/// A general triclinic box: each line is an edge and a component of the origin.
+ParticleCell read_general_box(ParticleInput& input) {
+  const BoxRows rows = read_box_rows(input, 4, "an edge and a component of the origin");
+  const auto edge = [&](std::size_t i) { return Vec3d{rows[i][0], rows[i][1], rows[i][2]}; };
+  return {{rows[0][3], rows[1][3], rows[2][3]}, {edge(0), edge(1), edge(2)}};
+}
+
+/// Columns of the first kind of position that is complete.
+void find_position(const Fields& names, DumpLayout& layout, const FilePlace& place) {
+  struct Kind {
+    std::array<std::string_view, 3> axes;
+    bool scaled;
+  };
+  constexpr std::array<Kind, 4> kinds{{{{"x", "y", "z"}, false},
+                                       {{"xu", "yu", "zu"}, false},
+                                       {{"xs", "ys", "zs"}, true},
+                                       {{"xsu", "ysu", "zsu"}, true}}};
+  for (const Kind& kind : kinds) {
+    const auto x = place_in(names, kind.axes[0]);
+    const auto y = place_in(names, kind.axes[1]);
+    const auto z = place_in(names, kind.axes[2]);
+    if (!x || !y || !z) continue;
+    layout.row.position = {*x, *y, *z};
+    layout.scaled = kind.scaled;
+    return;
+  }
+  place.fail("no positions: dump x y z, xu yu zu or xs ys zs");
+}
+
+DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
+  DumpLayout layout;
+  find_position(names, layout, place);
+  layout.row.type = place_in(names, "type");
+  layout.row.element = place_in(names, "element");
+  layout.row.radius = place_in(names, "radius");
+  use_diameters(lower_case(names), layout.row);
+  return layout;
+}
+
+/// What stands before the particles.
+struct DumpHeader {
+  std::optional<std::uint64_t> count;
+  std::optional<ParticleCell> box;
+  std::optional<double> time;  ///< that of TIME, or else the time step
+  std::string atoms;           ///< names of the columns
+};
+
+/// Reads the item that the current line starts.
+void read_item(ParticleInput& input, DumpHeader& header) {
+  const std::string item(trimmed(input.line().substr(item_mark.size())));
+  if (item == "NUMBER OF ATOMS") {
+    next_data_line(input);
+    header.count = count_field(trimmed(input.line()), input.place());
+  } else if (item.starts_with("BOX BOUNDS abc origin")) {
+    header.box = read_general_box(input);
+  } else if (item.starts_with("BOX BOUNDS")) {
+    header.box = read_box(input, item.starts_with("BOX BOUNDS xy xz yz"));
+  } else if (item == "TIMESTEP" || item == "TIME") {
+    next_data_line(input);
+    const std::optional<double> time = number_in(trimmed(input.line()));
+    if (time && (item == "TIME" || !header.time)) header.time = time;
+  } else if (item == "UNITS") {
+    next_data_line(input);
+  } else {
+    input.fail("unknown item '" + printable(item) + "': is this a LAMMPS text dump of atoms?");
+  }
+}
+
+/// From the current line on.
+DumpHeader read_header(ParticleInput& input) {
+  constexpr std::string_view atoms = "ITEM: ATOMS";
+  DumpHeader header;
+  do {
+    const std::string_view line = input.line();
+    if (!line.starts_with(item_mark)) {
+      input.fail("'" + printable(line) +
+                 "' where a line 'ITEM: ...' should be: is this a LAMMPS "
+                 "text dump?");
+    }
+    if (line.starts_with(atoms)) {
+      if (!header.count) input.fail("no ITEM: NUMBER OF ATOMS before the atoms: add it");
+      header.atoms = line.substr(atoms.size());
+      return header;
+    }
+    read_item(input, header);
+  } while (input.next_line());
+  input.fail("no ITEM: ATOMS: is the file complete?");
+}
+
+class DumpFrames final : public FramesOf<ParticleInput> {
+ public:
+  DumpFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+    at_frame_ = input_.next_filled_line();
+  }
+
+  bool next() override {
+    if (at_frame_) header_ = read_header(input_);
+    return at_frame_;
+  }
+
+  std::uint64_t skip() override {
+    input_.skip_rows(*header_.count);
+    go_to_frame();
+    return *header_.count;
+  }
+
+  Particles read() override {
+    Fields names;
+    split_at_blanks(header_.atoms, names);
+    DumpLayout layout = layout_of_dump(names, input_.place());
+    if (layout.scaled && !header_.box) {
+      input_.fail("scaled positions need the box's bounds along x, y and z: dump x y z");
+    }
+    ParticleColumns columns(input_.place());
+    const std::uint64_t least_row_bytes = 2 * names.size();
+    columns.expect(std::min(*header_.count, input_.bytes_left().value_or(0) / least_row_bytes + 1));
+    want_numbers(other_fields(lower_case(names), layout.row), request_, layout.row, columns);
+    read_rows(names.size(), layout, columns);
+    go_to_frame();
+    Particles particles = columns.finish_frame();
+    particles.facts.time = header_.time;
+    if (header_.box) particles.cell = valid_cell(*header_.box);
+    return particles;
+  }
+
+ private:
+  void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns) {
+    Fields row;
+    for (std::uint64_t i = 0; i < *header_.count; ++i) {
+      input_.next_row(i, *header_.count, "atoms");
+      split_at_blanks(input_.line(), row);
+      if (row.size() != width) {
+        input_.fail(std::to_string(row.size()) + " columns where ITEM: ATOMS names " +
+                    std::to_string(width) + ": write as many");
+      }
+      const Vec3d position = position_of(row, layout.row, input_.place());
+      columns.position(layout.scaled ? at(*header_.box, position) : position);
+      add_attributes(row, layout.row, input_.place(), columns);
+    }
+  }
+
+  void go_to_frame() {
+    at_frame_ = input_.next_filled_line();
+    if (at_frame_ && !input_.line().starts_with(item_mark)) {
+      input_.fail("text after the last atom: is ITEM: NUMBER OF ATOMS right?");
+    }
+  }
+
+  const ParticleRequest& request_;
+  bool at_frame_ = false;  // at the first line of the next
+  DumpHeader header_;
+};
+
+/// Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the box: orthogonal,
+/// triclinic or general); radius or diameter; type; element. Others are numbers on request. The
+/// time is that of TIME, else of TIMESTEP.
+Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<DumpFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat lammps_dump_format{.name = "LAMMPS dump",
+                                                  .extensions = {".lammpstrj", ".dump"},
+                                                  .frames = true,
+                                                  .confidence = looks_like_lammps_dump,
+                                                  .read = read_lammps_dump};
+
+}  // namespace parray::input

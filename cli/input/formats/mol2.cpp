@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/elements.h"
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/ascii.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+Confidence looks_like_mol2(const FileStart& start) {
+  return certain_if(std::ranges::any_of(
+      start.lines(), [](std::string_view line) { return line.starts_with("@<TRIPOS>MOLECULE"); }));
+}
+
+/// SYBYL's types: a symbol ("Cl", "Fe") and what follows a dot ("C.ar", "O.co2"); "Du", "LP",
+/// "Any", "Hal", "Het" and "Hev" are none. GAFF's, which are in lower case, start with the symbol:
+/// "ca" is an aromatic carbon. Nothing: other types (AMBER's "CA"), which the atom's name has to
+/// tell.
+std::optional<std::uint8_t> element_of_type(std::string_view type) {
+  const std::string_view symbol = type.substr(0, type.find('.'));
+  for (const std::string_view none : {"Du", "LP", "Any", "Hal", "Het", "Hev"}) {
+    if (symbol == none) return 0;
+  }
+  if (symbol.empty()) return {};
+  if (ascii::is_lower(symbol[0])) {
+    const bool two = symbol.starts_with("cl") || symbol.starts_with("br");
+    return atomic_number_of(symbol.substr(0, two ? 2 : 1));
+  }
+  const bool sybyl = symbol.size() == 1 || ascii::is_lower(symbol[1]);
+  const std::uint8_t element = sybyl ? atomic_number_of(symbol) : 0;
+  return element != 0 ? std::optional(element) : std::nullopt;
+}
+
+/// A substructure is called by its residue's name and number: "ALA12". "<0>" stands for none.
+std::pair<std::string_view, std::optional<std::int32_t>> residue_in(std::string_view name) {
+  if (name.starts_with('<')) return {};
+  std::size_t end = name.size();
+  while (end > 0 && ascii::is_digit(name[end - 1])) --end;
+  if (end == 0 || end == name.size()) return {name, {}};
+  return {name.substr(0, end), residue_number_in(name.substr(end))};
+}
+
+/// Molecules one after the other, each from its @<TRIPOS>MOLECULE.
+class Mol2Frames final : public FramesOf<ParticleInput> {
+ public:
+  Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+    while (go_to_section() && section_ != "MOLECULE") {
+    }
+  }
+
+  bool next() override { return section_ == "MOLECULE"; }
+
+  std::uint64_t skip() override {
+    std::uint64_t atoms = 0;
+    while (go_to_section() && section_ != "MOLECULE") {
+      while (next_row()) atoms += section_ == "ATOM" ? 1 : 0;
+    }
+    return atoms;
+  }
+
+  Particles read() override {
+    AtomColumns atoms(input_.place(), request_, {"charge"});
+    std::optional<ParticleCell> cell;
+    while (go_to_section() && section_ != "MOLECULE") {
+      while (next_row()) {
+        if (section_ == "ATOM") add_atom(atoms);
+        if (section_ == "CRYSIN") cell = cell_in_row();
+      }
+    }
+    Particles particles = atoms.finish_frame();
+    particles.cell = cell;
+    return particles;
+  }
+
+ private:
+  static constexpr std::string_view mark = "@<TRIPOS>";
+
+  /// To the heading of the next section; false at the end of the file.
+  bool go_to_section() {
+    while (!at_heading_ && input_.next_line()) at_heading_ = input_.line().starts_with(mark);
+    section_ = at_heading_ ? trimmed(input_.line().substr(mark.size())) : "";
+    return std::exchange(at_heading_, false);
+  }
+
+  /// The words of the section's next line that has some; false at its end.
+  bool next_row() {
+    while (input_.next_line()) {
+      at_heading_ = input_.line().starts_with(mark);
+      if (at_heading_) return false;
+      split_at_blanks(input_.line(), words_);
+      if (!words_.empty() && words_[0][0] != '#') return true;
+    }
+    return false;
+  }
+
+  void add_atom(AtomColumns& atoms) const {
+    constexpr std::size_t least = 6;  // id name x y z type
+    if (words_.size() < least) {
+      input_.fail("an atom has number, name, x, y, z and type: is the file complete?");
+    }
+    Atom atom;
+    atom.name = words_[1];
+    atom.position = position_field(words_, 2, input_.place());
+    atom.type = words_[5];
+    atom.element = element_of_type(atom.type);
+    if (words_.size() > 7) {
+      const auto [name, number] = residue_in(words_[7]);
+      atom.residue_name = name;
+      atom.residue_number = number ? *number : residue_number_in(words_[6]).value_or(0);
+    }
+    atoms.add(atom);
+    const auto charge = words_.size() > 8 ? number_in(words_[8]) : std::nullopt;
+    atoms.numbers({{charge.value_or(not_known)}});
+  }
+
+  [[nodiscard]] std::optional<ParticleCell> cell_in_row() const {
+    std::array<double, 6> values{};
+    if (words_.size() < values.size()) return {};
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = number_in(words_[i]).value_or(0);
+    const auto [a, b, c, alpha, beta, gamma] = values;
+    return cell_from({a, b, c}, {alpha, beta, gamma});
+  }
+
+  ParticleRequest request_;
+  std::string section_;
+  bool at_heading_ = false;
+  std::vector<std::string_view> words_;
+};
+
+/// MOL2 ("Tripos Mol2 File Format", 2009). Its molecules are the frames, CRYSIN the cell; numbers:
+/// charge. Types are SYBYL's, or whatever stands there.
+Particles read_mol2(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<Mol2Frames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat mol2_format{.name = "MOL2",
+                                           .extensions = {".mol2"},
+                                           .frames = true,
+                                           .confidence = looks_like_mol2,
+                                           .read = read_mol2};
+
+}  // namespace parray::input

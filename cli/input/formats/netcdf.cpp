@@ -1,0 +1,353 @@
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/input/formats/binary_input.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/frames.h"
+#include "common/base/printable.h"
+
+/// The header is that of "The NetCDF Classic Format Specification" (OGC 10-092r3), versions 1
+/// (classic), 2 (64-bit offset) and 5 (64-bit data). ParRay has its own reader because libnetcdf
+/// brings HDF5 and curl, and opens files by their names only.
+namespace parray::input {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+Confidence looks_like_netcdf(const FileStart& start) {
+  return certain_if(start.has("CDF\1"sv) || start.has("CDF\2"sv) || start.has("CDF\5"sv));
+}
+
+/// Type of a variable's numbers.
+enum class NetcdfType : std::uint8_t { other, float32, float64 };
+
+struct NetcdfVariable {
+  std::vector<std::uint64_t> shape;  ///< without the records' dimension
+  std::vector<std::string> dimensions;
+  bool by_record = false;
+  NetcdfType type{};
+  std::uint64_t offset = 0;  ///< of its (first) data
+  double scale = 1;          ///< attribute scale_factor
+  std::string units;
+
+  [[nodiscard]] std::uint64_t count() const;  ///< of numbers, in a record
+  [[nodiscard]] std::uint64_t bytes() const;
+};
+
+struct NetcdfHeader {
+  std::map<std::string, NetcdfVariable, std::less<>> variables;
+  std::optional<std::uint64_t> records;  ///< not given: as many as there are
+  std::uint64_t record_bytes = 0;
+
+  [[nodiscard]] const NetcdfVariable* find(std::string_view name) const;
+};
+
+constexpr std::uint64_t most_items = 10'000;  // of a list
+constexpr std::uint64_t most_name_bytes = 1024;
+constexpr std::uint64_t most_numbers = std::uint64_t{1} << 40;  // of a variable
+
+struct Dimension {
+  std::string name;
+  std::uint64_t length = 0;  ///< 0: that of the records
+};
+
+struct Attribute {
+  std::string text;
+  double number = 1;
+};
+
+class HeaderReader {
+ public:
+  explicit HeaderReader(BinaryInput& input) : input_(input) {}
+
+  NetcdfHeader read() {
+    read_version();
+    NetcdfHeader header;
+    header.records = read_records();
+    std::vector<Dimension> dimensions;
+    read_list(dimension_tag, [&] {
+      std::string name = take_name();
+      dimensions.push_back({std::move(name), take_size()});
+    });
+    read_list(attribute_tag, [&] {
+      take_name();
+      take_attribute();
+    });
+    read_list(variable_tag, [&] {
+      std::string name = take_name();
+      header.variables.insert_or_assign(std::move(name), take_variable(dimensions));
+    });
+    find_record_bytes(header);
+    return header;
+  }
+
+ private:
+  static constexpr std::uint32_t dimension_tag = 10;
+  static constexpr std::uint32_t variable_tag = 11;
+  static constexpr std::uint32_t attribute_tag = 12;
+
+  void read_version() {
+    const std::string magic(input_.bytes(4));
+    if (magic == "\x89HDF") {
+      input_.fail("a netCDF-4 file: convert it, for example with nccopy -k 64-bit-offset");
+    }
+    version_ = static_cast<unsigned char>(magic[3]);
+    if (!magic.starts_with("CDF") || (version_ != 1 && version_ != 2 && version_ != 5)) {
+      input_.fail("not a netCDF file: it begins with CDF and a version, 1, 2 or 5");
+    }
+  }
+
+  std::optional<std::uint64_t> read_records() {
+    const std::uint64_t records = take_size();
+    const std::uint64_t unknown = version_ == 5 ? UINT64_MAX : UINT32_MAX;
+    return records == unknown ? std::nullopt : std::optional(records);
+  }
+
+  std::uint64_t take_size() {
+    return version_ == 5 ? input_.get<std::uint64_t>() : input_.get<std::uint32_t>();
+  }
+
+  /// Calls `take` for each item of a list, which may be absent.
+  template <typename Take>
+  void read_list(std::uint32_t tag, const Take& take) {
+    const auto found = input_.get<std::uint32_t>();
+    const std::uint64_t count = take_size();
+    if ((found != tag && found + count != 0) || count > most_items) fail_damaged();
+    for (std::uint64_t i = 0; i < count; ++i) take();
+  }
+
+  std::string take_name() {
+    const std::uint64_t bytes = take_size();
+    if (bytes > most_name_bytes) fail_damaged();
+    std::string name(input_.bytes(static_cast<std::size_t>(padded(bytes))));
+    name.resize(static_cast<std::size_t>(bytes));
+    return name;
+  }
+
+  /// After its name.
+  Attribute take_attribute() {
+    const auto type = input_.get<std::uint32_t>();
+    const std::uint64_t count = take_size();
+    if (type == 0 || type >= type_bytes.size() || count > most_numbers) fail_damaged();
+    Attribute attribute;
+    std::uint64_t left = padded(count * type_bytes.at(type));
+    if (type == type_char && count <= most_name_bytes) {
+      attribute.text = input_.bytes(static_cast<std::size_t>(left));
+      attribute.text.resize(static_cast<std::size_t>(count));
+      return attribute;
+    }
+    if (type == type_float && count == 1) {
+      attribute.number = static_cast<double>(input_.get<float>());
+      left = 0;
+    } else if (type == type_double && count == 1) {
+      attribute.number = input_.get<double>();
+      left = 0;
+    }
+    input_.skip(left);
+    return attribute;
+  }
+
+  NetcdfVariable take_variable(const std::vector<Dimension>& dimensions) {
+    NetcdfVariable variable;
+    const std::uint64_t rank = take_size();
+    if (rank > most_items) fail_damaged();
+    for (std::uint64_t i = 0; i < rank; ++i) {
+      const std::uint64_t number = take_size();
+      if (number >= dimensions.size()) fail_damaged();
+      const Dimension& dimension = dimensions[static_cast<std::size_t>(number)];
+      if (dimension.length == 0 && i == 0) {
+        variable.by_record = true;
+        continue;
+      }
+      variable.shape.push_back(dimension.length);
+      variable.dimensions.push_back(dimension.name);
+    }
+    read_list(attribute_tag, [&] {
+      const std::string name = take_name();
+      const Attribute attribute = take_attribute();
+      if (name == "scale_factor") variable.scale = attribute.number;
+      if (name == "units") variable.units = attribute.text;
+    });
+    const auto type = input_.get<std::uint32_t>();
+    if (type == 0 || type >= type_bytes.size()) fail_damaged();
+    if (type == type_float) variable.type = NetcdfType::float32;
+    if (type == type_double) variable.type = NetcdfType::float64;
+    take_size();  // its bytes, where they fit into the number
+    variable.offset = version_ == 1 ? input_.get<std::uint32_t>() : input_.get<std::uint64_t>();
+    if (variable.count() > most_numbers) fail_damaged();
+    if (variable.by_record) record_parts_.push_back(variable.count() * type_bytes.at(type));
+    return variable;
+  }
+
+  /// Each part of a record is padded, unless it is the only one.
+  void find_record_bytes(NetcdfHeader& header) const {
+    for (const std::uint64_t bytes : record_parts_) {
+      header.record_bytes += record_parts_.size() == 1 ? bytes : padded(bytes);
+    }
+  }
+
+  [[noreturn]] void fail_damaged() const {
+    input_.fail("no header of netCDF: is the file damaged?");
+  }
+
+  static constexpr std::uint32_t type_char = 2;
+  static constexpr std::uint32_t type_float = 5;
+  static constexpr std::uint32_t type_double = 6;
+  /// By the type's number.
+  static constexpr std::array<std::uint64_t, 12> type_bytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
+
+  BinaryInput& input_;
+  unsigned version_ = 0;
+  std::vector<std::uint64_t> record_parts_;
+};
+
+std::uint64_t NetcdfVariable::count() const {
+  std::uint64_t numbers = 1;
+  for (const std::uint64_t length : shape) {
+    if (length > 0 && numbers > UINT64_MAX / length) return UINT64_MAX;
+    numbers *= length;
+  }
+  return numbers;
+}
+
+std::uint64_t NetcdfVariable::bytes() const {
+  return count() * (type == NetcdfType::float64 ? 8 : 4);
+}
+
+const NetcdfVariable* NetcdfHeader::find(std::string_view name) const {
+  const auto found = variables.find(name);
+  return found == variables.end() ? nullptr : &found->second;
+}
+
+/// Reads the header, which the file begins with. Fails for what is no such file, for netCDF-4, and
+/// for counts that cannot be.
+NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input).read(); }
+
+/// Trajectories and restart files of AMBER: "AMBER NetCDF Trajectory Convention", version 1.0.
+class NetcdfFrames final : public FramesOf<BinaryInput> {
+ public:
+  NetcdfFrames(PackedFile& file, const ParticleRequest& /*request*/)
+      : FramesOf(file), header_(read_netcdf_header(input_)) {
+    positions_ = header_.find("coordinates");
+    if (positions_ == nullptr || positions_->type == NetcdfType::other ||
+        positions_->shape.size() != 2 || positions_->shape[1] != 3) {
+      input_.fail("no variable coordinates(..., atom, spatial): is this a trajectory of AMBER?");
+    }
+    atoms_ = checked_atoms(static_cast<std::int64_t>(positions_->shape[0]), input_.place());
+    for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) want(name);
+    std::ranges::sort(wanted_, {}, &NetcdfVariable::offset);
+  }
+
+  bool next() override {
+    if (next_ >= frames()) return false;
+    ++next_;
+    return true;
+  }
+
+  /// A jump, but not beyond the file.
+  std::uint64_t skip() override {
+    go_to(offset_of(*wanted_.back()));
+    input_.expect(wanted_.back()->bytes());
+    return atoms_;
+  }
+
+  Particles read() override {
+    std::map<const NetcdfVariable*, std::vector<double>> found;
+    for (const NetcdfVariable* const variable : wanted_) found[variable] = take(*variable);
+    return frame(found);
+  }
+
+ private:
+  /// Time and cell are optional, and as often there as positions.
+  void want(const char* name) {
+    const NetcdfVariable* const variable = header_.find(name);
+    if (variable == nullptr || variable->type == NetcdfType::other) return;
+    if (variable->by_record != positions_->by_record) return;
+    if (variable == positions_ || variable->count() <= 3) wanted_.push_back(variable);
+  }
+
+  using Values = std::map<const NetcdfVariable*, std::vector<double>>;
+
+  /// A restart file has one, and no records.
+  [[nodiscard]] std::uint64_t frames() {
+    if (!positions_->by_record) return 1;
+    if (header_.records) return *header_.records;
+    return input_.at_end() ? next_ : next_ + 1;
+  }
+
+  [[nodiscard]] std::uint64_t offset_of(const NetcdfVariable& variable) const {
+    const std::uint64_t record = variable.by_record ? next_ - 1 : 0;
+    if (header_.record_bytes > 0 && record > UINT64_MAX / 2 / header_.record_bytes) fail_damaged();
+    return variable.offset + record * header_.record_bytes;
+  }
+
+  void go_to(std::uint64_t offset) {
+    if (offset < input_.position()) fail_damaged();
+    input_.skip(offset - input_.position());
+  }
+
+  [[noreturn]] void fail_damaged() const { input_.fail("variables overlap: is the file damaged?"); }
+
+  std::vector<double> take(const NetcdfVariable& variable) {
+    go_to(offset_of(variable));
+    input_.expect(variable.bytes());
+    std::vector<double> values;
+    const auto put = [&](auto value) {
+      values.push_back(variable.scale * static_cast<double>(value));
+    };
+    if (variable.type == NetcdfType::float32) {
+      input_.each<float>(variable.count(), put);
+    } else {
+      input_.each<double>(variable.count(), put);
+    }
+    return values;
+  }
+
+  Particles frame(const Values& values) const {
+    const std::vector<double>& numbers = values.at(positions_);
+    const bool nm = positions_->units.starts_with("nano");
+    const double unit = nm ? angstrom_per_nm : 1;
+    std::vector<Vec3d> positions(numbers.size() / 3);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      positions[i] = unit * Vec3d{numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    }
+    Particles particles = frame_of(positions, input_.place());
+    if (nm) particles.facts.notes.push_back(nm_note(particles.count()));
+    const auto three = [&](std::string_view name) {
+      const auto found = values.find(header_.find(name));
+      if (found == values.end() || found->second.size() != 3) return Vec3d{};
+      return Vec3d{found->second[0], found->second[1], found->second[2]};
+    };
+    particles.cell = cell_from(unit * three("cell_lengths"), three("cell_angles"));
+    const auto time = values.find(header_.find("time"));
+    if (time != values.end() && time->second.size() == 1) particles.facts.time = time->second[0];
+    return particles;
+  }
+
+  NetcdfHeader header_;
+  const NetcdfVariable* positions_ = nullptr;
+  std::vector<const NetcdfVariable*> wanted_;  // in the order of the file
+  std::uint64_t atoms_ = 0;
+  std::uint64_t next_ = 0;
+};
+
+/// Trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
+Particles read_netcdf(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<NetcdfFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
+                                             .extensions = {".nc", ".ncdf", ".ncrst"},
+                                             .frames = true,
+                                             .confidence = looks_like_netcdf,
+                                             .read = read_netcdf,
+                                             .holds = ParticleFormat::Holds::positions};
+
+}  // namespace parray::input

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/particles/file_place.h"
+
+namespace parray::input {
+
+/// The content of a line ATOM or HETATM in PDB, PDBQT or PQR. Readers use one object for all lines.
+struct AtomRecord {
+  Vec3d position;
+  std::string name;
+  std::string residue_name;
+  std::string chain;
+  std::string type;  ///< AutoDock's
+  std::int32_t residue_number = 0;
+  char insertion = ' ';
+  char alternative = ' ';
+  bool doubtful_alternative = false;
+  bool two_letters = false;
+  double occupancy = not_known;
+  double b_factor = not_known;
+  double charge = not_known;
+  double radius = not_known;
+  std::optional<std::uint8_t> element;
+
+  [[nodiscard]] Atom atom() const {
+    return {position,       name,      residue_name, chain,
+            residue_number, insertion, alternative,  doubtful_alternative,
+            two_letters,    occupancy, element,      type};
+  }
+};
+
+/// Returns whether the line begins with "ATOM" or "HETATM" in any letter case, and a field follows.
+bool is_atom_record(std::string_view line);
+
+/// Reads a PDB record by columns: "Atomic Coordinate Entry Format Description" 3.3
+/// (wwpdb.org/documentation/file-format), section 9. Also accepts these common deviations:
+/// - residue names of four letters in columns 18 to 21 (CHARMM, VMD), or in 17 to 20 if no
+///   alternative location is meant; chain names of two letters in columns 21 and 22;
+/// - columns 73 to 76 as the chain if column 22 is blank (CHARMM's segments);
+/// - residue numbers as hybrid-36 (cci.lbl.gov/hybrid_36), in hexadecimal, or none ("****": 0);
+/// - serial numbers of more than five digits, which shift the line, and tabs (eight columns);
+/// - lines whose fields blanks separate, as in PQR, if columns 31 to 54 do not hold three numbers.
+void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
+
+/// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
+/// AutoDock's atom type follows from column 78 on and tells the element.
+void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record);
+
+/// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate
+/// the fields: serial, name, residue, chain (optional), residue number, x, y, z, charge, radius. If
+/// fields run together, the columns of PDB separate all up to z.
+void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record);
+
+}  // namespace parray::input

@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+
+#include "cli/input/formats/format_table.h"
+#include "cli/input/formats/name_table.h"
+#include "cli/input/particles/elements.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+Confidence looks_like_prmtop(const FileStart& start) {
+  return certain_if(start.has("%VERSION") || start.has("%FLAG"));
+}
+
+constexpr std::array<std::string_view, 8> wanted_flags{
+    "POINTERS",      "ATOM_NAME",     "CHARGE",          "MASS",
+    "ATOMIC_NUMBER", "RESIDUE_LABEL", "RESIDUE_POINTER", "AMBER_ATOM_TYPE"};
+
+/// Sections %FLAG NAME, %FORMAT(20a4), then lines of fields of one width.
+class Sections {
+ public:
+  using Fields = std::vector<std::string>;
+
+  explicit Sections(ParticleInput& input) : input_(input) {
+    Fields* section = nullptr;
+    while (input.next_line()) {
+      const std::string_view line = input.line();
+      if (line.starts_with("%FLAG")) {
+        const std::string name(trimmed(line.substr(5)));
+        const bool wanted = std::ranges::find(wanted_flags, name) != wanted_flags.end();
+        section = wanted ? &sections_[name] : nullptr;
+      } else if (section != nullptr && line.starts_with("%FORMAT")) {
+        width_ = width_in(line);
+      } else if (section != nullptr && !line.starts_with('%')) {
+        split(line, *section);
+      }
+    }
+  }
+
+  /// Empty where the file has no such section. Fails when it has another number of fields than
+  /// `count`.
+  [[nodiscard]] const Fields& of(const std::string& name, std::uint64_t count) const {
+    static const Fields none;
+    const auto found = sections_.find(name);
+    if (found == sections_.end()) return none;
+    if (found->second.size() == count) return found->second;
+    input_.fail("section " + name + " has " + std::to_string(found->second.size()) +
+                " fields where there are " + std::to_string(count) + ": is the file complete?");
+  }
+
+  /// The number at a place of the section POINTERS.
+  [[nodiscard]] std::uint64_t pointer(std::size_t place) const {
+    const auto found = sections_.find("POINTERS");
+    if (found == sections_.end() || found->second.size() <= place) {
+      input_.fail("no section POINTERS: is this a PRMTOP file of AMBER 7 or later?");
+    }
+    return count_field(found->second[place], input_.place());
+  }
+
+ private:
+  /// 4 of "%FORMAT(20a4)", 16 of "%FORMAT(5E16.8)".
+  std::size_t width_in(std::string_view line) const {
+    constexpr std::uint64_t most = 1000;
+    const std::size_t letter = line.find_first_of("aAiIeEfF", line.find('('));
+    const std::string_view rest = letter < line.size() ? line.substr(letter + 1) : "";
+    const auto width = natural_in(rest.substr(0, rest.find_first_of(".)")));
+    if (!width || *width == 0 || *width > most) {
+      input_.fail("'" + printable(line) + "' is no format: write one such as %FORMAT(20a4)");
+    }
+    return static_cast<std::size_t>(*width);
+  }
+
+  void split(std::string_view line, Fields& fields) const {
+    if (width_ == 0) input_.fail("fields before their %FORMAT: is the file complete?");
+    while (!line.empty()) {
+      const std::string_view field = line.substr(0, width_);
+      if (line.size() < width_ && trimmed(field).empty()) return;
+      fields.emplace_back(trimmed(field));
+      line.remove_prefix(field.size());
+    }
+  }
+
+  ParticleInput& input_;
+  std::map<std::string, Fields, std::less<>> sections_;
+  std::size_t width_ = 0;
+};
+
+/// Residues by atom, from the numbers (from 1) of their first atoms.
+class Residues {
+ public:
+  Residues(const Sections& sections, std::uint64_t count, const FilePlace& place)
+      : labels_(sections.of("RESIDUE_LABEL", count)) {
+    for (const std::string& first : sections.of("RESIDUE_POINTER", count)) {
+      firsts_.push_back(count_field(first, place));
+    }
+    if (firsts_.size() != labels_.size()) firsts_.clear();
+  }
+
+  /// Of atoms in their order.
+  void enter(std::uint64_t atom, NamedAtom& to) {
+    while (next_ < firsts_.size() && firsts_[next_] <= atom + 1) ++next_;
+    if (next_ == 0) return;
+    to.residue_name = labels_[next_ - 1];
+    to.residue_number = static_cast<std::int32_t>(next_);
+  }
+
+ private:
+  const std::vector<std::string>& labels_;
+  std::vector<std::uint64_t> firsts_;
+  std::size_t next_ = 0;
+};
+
+double number_at(const std::vector<std::string>& fields, std::size_t i) {
+  return i < fields.size() ? number_or_nan(fields[i]) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Negative ones are virtual sites.
+std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
+  std::vector<std::uint8_t> elements(numbers.size());
+  std::ranges::transform(numbers, elements.begin(), [](const std::string& text) {
+    const std::uint64_t number = natural_in(text).value_or(0);
+    return number <= last_element ? static_cast<std::uint8_t>(number) : std::uint8_t{0};
+  });
+  return elements;
+}
+
+/// PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format: "AMBER
+/// file formats", ambermd.org/FileFormats.php.
+Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
+  constexpr std::size_t residues_place = 11;  // of POINTERS
+  constexpr double charge_unit = 18.2223;     // the file's, in elementary charges
+  ParticleInput input(file);
+  const Sections sections(input);
+  const std::uint64_t count = sections.pointer(0);
+  const auto& names = sections.of("ATOM_NAME", count);
+  const auto& types = sections.of("AMBER_ATOM_TYPE", count);
+  const auto& charges = sections.of("CHARGE", count);
+  const auto& masses = sections.of("MASS", count);
+  if (names.empty()) input.fail("no section ATOM_NAME: is the file complete?");
+  Residues residues(sections, sections.pointer(residues_place), input.place());
+  NameTable atoms(input.place());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    NamedAtom atom;
+    atom.name = names[i];
+    if (!types.empty()) atom.type = types[i];
+    atom.charge = number_at(charges, i) / charge_unit;
+    atom.mass = number_at(masses, i);
+    residues.enter(i, atom);
+    atoms.add(atom);
+  }
+  return atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
+}
+
+}  // namespace
+
+constinit const ParticleFormat prmtop_format{.name = "PRMTOP",
+                                             .extensions = {".prmtop", ".parm7", ".top"},
+                                             .confidence = looks_like_prmtop,
+                                             .read = read_prmtop,
+                                             .holds = ParticleFormat::Holds::names};
+
+}  // namespace parray::input

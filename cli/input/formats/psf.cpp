@@ -1,0 +1,83 @@
+#include <limits>
+
+#include "cli/input/formats/format_table.h"
+#include "cli/input/formats/name_table.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+Confidence looks_like_psf(const FileStart& start) {
+  const std::string_view first = start.line(0);
+  return certain_if(first == "PSF" || first.starts_with("PSF "));
+}
+
+/// The number at the beginning of a text such as "42A", a residue with its insertion code.
+std::optional<std::int32_t> leading_number(std::string_view text) {
+  const std::optional<double> number =
+      number_in(text.substr(0, text.find_last_of("-0123456789") + 1));
+  constexpr double most = std::numeric_limits<std::int32_t>::max();
+  if (!number || *number < -most || *number > most) return {};
+  return static_cast<std::int32_t>(*number);
+}
+
+/// A row is: number, segment (which may be blank), residue's number and name, name, type, charge,
+/// mass, and what is of no use here.
+NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace& place) {
+  constexpr std::size_t least_columns = 8;
+  const bool has_segment = row.size() >= least_columns && leading_number(row[2]).has_value();
+  const std::size_t at = has_segment ? 2 : 1;
+  if (row.size() < at + 6) {
+    place.fail(std::to_string(row.size()) + " columns where an atom of PSF has 8 or more");
+  }
+  NamedAtom atom;
+  if (has_segment) atom.chain = row[1];
+  atom.residue_number = leading_number(row[at]).value_or(0);
+  atom.residue_name = row[at + 1];
+  atom.name = row[at + 2];
+  atom.type = row[at + 3];
+  atom.charge = number_field(row[at + 4], "charge", place);
+  atom.mass = number_field(row[at + 5], "mass", place);
+  return atom;
+}
+
+/// The count of the section NATOM, whose first row comes next.
+std::uint64_t find_atoms(ParticleInput& input) {
+  if (!input.next_line() || !input.line().starts_with("PSF")) {
+    input.fail("not a PSF file: it begins with PSF");
+  }
+  std::vector<std::string_view> words;
+  while (input.next_line()) {
+    split_at_blanks(input.line(), words);
+    if (words.size() >= 2 && words[1].starts_with("!NATOM")) {
+      return count_field(words[0], input.place());
+    }
+  }
+  input.fail("no section !NATOM: is the file complete?");
+}
+
+/// PSF of CHARMM, X-PLOR and NAMD: section NATOM; elements by mass. Format: "PSF files",
+/// NAMD tutorial, appendix; CHARMM documentation, "struct".
+Particles read_psf(PackedFile& file, const ParticleRequest& request) {
+  ParticleInput input(file);
+  const std::uint64_t count = find_atoms(input);
+  NameTable atoms(input.place());
+  std::vector<std::string_view> row;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    input.next_row(i, count, "atoms");
+    split_at_blanks(input.line(), row);
+    atoms.add(atom_in_row(row, input.place()));
+  }
+  return atoms.finish(request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat psf_format{.name = "PSF",
+                                          .extensions = {".psf"},
+                                          .confidence = looks_like_psf,
+                                          .read = read_psf,
+                                          .holds = ParticleFormat::Holds::names};
+
+}  // namespace parray::input

@@ -1,0 +1,212 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/elements.h"
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+Confidence looks_like_sdf(const FileStart& start) {
+  const std::string_view counts = trimmed(start.line(3));
+  return certain_if(counts.ends_with("V2000") || counts.ends_with("V3000") ||
+                    start.has_line("M  END"));
+}
+
+bool ends_molecule(std::string_view line) { return line.starts_with("$$$$"); }
+
+/// A line of the atom block of V2000.
+struct TableRow {
+  Vec3d position;
+  std::string_view symbol;
+  double charge = 0;
+};
+
+/// Codes of charges; 4 is a radical.
+double charge_of_code(std::string_view code) {
+  constexpr std::array<double, 8> charges{0, 3, 2, 1, 0, -1, -2, -3};
+  const auto number = natural_in(code).value_or(0);
+  return number < charges.size() ? charges[number] : 0;
+}
+
+/// By columns; by blanks where a program has not kept to them.
+TableRow table_row(std::string_view line, const FilePlace& place) {
+  constexpr std::size_t width = 10;
+  const auto x = number_in(field_at(line, 0, width));
+  const auto y = number_in(field_at(line, width, width));
+  const auto z = number_in(field_at(line, 2 * width, width));
+  const std::string_view symbol = field_at(line, 31, 3);
+  if (x && y && z && !symbol.empty()) {
+    return {{*x, *y, *z}, symbol, charge_of_code(field_at(line, 36, 3))};
+  }
+  std::vector<std::string_view> words;
+  split_at_blanks(line, words);
+  if (words.size() < 4) place.fail("not x, y, z and a symbol: is the file complete?");
+  return {position_field(words, 0, place), words[3],
+          words.size() > 5 ? charge_of_code(words[5]) : 0};
+}
+
+/// Molecules one after the other, each with its own header.
+class SdfFrames final : public FramesOf<ParticleInput> {
+ public:
+  SdfFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+
+  bool next() override {
+    if (!read_header()) return false;
+    const std::string_view counts = input_.line();
+    extended_ = counts.find("V3000") != std::string_view::npos;
+    atoms_ = extended_ ? 0 : count_field(field_at(counts, 0, 3), input_.place());
+    if (extended_) find_extended_count();
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    go_to_end();
+    return atoms_;
+  }
+
+  Particles read() override {
+    AtomColumns atoms(input_.place(), request_, {"charge"});
+    constexpr std::size_t row_bytes = 8;  // at least
+    atoms.expect(std::min(atoms_, input_.bytes_left().value_or(0) / row_bytes + 1));
+    charges_.clear();
+    if (extended_) {
+      read_extended(atoms);
+    } else {
+      for (std::uint64_t i = 0; i < atoms_; ++i) {
+        go_on();
+        const TableRow row = table_row(input_.line(), input_.place());
+        add(row.position, row.symbol, row.charge, atoms);
+      }
+    }
+    go_to_end();
+    for (const double charge : charges_) atoms.numbers({{charge}});
+    return atoms.finish_frame();
+  }
+
+ private:
+  /// To the line of counts, the fourth; false where nothing but blank lines is left.
+  bool read_header() {
+    bool blank = true;
+    for (int line = 0; line < 4; ++line) {
+      if (!input_.next_line()) {
+        if (blank) return false;
+        input_.fail("the file ends within a molecule's header: is it complete?");
+      }
+      blank = blank && trimmed(input_.line()).empty();
+    }
+    while (blank) {  // more blank lines at the end than a header has
+      if (!input_.next_line()) return false;
+      blank = trimmed(input_.line()).empty();
+    }
+    return true;
+  }
+
+  void go_on() {
+    if (!input_.next_line()) input_.fail("the file ends within a molecule: is it complete?");
+    if (ends_molecule(input_.line())) {
+      input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms");
+    }
+  }
+
+  /// The words of a line "M  V30 ...", and of those that it is continued on.
+  void next_extended() {
+    go_on();
+    text_ = input_.line();
+    while (text_.ends_with('-')) {
+      text_.pop_back();
+      go_on();
+      text_ += field_at(input_.line(), 7, std::string::npos);
+    }
+    split_at_blanks(text_, words_);
+    if (words_.size() < 2 || words_[0] != "M" || words_[1] != "V30") words_.clear();
+  }
+
+  void find_extended_count() {
+    do {
+      next_extended();
+    } while (words_.size() < 4 || words_[2] != "COUNTS");
+    atoms_ = count_field(words_[3], input_.place());
+  }
+
+  void read_extended(AtomColumns& atoms) {
+    if (atoms_ == 0) return;
+    do {
+      next_extended();
+    } while (words_.size() < 4 || words_[2] != "BEGIN" || words_[3] != "ATOM");
+    for (std::uint64_t i = 0; i < atoms_; ++i) {
+      constexpr std::size_t least = 7;  // M V30 index type x y z
+      next_extended();
+      if (words_.size() < least) input_.fail("not an atom of V3000: is its count right?");
+      add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
+    }
+  }
+
+  [[nodiscard]] double extended_charge() const {
+    constexpr std::string_view key = "CHG=";
+    for (const std::string_view word : words_) {
+      if (word.starts_with(key)) return number_in(word.substr(key.size())).value_or(0);
+    }
+    return 0;
+  }
+
+  void add(const Vec3d& position, std::string_view symbol, double charge, AtomColumns& atoms) {
+    Atom atom;
+    atom.position = position;
+    atom.name = atom.type = symbol;
+    atom.element = atomic_number_of(symbol);
+    atoms.add(atom);
+    charges_.push_back(charge);
+  }
+
+  /// "M  CHG": pairs of an atom's number and its charge; they replace those of the atom block.
+  void read_charges(std::string_view line) {
+    split_at_blanks(line, words_);
+    if (!std::exchange(charges_listed_, true)) std::ranges::fill(charges_, 0.0);
+    for (std::size_t i = 3; i + 1 < words_.size(); i += 2) {
+      const std::uint64_t atom = natural_in(words_[i]).value_or(0);
+      if (atom == 0 || atom > charges_.size()) continue;
+      charges_[static_cast<std::size_t>(atom) - 1] = number_in(words_[i + 1]).value_or(0);
+    }
+  }
+
+  void go_to_end() {
+    charges_listed_ = false;
+    while (input_.next_line() && !ends_molecule(input_.line())) {
+      if (input_.line().starts_with("M  CHG")) read_charges(input_.line());
+    }
+  }
+
+  ParticleRequest request_;
+  bool extended_ = false;
+  bool charges_listed_ = false;
+  std::uint64_t atoms_ = 0;
+  std::vector<double> charges_;
+  std::string text_;
+  std::vector<std::string_view> words_;
+};
+
+/// MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are its
+/// frames. Names and types are the symbols; numbers: charge (formal).
+Particles read_sdf(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<SdfFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat sdf_format{.name = "SDF",
+                                          .extensions = {".sdf", ".mol", ".sd"},
+                                          .frames = true,
+                                          .confidence = looks_like_sdf,
+                                          .read = read_sdf};
+
+}  // namespace parray::input

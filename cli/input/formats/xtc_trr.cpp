@@ -1,0 +1,461 @@
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include "cli/input/formats/binary_input.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/frames.h"
+
+/// Trajectories of GROMACS, whose lengths in nm become angstrom. They are XDR: big-endian, in units
+/// of four bytes (RFC 4506). Formats: GROMACS manual, "File formats", xtc and trr.
+namespace parray::input {
+namespace {
+
+Confidence looks_like_xtc(const FileStart& start) {
+  const std::uint32_t magic = start.big_endian(0);
+  const std::uint32_t atoms = start.big_endian(4);  // and again after step, time and box
+  return certain_if((magic == 1995 || magic == 2023) && atoms > 0 && start.big_endian(52) == atoms);
+}
+
+Confidence looks_like_trr(const FileStart& start) {
+  return certain_if(start.big_endian(0) == 1993 && start.has("GMX_trn_file", 12));
+}
+
+/// What stands before the packed coordinates of a frame.
+struct XtcPacking {
+  std::uint64_t atoms = 0;
+  double precision = 0;  ///< coordinates are whole numbers of 1 / precision
+  std::array<std::int32_t, 3> least{};
+  std::array<std::int32_t, 3> most{};
+  std::int32_t small = 0;  ///< which size of small differences comes first
+};
+
+__extension__ using Wide = unsigned __int128;
+using Whole = std::array<std::int64_t, 3>;
+using Sizes = std::array<std::uint64_t, 3>;
+
+/// Sizes of differences, by their place: about 2^(place / 3), as the format has them.
+constexpr std::array<std::uint32_t, 73> small_sizes{
+    0,        0,        0,       0,       0,       0,       0,       0,       0,       8,
+    10,       12,       16,      20,      25,      32,      40,      50,      64,      80,
+    101,      128,      161,     203,     256,     322,     406,     512,     645,     812,
+    1024,     1290,     1625,    2048,    2580,    3250,    4096,    5060,    6501,    8192,
+    10321,    13003,    16384,   20642,   26007,   32768,   41285,   52015,   65536,   82570,
+    104031,   131072,   165140,  208063,  262144,  330280,  416127,  524287,  660561,  832255,
+    1048576,  1321122,  1664510, 2097152, 2642245, 3329021, 4194304, 5284491, 6658042, 8388607,
+    10568983, 13316085, 16777216};
+constexpr std::int32_t first_small = 9;
+
+[[noreturn]] void fail_damaged(const FilePlace& place) {
+  place.fail("impossible packed coordinates: is the file damaged?");
+}
+
+/// Bits from the highest of each byte to the lowest.
+class Bits {
+ public:
+  Bits(std::string_view bytes, const FilePlace& place) : bytes_(bytes), place_(place) {}
+
+  /// At most 32.
+  std::uint64_t take(unsigned count) {
+    while (held_ < count) {
+      if (next_ == bytes_.size()) fail_damaged(place_);
+      held_bits_ = (held_bits_ << 8) | static_cast<unsigned char>(bytes_[next_++]);
+      held_ += 8;
+    }
+    held_ -= count;
+    return (held_bits_ >> held_) & ((std::uint64_t{1} << count) - 1);
+  }
+
+  /// A number of `count` bits whose bytes, but for the bits of the last, go from low to high.
+  Wide take_wide(unsigned count) {
+    Wide value = 0;
+    for (unsigned at = 0; at < count; at += 8) {
+      const unsigned part = std::min(count - at, 8U);
+      value |= static_cast<Wide>(take(part)) << at;
+    }
+    return value;
+  }
+
+ private:
+  std::string_view bytes_;
+  const FilePlace& place_;
+  std::size_t next_ = 0;
+  std::uint64_t held_bits_ = 0;
+  unsigned held_ = 0;
+};
+
+/// Three numbers below `sizes`, as the digits of one of `bits` bits.
+template <typename Number>
+Whole digits_of(Number number, const Sizes& sizes) {
+  Whole digits{};
+  for (const std::size_t axis : {2U, 1U}) {
+    digits.at(axis) = static_cast<std::int64_t>(number % sizes.at(axis));
+    number /= sizes.at(axis);
+  }
+  digits[0] = static_cast<std::int64_t>(number);
+  return digits;
+}
+
+Whole take_digits(Bits& bits, unsigned count, const Sizes& sizes) {
+  const Wide number = bits.take_wide(count);
+  constexpr unsigned narrow = 64;  // whose division is many times faster
+  return count <= narrow ? digits_of(static_cast<std::uint64_t>(number), sizes)
+                         : digits_of(number, sizes);
+}
+
+Whole sum(const Whole& a, const Whole& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+
+class XtcUnpacker {
+ public:
+  XtcUnpacker(const XtcPacking& packing, std::string_view bytes, const FilePlace& place)
+      : packing_(packing), place_(place), bits_(bytes, place), small_(packing.small) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      least_.at(axis) = packing.least.at(axis);
+      const std::int64_t size = std::int64_t{packing.most.at(axis)} - packing.least.at(axis) + 1;
+      if (size < 1 || size > UINT32_MAX) fail_damaged(place);
+      sizes_.at(axis) = static_cast<std::uint64_t>(size);
+      by_axis_ = by_axis_ || size > widest_in_one;
+    }
+    if (!(packing.precision > 0) || !std::isfinite(packing.precision)) fail_damaged(place);
+    check_small();
+  }
+
+  std::vector<Vec3d> all() {
+    while (positions_.size() < packing_.atoms) take_group();
+    return std::move(positions_);
+  }
+
+ private:
+  static constexpr std::int64_t widest_in_one = 0xFFFFFF;
+
+  /// A position, and the differences that follow it.
+  void take_group() {
+    Whole position = sum(take_position(), least_);
+    int change = 0;
+    if (bits_.take(1) == 1) {
+      const auto code = static_cast<int>(bits_.take(5));
+      change = code % 3 - 1;
+      run_ = code / 3;
+    }
+    if (run_ == 0) {
+      put(position);
+    } else {
+      take_differences(position);
+    }
+    small_ += change;  // after the last difference, perhaps beyond the sizes that there are
+  }
+
+  Whole take_position() {
+    if (!by_axis_) return take_digits(bits_, bits_in_one(), sizes_);
+    Whole digits{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      digits.at(axis) = static_cast<std::int64_t>(bits_.take(width(sizes_.at(axis))));
+    }
+    return digits;
+  }
+
+  void take_differences(const Whole& position) {
+    check_small();
+    const std::uint64_t size = small_sizes.at(static_cast<std::size_t>(small_));
+    const auto half = static_cast<std::int64_t>(size / 2);
+    const Whole back{-half, -half, -half};
+    Whole before = position;
+    for (int i = 0; i < run_; ++i) {
+      const Whole digits = take_digits(bits_, static_cast<unsigned>(small_), {size, size, size});
+      before = sum(sum(before, digits), back);
+      put(before);
+      if (i == 0) put(position);
+    }
+  }
+
+  void put(const Whole& whole) {
+    if (positions_.size() == packing_.atoms) fail_damaged(place_);
+    const auto length = [&](std::int64_t x) { return static_cast<double>(x) / packing_.precision; };
+    positions_.push_back({length(whole[0]), length(whole[1]), length(whole[2])});
+  }
+
+  void check_small() const {
+    if (small_ < first_small || static_cast<std::size_t>(small_) >= small_sizes.size()) {
+      fail_damaged(place_);
+    }
+  }
+
+  static unsigned width(std::uint64_t number) {
+    return static_cast<unsigned>(std::bit_width(number));
+  }
+  [[nodiscard]] unsigned bits_in_one() const {
+    const Wide product = static_cast<Wide>(sizes_[0]) * sizes_[1] * sizes_[2];
+    const auto high = static_cast<std::uint64_t>(product >> 64);
+    return high != 0 ? 64 + width(high) : width(static_cast<std::uint64_t>(product));
+  }
+
+  const XtcPacking& packing_;
+  const FilePlace& place_;
+  Bits bits_;
+  Whole least_{};
+  Sizes sizes_{};
+  bool by_axis_ = false;  // each coordinate on its own
+  std::int32_t small_;    // place of the present size of differences
+  int run_ = 0;           // differences after each position, until another count comes
+  std::vector<Vec3d> positions_;
+};
+
+/// The positions, in nm, that GROMACS has packed into `bytes`. Each is a whole number within the
+/// box of `least` and `most`, written as one number in a mixed base, or the difference to the
+/// position before it, whose size changes on the way; a bit, and sometimes a count of differences
+/// after it, say which. The first difference after a whole position belongs to the atom before:
+/// water has its oxygen, the middle of the molecule, written first. Format: GROMACS manual, "File
+/// formats", xtc; Green, "xdrf library", EMBL 1995; Spångberg, Larsson and van der Spoel, J. Mol.
+/// Model. 17 (2011) 2669.
+///
+/// Fails at `place` for what is damaged, before anything is allocated for more than there is.
+std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
+                              const FilePlace& place) {
+  return XtcUnpacker(packing, bytes, place).all();
+}
+
+template <typename Real>
+std::optional<ParticleCell> take_box(BinaryInput& input) {
+  std::array<double, 9> box{};
+  for (double& value : box) {
+    value = angstrom_per_nm * static_cast<double>(input.get<Real>());
+  }
+  const auto edge = [&](std::size_t i) { return Vec3d{box.at(i), box.at(i + 1), box.at(i + 2)}; };
+  return valid_cell({{}, {edge(0), edge(3), edge(6)}});
+}
+
+/// `count` positions as numbers, in nm.
+template <typename Real>
+std::vector<Vec3d> take_positions(BinaryInput& input, std::uint64_t count) {
+  std::vector<Vec3d> positions;
+  std::array<double, 3> three{};
+  std::size_t filled = 0;
+  input.each<Real>(3 * count, [&](Real value) {
+    three.at(filled++) = static_cast<double>(value);
+    if (filled < three.size()) return;
+    positions.push_back({three[0], three[1], three[2]});
+    filled = 0;
+  });
+  return positions;
+}
+
+Particles frame_in_nm(std::vector<Vec3d> positions, const FilePlace& place) {
+  for (Vec3d& position : positions) position = angstrom_per_nm * position;
+  Particles particles = frame_of(positions, place);
+  if (particles.count() > 0) particles.facts.notes.push_back(nm_note(particles.count()));
+  return particles;
+}
+
+class XtcFrames final : public FramesOf<BinaryInput> {
+ public:
+  XtcFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+
+  bool next() override {
+    if (input_.at_end()) return false;
+    constexpr std::int32_t magic = 1995;
+    constexpr std::int32_t magic_of_long_frames = 2023;  // of 64 bits where they count bytes
+    const auto found = input_.get<std::int32_t>();
+    if (found != magic && found != magic_of_long_frames) {
+      input_.fail("no frame of XTC where one should begin: is the file damaged?");
+    }
+    is_long_ = found == magic_of_long_frames;
+    atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
+    input_.get<std::int32_t>();  // time step
+    time_ = static_cast<double>(input_.get<float>());
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    constexpr std::uint64_t box_bytes = 36;
+    constexpr std::uint64_t packing_bytes = 32;
+    input_.skip(box_bytes);
+    check_atoms();
+    if (is_plain()) {
+      input_.skip(12 * atoms_);
+    } else {
+      input_.skip(packing_bytes);
+      input_.skip(take_size());
+    }
+    return atoms_;
+  }
+
+  Particles read() override {
+    const std::optional<ParticleCell> cell = take_box<float>(input_);
+    check_atoms();
+    Particles particles = frame_in_nm(
+        is_plain() ? take_positions<float>(input_, atoms_) : take_packed(), input_.place());
+    particles.cell = cell;
+    particles.facts.time = time_;
+    return particles;
+  }
+
+ private:
+  /// Few atoms are not packed.
+  [[nodiscard]] bool is_plain() const { return atoms_ <= 9; }
+
+  /// Their number stands there twice.
+  void check_atoms() {
+    if (input_.get<std::int32_t>() == static_cast<std::int64_t>(atoms_)) return;
+    input_.fail("two different numbers of atoms in one frame: is the file damaged?");
+  }
+
+  /// Bytes of packed coordinates, with those that fill the last unit.
+  std::uint64_t take_size() {
+    const std::int64_t bytes = is_long_ ? input_.get<std::int64_t>() : input_.get<std::int32_t>();
+    if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+    return padded(static_cast<std::uint64_t>(bytes));
+  }
+
+  std::vector<Vec3d> take_packed() {
+    XtcPacking packing;
+    packing.atoms = atoms_;
+    packing.precision = static_cast<double>(input_.get<float>());
+    for (std::int32_t& value : packing.least) value = input_.get<std::int32_t>();
+    for (std::int32_t& value : packing.most) value = input_.get<std::int32_t>();
+    packing.small = input_.get<std::int32_t>();
+    const std::uint64_t size = take_size();
+    input_.expect(size);
+    std::string bytes;
+    for (std::uint64_t done = 0; done < size;) {
+      const std::uint64_t part =
+          std::min<std::uint64_t>(size - done, ParticleInput::max_bytes_at_once);
+      bytes += input_.bytes(static_cast<std::size_t>(part));
+      done += part;
+    }
+    return unpack_xtc(packing, bytes, input_.place());
+  }
+
+  bool is_long_ = false;
+  std::uint64_t atoms_ = 0;
+  double time_ = 0;
+};
+
+class TrrFrames final : public FramesOf<BinaryInput> {
+ public:
+  TrrFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+
+  bool next() override {
+    if (input_.at_end()) return false;
+    read_head();
+    return true;
+  }
+
+  std::uint64_t skip() override {
+    input_.skip(before_box() + sizes_[box] + after_box() + after_positions() + sizes_[positions]);
+    return has_positions() ? atoms_ : 0;
+  }
+
+  Particles read() override { return is_double_ ? read_reals<double>() : read_reals<float>(); }
+
+ private:
+  /// Parts of a frame, of which each has a size in its head, in the order of both.
+  enum Part : std::size_t {
+    input_record,
+    energies,
+    box,
+    virial,
+    pressure,
+    topology,
+    symbols,
+    positions,
+    velocities,
+    forces,
+    part_count
+  };
+
+  void read_head() {
+    constexpr std::int32_t magic = 1993;
+    constexpr std::uint64_t longest_version = 64;
+    if (input_.get<std::int32_t>() != magic) {
+      input_.fail("no frame of TRR where one should begin: is the file damaged?");
+    }
+    input_.get<std::int32_t>();  // length of the version, counted otherwise
+    const auto version = input_.get<std::uint32_t>();
+    if (version > longest_version) input_.fail("an impossible version: is the file damaged?");
+    input_.skip(padded(version));
+    for (std::uint64_t& size : sizes_) {
+      const auto bytes = input_.get<std::int32_t>();
+      if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+      size = static_cast<std::uint64_t>(bytes);
+    }
+    atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
+    input_.get<std::int32_t>();  // time step
+    input_.get<std::int32_t>();  // number of energies
+    find_precision();
+    time_ = is_double_ ? input_.get<double>() : static_cast<double>(input_.get<float>());
+    input_.skip(is_double_ ? 8 : 4);  // lambda
+  }
+
+  void find_precision() {
+    is_double_ = false;
+    for (const Part part : {positions, velocities, forces}) {
+      is_double_ = is_double_ || (sizes_[part] > 0 && sizes_[part] == 24 * atoms_);
+    }
+    is_double_ = is_double_ || sizes_[box] == 72;
+    const std::uint64_t real = is_double_ ? 8 : 4;
+    if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
+      input_.fail("the positions do not fit the number of atoms: is the file damaged?");
+    }
+  }
+
+  [[nodiscard]] bool has_positions() const { return sizes_[positions] > 0; }
+  [[nodiscard]] std::uint64_t before_box() const { return sizes_[input_record] + sizes_[energies]; }
+  [[nodiscard]] std::uint64_t after_box() const {
+    return sizes_[virial] + sizes_[pressure] + sizes_[topology] + sizes_[symbols];
+  }
+  [[nodiscard]] std::uint64_t after_positions() const {
+    return sizes_[velocities] + sizes_[forces];
+  }
+
+  template <typename Real>
+  Particles read_reals() {
+    input_.skip(before_box());
+    std::optional<ParticleCell> cell;
+    if (sizes_[box] == 9 * sizeof(Real)) {
+      cell = take_box<Real>(input_);
+    } else {
+      input_.skip(sizes_[box]);
+    }
+    input_.skip(after_box());
+    input_.expect(sizes_[positions]);
+    Particles particles =
+        frame_in_nm(take_positions<Real>(input_, has_positions() ? atoms_ : 0), input_.place());
+    input_.skip(after_positions());
+    particles.cell = cell;
+    particles.facts.time = time_;
+    return particles;
+  }
+
+  std::array<std::uint64_t, part_count> sizes_{};
+  std::uint64_t atoms_ = 0;
+  bool is_double_ = false;
+  double time_ = 0;
+};
+
+Particles read_xtc(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<XtcFrames>(file, request);
+}
+
+Particles read_trr(PackedFile& file, const ParticleRequest& request) {
+  return read_frame<TrrFrames>(file, request);
+}
+
+}  // namespace
+
+constinit const ParticleFormat xtc_format{.name = "XTC",
+                                          .extensions = {".xtc"},
+                                          .frames = true,
+                                          .confidence = looks_like_xtc,
+                                          .read = read_xtc,
+                                          .holds = ParticleFormat::Holds::positions};
+
+constinit const ParticleFormat trr_format{.name = "TRR",
+                                          .extensions = {".trr"},
+                                          .frames = true,
+                                          .confidence = looks_like_trr,
+                                          .read = read_trr,
+                                          .holds = ParticleFormat::Holds::positions};
+
+}  // namespace parray::input

@@ -1,0 +1,134 @@
+#include "cli/input/select/columns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/base/suggest.h"
+
+namespace parray::input {
+namespace {
+
+constexpr std::array<std::string_view, 9> own_numbers{"x",  "y",      "z",     "fx",   "fy",
+                                                      "fz", "radius", "index", "resid"};
+
+double component(const Vec3d& v, std::size_t axis) {
+  return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
+}
+
+struct Fraction {
+  Vec3d origin;
+  Vec3d slope;
+};
+
+/// Along an edge of the cell, between the planes of the other two.
+std::optional<Fraction> fraction_of(const ParticleCell& cell, std::size_t axis) {
+  const auto& edges = cell.edges;
+  const Vec3d normal = cross(edges[(axis + 1) % 3], edges[(axis + 2) % 3]);
+  const double volume = dot(normal, edges[axis]);
+  if (volume == 0 || !std::isfinite(1 / volume)) return {};
+  return Fraction{cell.origin, (1 / volume) * normal};
+}
+
+/// Of the box around the centres; 0 everywhere where that is flat.
+Fraction fraction_of(const std::vector<Vec3d>& positions, std::size_t axis) {
+  const auto [low, high] = std::ranges::minmax(
+      positions, {}, [axis](const Vec3d& position) { return component(position, axis); });
+  const double extent = component(high, axis) - component(low, axis);
+  const double slope = extent > 0 ? 1 / extent : 0;
+  return {low, {axis == 0 ? slope : 0, axis == 1 ? slope : 0, axis == 2 ? slope : 0}};
+}
+
+}  // namespace
+
+bool is_number_column(std::string_view name) {
+  return std::ranges::find(own_numbers, name) == own_numbers.end();
+}
+
+std::optional<NumberSource> NumberSource::of(std::string_view name, const Particles& particles) {
+  NumberSource out;
+  out.particles_ = &particles;
+  const auto word = std::ranges::find(own_numbers, name);
+  const auto place = static_cast<std::size_t>(word - own_numbers.begin());
+  if (word == own_numbers.end()) {
+    const auto column = std::ranges::find(particles.numbers, name, &NumberColumn::name);
+    if (column == particles.numbers.end()) return {};
+    out.kind_ = Kind::column;
+    out.column_ = &column->values;
+  } else if (place < 6) {
+    out.kind_ = place < 3 ? Kind::component : Kind::fraction;
+    out.axis_ = place % 3;
+    if (place < 3) return out;
+    std::optional<Fraction> fraction;
+    if (particles.cell) fraction = fraction_of(*particles.cell, out.axis_);
+    if (!fraction && particles.count() > 0) fraction = fraction_of(particles.positions, out.axis_);
+    if (fraction) {
+      out.origin_ = fraction->origin;
+      out.slope_ = fraction->slope;
+    }
+  } else if (name == "radius") {
+    if (particles.radii.empty()) return {};
+    out.kind_ = Kind::radius;
+  } else if (name == "index") {
+    out.kind_ = Kind::index;
+  } else {
+    if (particles.residue_numbers.empty()) return {};
+    out.kind_ = Kind::residue;
+  }
+  return out;
+}
+
+void NumberSource::values(std::size_t begin, std::span<double> out) const {
+  const auto fill = [&](const auto& value_of) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = value_of(begin + i);
+  };
+  const std::vector<Vec3d>& positions = particles_->positions;
+  switch (kind_) {
+    case Kind::component:
+      return fill([&](std::size_t i) { return component(positions[i], axis_); });
+    case Kind::fraction:
+      return fill([&](std::size_t i) { return dot(positions[i] - origin_, slope_); });
+    case Kind::radius:
+      return fill([&](std::size_t i) { return particles_->radii[i]; });
+    case Kind::index:
+      return fill([](std::size_t i) { return static_cast<double>(i); });
+    case Kind::residue:
+      return fill([&](std::size_t i) { return particles_->residue_numbers[i]; });
+    case Kind::column:
+      return fill([&](std::size_t i) { return (*column_)[i]; });
+  }
+}
+
+std::vector<std::string> number_names(const Particles& particles) {
+  std::vector<std::string> names;
+  for (const std::string_view name : own_numbers) {
+    if (NumberSource::of(name, particles)) names.emplace_back(name);
+  }
+  for (const NumberColumn& column : particles.numbers) names.push_back(column.name);
+  return names;
+}
+
+const NameColumn& name_column(std::string_view word, const Particles& particles) {
+  if (word == "type") return particles.types;
+  if (word == "name") return particles.atom_names;
+  return word == "chain" ? particles.chains : particles.residue_names;
+}
+
+std::string plural_of(std::string_view word) {
+  if (word == "type") return "types";
+  if (word == "name") return "atom names";
+  return word == "chain" ? "chains" : "residue names";
+}
+
+std::string columns_of(const Particles& particles) {
+  std::vector<std::string> columns;
+  if (!particles.elements.empty()) columns.emplace_back("elements");
+  for (const std::string_view word : {"type", "name", "resname", "chain"}) {
+    if (!name_column(word, particles).empty()) columns.push_back(plural_of(word));
+  }
+  for (std::string& name : number_names(particles)) columns.push_back(std::move(name));
+  const std::vector<std::string_view> names(columns.begin(), columns.end());
+  return list_names(names);
+}
+
+}  // namespace parray::input

@@ -1,0 +1,87 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
+#include "tests/support/sample_trajectories.h"
+
+namespace parray {
+namespace {
+
+using test::ParticleFiles;
+
+const ParticleRequest all{.all = true};
+
+/// The names of the number columns, with blanks between.
+std::string names_of(const Particles& particles) {
+  std::string names;
+  for (const NumberColumn& column : particles.numbers) {
+    names += (names.empty() ? "" : " ") + column.name;
+  }
+  return names;
+}
+
+std::vector<double> numbers(const Particles& particles, std::string_view name) {
+  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
+  return found == particles.numbers.end() ? std::vector<double>{} : found->values;
+}
+
+bool has_note(const Particles& particles, std::string_view key) {
+  return std::ranges::any_of(particles.facts.notes, [&](auto& note) { return note.key == key; });
+}
+
+}  // namespace
+
+TEST_CASE("LAMMPS data: atoms in the file's order, elements by mass, velocities, the box") {
+  const ParticleFiles files;
+  const Particles particles = read_particles(files.write("a.data", test::lammps_data()), all);
+  CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}, {4, 5, 6}});
+  CHECK(particles.elements == std::vector<std::uint8_t>{6, 8});
+  CHECK(names_of(particles) == "id molecule charge vx vy vz");
+  CHECK(numbers(particles, "charge") == std::vector<double>{-0.5, 0.5});
+  CHECK(numbers(particles, "vy") == std::vector<double>{0.5, 0.2});
+  CHECK(has_note(particles, "guessed_elements"));
+  CHECK_FALSE(has_note(particles, "guessed_style"));
+  REQUIRE(particles.cell);
+  CHECK(particles.cell->edges[1] == Vec3d{1, 8, 0});
+}
+
+TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note") {
+  const ParticleFiles files;
+  const auto with = [](const std::string& atoms) {
+    return "\n1 atoms\n2 atom types\n0 9 xlo xhi\n0 9\tylo yhi\n0 9 zlo zhi\n\nAtoms\n\n" + atoms +
+           "\n";
+  };
+  for (const char* row : {"1 2 4 5 6", "1 2 -0.5 4 5 6", "1 1 2 4 5 6", "1 1 2 -0.5 4 5 6",
+                          "1 2 0.5 7.8 4 5 6", "1 2 4 5 6 0 0 -1", "1 1 2 0.5 4 5 6 0 0 0"}) {
+    CAPTURE(row);
+    const Particles particles = files.read("a.data", with(row));
+    CHECK(particles.positions == std::vector<Vec3d>{{4, 5, 6}});
+    CHECK(particles.types.names == std::vector<std::string>{"2"});
+    CHECK(has_note(particles, "guessed_style"));
+  }
+  CHECK(files.message("a.data", with("1 2 3 4")).find("cannot tell the atom style") !=
+        std::string::npos);
+  CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text after the last atom") !=
+        std::string::npos);
+}
+
+TEST_CASE("masses of reduced units and of beads are no elements") {
+  const ParticleFiles files;
+  const auto elements = [&](const std::string& masses) {
+    return files
+        .read("a.data", "\n2 atoms\n2 atom types\n0 9 xlo xhi\n\nMasses\n\n" + masses +
+                            "\nAtoms # atomic\n\n1 1 0 0 0\n2 2 1 1 1\n")
+        .elements;
+  };
+  CHECK(elements("1 1.0\n2 4.0\n").empty());
+  CHECK(elements("1 72.0\n2 45.0\n").empty());
+  CHECK(elements("1 14.027\n2 15.035\n").empty());  // united atoms CH2 and CH3
+  CHECK(elements("1 1.0\n2 12.0\n") == std::vector<std::uint8_t>{1, 6});
+  CHECK(elements("1 55.85\n2 2.014\n") == std::vector<std::uint8_t>{26, 1});
+}
+
+}  // namespace parray

@@ -1,0 +1,53 @@
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/molecule_files.h"
+#include "tests/support/rooms.h"
+
+namespace parray {
+namespace {
+
+using test::Elements;
+
+using test::ParticleFiles;
+
+using test::Xs;
+
+using test::xs_of;
+
+Particles read_all(const ParticleFiles& files, const std::string& name, const std::string& text,
+                   std::uint64_t frame = 0) {
+  ParticleRequest request;
+  request.all = true;
+  request.frame = {frame, false};
+  return read_particles(files.write(name, text), request);
+}
+
+}  // namespace
+
+TEST_CASE("MOL2: SYBYL's, GAFF's and AMBER's types tell elements; residues, charges and cell") {
+  const ParticleFiles files;
+  const std::string text =
+      "# comment\n@<TRIPOS>MOLECULE\nfirst\n 6 0 1\nSMALL\nUSER_CHARGES\n\n@<TRIPOS>ATOM\n"
+      "1 CA 1.0 0.0 0.0 C.ar 1 ALA12 -0.5\n2 X1 2.0 0.0 0.0 ca 2 LIG 0.25\n"
+      "3 CA 3.0 0.0 0.0 Ca 3 CA301\n4 C1 4.0 0.0 0.0 CA 1 <0>\n5 L1 5.0 0.0 0.0 LP\n"
+      "6 O1 6.0 0.0 0.0 O.co2\n@<TRIPOS>CRYSIN\n10 20 30 90 90 90 1 1\n"
+      "@<TRIPOS>MOLECULE\nsecond\n@<TRIPOS>ATOM\n1 BR 7 0 0 Br\n";
+  const Particles particles = read_all(files, "a.mol2", text);
+  CHECK(xs_of(particles) == Xs{1, 2, 3, 4, 5, 6});
+  CHECK(particles.elements == Elements{6, 6, 20, 6, 0, 8});
+  CHECK(test::note(particles, "guessed_elements") == 1);
+  CHECK(particles.residue_names.names == std::vector<std::string>{"ALA", "LIG", "CA", ""});
+  CHECK(particles.residue_numbers == std::vector<std::int32_t>{12, 2, 301, 1, 0, 0});
+  CHECK(particles.numbers[0].values[0] == -0.5);
+  REQUIRE(particles.cell.has_value());
+  CHECK(particles.cell->edges[1] == Vec3d{0, 20, 0});
+  CHECK(particles.facts.frames == 2);
+  CHECK(xs_of(read_all(files, "a.mol2", text, 1)) == Xs{7});
+  CHECK(files.message("a.mol2", "@<TRIPOS>MOLECULE\n@<TRIPOS>ATOM\n1 C 1 2 3\n") ==
+        "a.mol2:3: an atom has number, name, x, y, z and type: is the file complete?");
+}
+
+}  // namespace parray
