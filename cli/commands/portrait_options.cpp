@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/commands/options.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -11,15 +12,13 @@
 namespace parray {
 namespace {
 
-constexpr std::array<std::string_view, 2> projection_words{"perspective", "orthographic"};
-
 Projection projection_in(const std::string& text) {
-  const auto* const found = std::ranges::find(projection_words, text);
-  if (found == projection_words.end()) {
+  const auto* const found = std::ranges::find(words::projections, text);
+  if (found == words::projections.end()) {
     throw InputError("unknown projection '" + printable(text) +
-                     "': " + remedy_for_name(text, projection_words));
+                     "': " + remedy_for_name(text, words::projections));
   }
-  return static_cast<Projection>(found - projection_words.begin());
+  return static_cast<Projection>(found - words::projections.begin());
 }
 
 template <std::size_t Count>
@@ -40,7 +39,7 @@ void PortraitOptions::add_to(Command& command) {
   std::vector<std::string> styles;
   append(styles, style_names);
   std::vector<std::string> projections;
-  append(projections, projection_words);
+  append(projections, words::projections);
   command
       .option(
           "--view", [this](const std::string& text) { view_ = view_from(text); },
