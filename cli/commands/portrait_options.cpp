@@ -13,12 +13,12 @@ namespace parray {
 namespace {
 
 Projection projection_in(const std::string& text) {
-  const auto* const found = std::ranges::find(words::projections, text);
-  if (found == words::projections.end()) {
+  const auto* const found = std::ranges::find(scene_words::projections, text);
+  if (found == scene_words::projections.end()) {
     throw InputError("unknown projection '" + printable(text) +
-                     "': " + remedy_for_name(text, words::projections));
+                     "': " + remedy_for_name(text, scene_words::projections));
   }
-  return static_cast<Projection>(found - words::projections.begin());
+  return static_cast<Projection>(found - scene_words::projections.begin());
 }
 
 template <std::size_t Count>
@@ -39,7 +39,7 @@ void PortraitOptions::add_to(Command& command) {
   std::vector<std::string> styles;
   append(styles, style_names);
   std::vector<std::string> projections;
-  append(projections, words::projections);
+  append(projections, scene_words::projections);
   command
       .option(
           "--view", [this](const std::string& text) { view_ = view_from(text); },

@@ -75,7 +75,7 @@ json document() {
   sections["finishing"] = leaves([o = Finish{}](const auto& f) { finish_fields(f, o); });
   sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
   json materials = json::array();
-  for (std::size_t i = 0; i < words::materials.size(); ++i) {
+  for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {
     const Material material{.type = static_cast<MaterialType>(i)};
     materials.push_back(
         leaves([&](const auto& f) { material_fields(f, material.type, material); }));

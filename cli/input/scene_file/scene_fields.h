@@ -22,12 +22,12 @@ struct LabelText {
   std::size_t longest;
 };
 
-namespace words {
+namespace scene_words {
 inline constexpr std::array<std::string_view, 2> projections{"perspective", "orthographic"};
 inline constexpr std::array<std::string_view, 3> materials{"diffuse", "metal", "dielectric"};
 inline constexpr Words projection{"projection", projections};
 inline constexpr Words material{"material type", materials};
-}  // namespace words
+}  // namespace scene_words
 
 template <typename F, typename... S>
 void camera_fields(F&& f, S&... s) {
@@ -36,7 +36,7 @@ void camera_fields(F&& f, S&... s) {
   f({"look_from", nullptr, required}, point, s.look_from...);
   f({"look_at", nullptr, required}, point, s.look_at...);
   f({"up"}, point, s.up...);
-  f({"projection"}, words::projection, s.projection...);
+  f({"projection"}, scene_words::projection, s.projection...);
   // Each projection requires one of these and refuses the other.
   f({"vfov", nullptr, if_set}, ranges::vfov, s.vfov...);
   f({"view_height", nullptr, if_set}, ranges::length, s.view_height...);
@@ -54,7 +54,7 @@ void sky_fields(F&& f, S&... s) {
 template <typename F, typename... S>
 void material_fields(F&& f, MaterialType type, S&... s) {
   using namespace traits;
-  f({"type", nullptr, required}, words::material, s.type...);
+  f({"type", nullptr, required}, scene_words::material, s.type...);
   if (type == MaterialType::dielectric) {
     f({"ior", nullptr, required}, ranges::ior, s.ior...);
   } else {

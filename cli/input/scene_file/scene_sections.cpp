@@ -216,7 +216,7 @@ void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
 Material read_material(const JsonValue& value, const JsonPlace& place) {
   static constexpr std::array<std::string_view, 4> all_keys{"type", "albedo", "fuzz", "ior"};
   static const auto keys_of_types = [] {
-    std::array<std::vector<std::string_view>, words::materials.size()> all;
+    std::array<std::vector<std::string_view>, scene_words::materials.size()> all;
     for (std::size_t i = 0; i < all.size(); ++i) {
       all[i] = keys_of([i](const auto& f) { material_fields(f, static_cast<MaterialType>(i)); });
     }
@@ -225,7 +225,7 @@ Material read_material(const JsonValue& value, const JsonPlace& place) {
   Material material;
   const JsonFields any(value, place, all_keys);
   const SectionReader read_any(any);
-  read_any({"type", nullptr, traits::required}, words::material, material.type);
+  read_any({"type", nullptr, traits::required}, scene_words::material, material.type);
   const JsonFields fields(value, place, keys_of_types[static_cast<std::size_t>(material.type)]);
   material_fields(SectionReader(fields), material.type, material);
   return material;
