@@ -7,7 +7,7 @@
 
 namespace {
 
-using namespace parray;
+using namespace parray::commands;
 
 constexpr Program parray_program = {
     "parray", "Render scenes of spheres, on this machine or on many", "parray " PARRAY_VERSION};

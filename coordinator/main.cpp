@@ -32,6 +32,7 @@
 namespace {
 
 using namespace parray;
+using namespace parray::coordinator;
 
 struct Arguments {
   std::string bind = "tcp://127.0.0.1:7400";

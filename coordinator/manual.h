@@ -1,6 +1,8 @@
 #pragma once
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::coordinator {
 
 /// What the man page says beyond the options, in the form of common/process/manual_page.h.
 inline constexpr const char* coordinator_manual =
@@ -36,4 +38,4 @@ back, is told and ends with status 1. Workers and clients take a list of both ad
   ends after 24 hours, or for a machine with a key of its own by `parray workers readmit`.
 )";
 
-}  // namespace parray
+}  // namespace parray::coordinator

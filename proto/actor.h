@@ -6,7 +6,7 @@
 
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// A state machine that lives on messages and time: the coordinator and the worker are two. It does
 /// no I/O and never sleeps, so that a test can drive it through any history.
@@ -63,4 +63,4 @@ inline void run_actor(Actor& actor, Link& link, const Clock& clock,
   }
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::proto {
 
 AddressList::AddressList(const std::string& text) {
   std::istringstream list(text + ",");
@@ -44,4 +44,4 @@ bool AddressList::move_on(Time now) {
   return true;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -6,7 +6,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Addresses at which a coordinator may be found, a first one and its standbys: which of them to
 /// talk to. The first to begin with; whenever what was sent there has had no answer for 5 s and the
@@ -34,4 +34,4 @@ class AddressList {
   Time give_up_at_ = never;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

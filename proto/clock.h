@@ -2,7 +2,9 @@
 
 #include <chrono>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::proto {
 
 /// Time since an arbitrary start. State machines take it as an argument and never ask for it.
 using Time = std::chrono::nanoseconds;
@@ -30,4 +32,4 @@ class SteadyClock final : public Clock {
   }
 };
 
-}  // namespace parray
+}  // namespace parray::proto

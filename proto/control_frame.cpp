@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "proto/settings_json.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 using nlohmann::json;
@@ -325,4 +325,4 @@ std::size_t ControlReader::index_of(const char* key,
   return static_cast<std::size_t>(found - names.begin());
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -10,7 +10,7 @@
 
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Writes a message's fields into the map of a control frame. ControlWriter and ControlReader have
 /// the same members, so that one description of a message serves both directions.
@@ -110,4 +110,4 @@ class ControlReader {
   std::uint32_t protocol_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::proto {
 
 /// Bytes of a message as they travel: shared, so that handing them on copies nothing. Immutable.
 class Frame {
@@ -37,4 +39,4 @@ class Frame {
 /// A message as it travels: 1 or 2 frames, see PROTOCOL.md.
 using Frames = std::vector<Frame>;
 
-}  // namespace parray
+}  // namespace parray::proto

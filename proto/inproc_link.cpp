@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace parray {
+namespace parray::proto {
 
 /// A bounded queue of messages with a waiting reader.
 class InprocHub::Mailbox {
@@ -142,4 +142,4 @@ std::unique_ptr<Link> InprocHub::connect_as(Sender sender) {
                                         std::move(sender));
 }
 
-}  // namespace parray
+}  // namespace parray::proto

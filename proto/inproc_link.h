@@ -10,7 +10,7 @@
 
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// A coordinator's end and any number of others, inside one process: what `parray render` uses in
 /// ZeroMQ's place. Any thread may connect(); each end belongs to one thread.
@@ -47,4 +47,4 @@ class InprocHub {
   std::unique_ptr<CoordinatorEnd> coordinator_;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -7,7 +7,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Longest texts on the wire.
 inline constexpr std::size_t max_name = 128;
@@ -52,4 +52,4 @@ void later_head_fields(F& f, JobHead& head) {
   f.number("frames", head.frames, 0U, limits::max_frames);
 }
 
-}  // namespace parray
+}  // namespace parray::proto

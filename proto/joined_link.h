@@ -7,7 +7,7 @@
 #include "proto/inproc_link.h"
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// A coordinator's link to the outside and its end of a hub, as one. The hub's `on_arrival` has to
 /// wake `outer`. Peers of the hub have a zero byte before their ids: no ROUTER's peer can choose
@@ -51,4 +51,4 @@ class JoinedLink final : public Link {
   bool inner_first_ = false;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -16,7 +16,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 namespace fs = std::filesystem;
@@ -320,4 +320,4 @@ std::optional<Sender> AllowList::find_name(Time now, const std::string& name) {
   return std::nullopt;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -21,7 +21,7 @@
 ///
 /// Files with a secret must be closed to others (mode 0600), or they are refused. So are lists, and
 /// directories with lists, that others can write: whoever writes them can let anybody in.
-namespace parray {
+namespace parray::proto {
 
 /// What the owner of a key may do.
 enum class Role : std::uint8_t {
@@ -106,4 +106,4 @@ class AllowList {
   std::map<std::string, Sender> members_;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

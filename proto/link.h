@@ -8,7 +8,7 @@
 #include "proto/keys.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Names one other side of a link. To workers and clients the coordinator's id is empty.
 /// Workers name each other, too: who asks by an id that only its answers need, who is asked by
@@ -71,4 +71,4 @@ class Link {
   virtual void wake() noexcept = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

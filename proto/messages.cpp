@@ -10,7 +10,7 @@
 #include "proto/control_frame.h"
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 // One description of each message's fields, for both directions: `f` is a ControlWriter or a
@@ -407,4 +407,4 @@ Frames Envelope::frames() const {
   return std::get<Frames>(content_);
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -18,7 +18,7 @@
 #include "proto/parcels.h"
 
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
-namespace parray {
+namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
 
@@ -261,4 +261,4 @@ inline constexpr std::array<std::string_view, 6> job_action_names = {
     "pause", "resume", "cancel", "requeue", "forget", "prioritise"};
 inline constexpr std::array<std::string_view, 2> worker_action_names = {"drain", "readmit"};
 
-}  // namespace parray
+}  // namespace parray::proto

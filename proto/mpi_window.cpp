@@ -9,7 +9,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 /// Counts are int in MPI 3: longer transfers go in parts.
@@ -130,4 +130,4 @@ void MpiWindow::progress() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::proto

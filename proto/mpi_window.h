@@ -9,7 +9,7 @@
 
 #include "proto/window.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// The memory of one rank in an MPI window: every operation is complete there on return
 /// (MPI_Win_flush).
@@ -72,4 +72,4 @@ class MpiWindow {
 /// Throws RunError "doing WHAT: MPI's words" unless `code` is MPI_SUCCESS.
 void check_mpi(int code, const char* what);
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 /// An address of either family, as the kernel fills it in.
@@ -158,4 +158,4 @@ bool OwnPeers::has(int socket) {
   return ours;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

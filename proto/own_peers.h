@@ -4,7 +4,9 @@
 #include <map>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::proto {
 
 /// Tells which connections come from processes of this machine that run under this process's user.
 /// The kernel says so: SO_PEERCRED of a socket file, sock_diag(7) of a loopback connection. Nothing
@@ -23,4 +25,4 @@ class OwnPeers {
   std::map<int, Known> known_;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

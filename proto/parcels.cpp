@@ -7,7 +7,7 @@
 #include "common/base/bytes.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::proto {
 
 std::string_view Bulk::verified() const {
   if (XXH3_64bits(data.view().data(), data.size()) != checksum) {
@@ -107,4 +107,4 @@ Bulk PictureParcel::bytes(PictureDetail detail) const {
   return std::get<Bulk>(content_);
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -15,7 +15,7 @@
 
 /// The large parts of messages. Between processes they are bytes; inside one process they are the
 /// things themselves, and nothing is encoded at all. Copies share; any thread.
-namespace parray {
+namespace parray::proto {
 
 /// The bulk frame of a message, as it came. Whether its checksum is right is looked at by whoever
 /// opens it, because that takes time.
@@ -89,4 +89,4 @@ class PictureParcel {
   std::variant<std::shared_ptr<const PictureParts>, Bulk> content_;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

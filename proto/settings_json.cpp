@@ -9,7 +9,7 @@
 #include "common/scene/settings_fields.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 using nlohmann::json;
@@ -124,4 +124,4 @@ RenderSettings settings_from_json(const json& map) {
   return settings;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -6,7 +6,7 @@
 
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Settings as the map of PROTOCOL.md ("settings"), for messages and for what is kept on disk.
 nlohmann::json settings_to_json(const RenderSettings& settings);
@@ -25,4 +25,4 @@ std::uint64_t natural_in(const nlohmann::json& map, const char* key,
 /// A list of them; empty where the map has no such key.
 std::vector<std::uint64_t> naturals_in(const nlohmann::json& map, const char* key);
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 constexpr std::uint32_t most_frames = 16;
@@ -88,4 +88,4 @@ std::optional<Frames> read_frames(int socket, std::uint64_t most_bytes) {
   return frames;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -5,7 +5,7 @@
 
 #include "proto/frame.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Frames over a stream socket between a program and its helper process: their number (4 bytes),
 /// the size of each (8 bytes), then their bytes. Both ends are the same release on one machine.
@@ -18,4 +18,4 @@ bool write_frames(int socket, const Frames& frames);
 /// `most_bytes` together.
 std::optional<Frames> read_frames(int socket, std::uint64_t most_bytes);
 
-}  // namespace parray
+}  // namespace parray::proto

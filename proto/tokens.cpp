@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "common/base/sha256.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,4 +122,4 @@ std::optional<Sender> TokenList::find(Time now, const std::string& token) {
   return name.empty() ? std::nullopt : allowed_.find_name(now, name);
 }
 
-}  // namespace parray
+}  // namespace parray::proto

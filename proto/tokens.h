@@ -10,7 +10,7 @@
 
 /// Tokens stand for a farm's users where they come by HTTP. DIR/tokens has a line "NAME SHA-256"
 /// for each: a token is 256 random bits, so its hash tells nobody anything.
-namespace parray {
+namespace parray::proto {
 
 /// A new token for NAME, in place of the one that there was; nobody can read it again. Throws
 /// InputError unless NAME is a client or an administrator of the farm whose keys are in
@@ -41,4 +41,4 @@ class TokenList {
   std::vector<std::pair<std::string, std::string>> tokens_;  ///< name, SHA-256
 };
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -8,7 +8,7 @@
 #include "common/base/divide_up.h"
 #include "common/image/cell_records.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 std::uint64_t* word_at(std::span<std::byte> memory, std::size_t word) {
@@ -57,7 +57,7 @@ CellRange Ledgers::part(std::uint32_t ledger, std::uint64_t total) const {
 WindowLayout::WindowLayout(const CellGrid& grid, std::uint32_t ranks)
     : ranks_(ranks),
       cells_(grid.cells()),
-      record_bytes_(parray::record_bytes(grid.shape().cell_pixels)),
+      record_bytes_(image::record_bytes(grid.shape().cell_pixels)),
       most_copies_(copy_slots),
       log_blocks_(ranks + divide_up(cells_ + 4 * copy_slots, block_entries)),
       first_copy_(shared_words + std::size_t{ranks} * rank_words),
@@ -77,4 +77,4 @@ CellRange range_from_word(std::uint64_t word) {
   return {begin, begin + (word & most_cells_in_word)};
 }
 
-}  // namespace parray
+}  // namespace parray::proto

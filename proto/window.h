@@ -6,7 +6,7 @@
 
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Memory of a rank's that every rank reaches without its help: the seam between leases over a
 /// window and MPI. Layout and use are PROTOCOL.md's, "The window".
@@ -157,4 +157,4 @@ struct SpeedSum {
   static SpeedSum from_word(std::uint64_t word) { return {word >> 40, word & ((1ULL << 40) - 1)}; }
 };
 
-}  // namespace parray
+}  // namespace parray::proto

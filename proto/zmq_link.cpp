@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "proto/zmq_socket.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 /// Decides who is let in, as libzmq asks (ZAP, https://rfc.zeromq.org/spec/27), and who whoever has
@@ -175,4 +175,4 @@ std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_
   return link;
 }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -9,7 +9,7 @@
 
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 
 /// Largest message that either side accepts unless told otherwise.
 inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
@@ -52,4 +52,4 @@ class ZmqServer {
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key = {});
 
-}  // namespace parray
+}  // namespace parray::proto

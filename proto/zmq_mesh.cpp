@@ -10,7 +10,7 @@
 #include "proto/zmq_link.h"
 #include "proto/zmq_socket.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 /// Of what workers ask each other, and of what they answer.
@@ -146,4 +146,4 @@ std::optional<Delivery> ZmqMesh::receive() { return impl_->receive(); }
 void ZmqMesh::wait(Time timeout) { impl_->wait(timeout); }
 void ZmqMesh::wake() noexcept { impl_->wake(); }
 
-}  // namespace parray
+}  // namespace parray::proto

@@ -8,7 +8,7 @@
 
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::proto {
 
 struct ZmqMeshOptions {
   std::string coordinator;  ///< addresses, as zmq_connect() has them
@@ -47,4 +47,4 @@ class ZmqMesh final : public Link {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace parray
+}  // namespace parray::proto

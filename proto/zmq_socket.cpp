@@ -12,7 +12,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::proto {
 namespace {
 
 constexpr int most_waiting = 1000;  // messages a peer
@@ -239,4 +239,4 @@ void WakeUp::poll(std::vector<zmq::pollitem_t> items, Time timeout) const {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::proto

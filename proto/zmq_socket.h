@@ -12,7 +12,7 @@
 #include "proto/own_peers.h"
 
 /// What the links over ZeroMQ are made of. For their sources only.
-namespace parray {
+namespace parray::proto {
 
 /// A socket that carries messages: a ROUTER, whose peers have ids, or a DEALER. One thread.
 class ZmqSocket {
@@ -74,4 +74,4 @@ class WakeUp {
   mutable std::atomic<bool> raised_ = false;  ///< since it was polled: once is enough
 };
 
-}  // namespace parray
+}  // namespace parray::proto

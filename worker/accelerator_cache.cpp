@@ -1,6 +1,6 @@
 #include "worker/accelerator_cache.h"
 
-namespace parray {
+namespace parray::worker {
 
 AcceleratorCache::Pointer AcceleratorCache::find(const std::string& scene_id,
                                                  const RenderSettings& settings) const {
@@ -22,4 +22,4 @@ AcceleratorCache::Pointer AcceleratorCache::build(const std::string& scene_id, c
   return built;
 }
 
-}  // namespace parray
+}  // namespace parray::worker

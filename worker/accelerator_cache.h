@@ -6,7 +6,7 @@
 
 #include "common/trace/tracer.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// The accelerator that was built last, so that whoever traces the same scene next need not build
 /// it again. Any thread.
@@ -28,4 +28,4 @@ class AcceleratorCache {
   Pointer last_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

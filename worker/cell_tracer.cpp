@@ -12,7 +12,7 @@
 #include "common/trace/integrator/nonfinite.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 /// What a team of threads makes of some cells.
@@ -145,4 +145,4 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
   return cells.take(end, samples, began);
 }
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -7,7 +7,7 @@
 #include "common/schedule/traced_cells.h"
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// Traces cells with `threads` OpenMP threads, which take shape().piece_cells of them at a time.
 ///
@@ -20,4 +20,4 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
                         std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
                         double longest = 0);
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 constexpr Time shortest_wait = std::chrono::microseconds(500);
@@ -120,4 +120,4 @@ void LeaseRunner::take(Time now, bool idle) {
   next_ = std::move(taken);
 }
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -6,7 +6,7 @@
 #include "worker/lease_source.h"
 #include "worker/team.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// Keeps a team at work: takes leases from a source and hands in what comes of them.
 ///
@@ -49,4 +49,4 @@ class LeaseRunner {
   WorkTally tally_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -6,7 +6,7 @@
 #include "proto/clock.h"
 #include "worker/team.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// What a team has done for a source.
 struct WorkTally {
@@ -63,4 +63,4 @@ class LeaseSource {
   virtual void report(const WorkTally& /*tally*/) {}
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -21,7 +21,7 @@
 
 namespace {
 
-using namespace parray;
+using namespace parray::worker;
 
 struct Arguments {
   std::string coordinator = "tcp://127.0.0.1:7400";

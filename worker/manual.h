@@ -1,6 +1,8 @@
 #pragma once
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::worker {
 
 /// What the man page says beyond the options, in the form of common/process/manual_page.h.
 inline constexpr const char* worker_manual =
@@ -12,4 +14,4 @@ reach each other the coordinator serves them, and `--sharing off` saves them the
 SIGTERM and Ctrl-C make it leave: its leases go to others at once.
 )";
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace parray {
+namespace parray::worker {
 
 /// Scenes kept at hand: the current job's and the next one's.
 static constexpr std::size_t scenes_kept = 2;
@@ -226,4 +226,4 @@ void MessageSource::beat(Time now, const TeamState& team) {
   send(std::move(heartbeat));
 }
 
-}  // namespace parray
+}  // namespace parray::worker

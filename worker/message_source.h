@@ -13,7 +13,7 @@
 #include "worker/lease_source.h"
 #include "worker/scene_exchange.h"
 
-namespace parray {
+namespace parray::worker {
 
 struct WorkerOptions {
   std::string name;      ///< for people: host name and process id, say
@@ -114,4 +114,4 @@ class MessageSource final : public LeaseSource {
   std::vector<Delivery> outbox_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -5,7 +5,7 @@
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 /// Chunks in flight: a connection is never idle while one travels.
@@ -314,4 +314,4 @@ void SceneExchange::note_opened(Time now) {
   opened_.push_back(std::move(*opened));
 }
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -12,7 +12,7 @@
 #include "proto/link.h"
 #include "worker/scene_opener.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// How scenes come to a worker and go on to others, its side of PROTOCOL.md: asks the coordinator
 /// for a source, pulls chunk after chunk from there, some at a time, and hands what it has to
@@ -105,4 +105,4 @@ class SceneExchange {
   Tally tally_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -8,7 +8,7 @@
 #include "common/base/bytes.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 std::string bytes_of(const ScenePieces& packed) {
@@ -75,4 +75,4 @@ std::optional<OpenedScene> SceneOpener::take() {
   return thread_ ? thread_->take() : std::exchange(opened_, std::nullopt);
 }
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -11,7 +11,7 @@
 #include "proto/parcels.h"
 #include "worker/task_thread.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// A chunk as it has come.
 struct ScenePiece {
@@ -55,4 +55,4 @@ class SceneOpener {
   std::unique_ptr<TaskThread<ScenePieces, OpenedScene>> thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -11,7 +11,7 @@
 #include "common/math/float_mode.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// A thread that does one task at a time for the thread that owns this object, so that the owner
 /// stays free for its link. The task's function may lead a team of its own.
@@ -127,4 +127,4 @@ class TaskThread {
   std::thread thread_;  // last, so that it finds everything else in place
 };
 
-}  // namespace parray
+}  // namespace parray::worker

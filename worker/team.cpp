@@ -7,7 +7,7 @@
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 /// Bytes of a reason: a line.
@@ -86,4 +86,4 @@ Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>
   return finished;
 }
 
-}  // namespace parray
+}  // namespace parray::worker

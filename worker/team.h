@@ -16,7 +16,7 @@
 #include "worker/accelerator_cache.h"
 #include "worker/task_thread.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// Job and epoch: what names a lease.
 using LeaseKey = std::pair<std::uint64_t, std::uint64_t>;
@@ -116,4 +116,4 @@ class ThreadTeam final : public Team {
   TaskThread<Assignment, Finished> thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

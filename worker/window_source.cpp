@@ -7,7 +7,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::worker {
 namespace {
 
 using Word = WindowLayout::Word;
@@ -240,4 +240,4 @@ void WindowSource::publish(WindowLayout::RankWord word, std::uint64_t value) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::worker

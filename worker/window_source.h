@@ -16,7 +16,7 @@
 #include "worker/lease_source.h"
 
 /// Leases of the ranks of one mpirun, without anybody's help: see PROTOCOL.md, "The window".
-namespace parray {
+namespace parray::worker {
 
 /// What a rank traces for, through all passes.
 struct RankJob {
@@ -129,4 +129,4 @@ class WindowSource final : public RankSource {
   std::optional<std::uint64_t> ticket_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

@@ -8,7 +8,7 @@
 #include "worker/lease_runner.h"
 #include "worker/message_source.h"
 
-namespace parray {
+namespace parray::worker {
 
 /// A worker of a coordinator that is reached by messages: keeps its team at work from them. Plain
 /// state, driven by one thread.
@@ -52,4 +52,4 @@ class Worker final : public Actor {
   LeaseRunner runner_;
 };
 
-}  // namespace parray
+}  // namespace parray::worker

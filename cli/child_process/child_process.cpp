@@ -14,7 +14,7 @@
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::child_process {
 namespace {
 
 /// As posix_spawn wants it; `texts` must stay where they are.
@@ -152,4 +152,4 @@ ChildEnd run_child(const std::vector<std::string>& arguments,
   return {0, true};
 }
 
-}  // namespace parray
+}  // namespace parray::child_process

@@ -7,7 +7,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::child_process {
 
 /// A file that this user may run.
 bool executable(const std::filesystem::path& file);
@@ -30,4 +30,4 @@ ChildEnd run_child(const std::vector<std::string>& arguments,
                    const std::vector<std::string>& variables, const std::filesystem::path& log,
                    Time limit);
 
-}  // namespace parray
+}  // namespace parray::child_process

@@ -14,7 +14,7 @@
 #include "common/base/bytes.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -140,4 +140,4 @@ void add_journal_commands(CommandLine& line, Action& chosen) {
               "each schedule, with 1 to 16 times the workers", replay);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -2,7 +2,7 @@
 
 #include "cli/commands/manual.h"
 
-namespace parray {
+namespace parray::commands {
 
 void add_commands(CommandLine& line, Action& chosen) {
   line.heading("Pictures");
@@ -30,4 +30,4 @@ void add_commands(CommandLine& line, Action& chosen) {
   line.add_manuals(manual_of);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

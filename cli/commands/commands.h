@@ -5,7 +5,7 @@
 
 /// The commands of `parray`, one file each. An add function declares its subcommand and options;
 /// once the command line has been understood, `chosen` is what the user asked for.
-namespace parray {
+namespace parray::commands {
 
 void add_render(CommandLine& line, Action& chosen);
 void add_submit(CommandLine& line, Action& chosen);
@@ -30,4 +30,4 @@ void add_doctor(CommandLine& line, Action& chosen);
 /// All of them, in the order of the help.
 void add_commands(CommandLine& line, Action& chosen);
 
-}  // namespace parray
+}  // namespace parray::commands

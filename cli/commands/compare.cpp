@@ -17,7 +17,7 @@
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -309,4 +309,4 @@ void add_compare(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

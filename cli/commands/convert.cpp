@@ -24,7 +24,7 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,4 +122,4 @@ void add_convert(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -9,7 +9,7 @@
 #include "common/process/stop_signal.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -97,4 +97,4 @@ void add_doctor(CommandLine& line, Action& chosen) {
   command.on_chosen([as_json, &chosen] { chosen = [as_json] { return doctor(*as_json); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -5,7 +5,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image) {
@@ -25,4 +25,4 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

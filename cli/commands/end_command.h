@@ -4,7 +4,7 @@
 
 #include "cli/farm/client.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// Runs what the user wants to be run once a job has ended (--on-end), by the shell, and waits for
 /// it. Its environment tells PARRAY_JOB (the number), PARRAY_STATE (done, failed or cancelled),
@@ -13,4 +13,4 @@ namespace parray {
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-}  // namespace parray
+}  // namespace parray::commands

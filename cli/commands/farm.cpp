@@ -8,7 +8,7 @@
 #include "proto/address_list.h"
 #include "proto/zmq_link.h"
 
-namespace parray {
+namespace parray::commands {
 
 void FarmOptions::add_to(Command& command) {
   command
@@ -43,4 +43,4 @@ FarmClient::FarmClient(const FarmOptions& farm)
                  std::cerr << "parray: " + text + " Waiting.\n";
                }}) {}
 
-}  // namespace parray
+}  // namespace parray::commands

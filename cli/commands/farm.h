@@ -6,7 +6,7 @@
 #include "cli/farm/client.h"
 #include "common/process/command_line.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// Which coordinator a client command talks to.
 class FarmOptions {
@@ -38,4 +38,4 @@ class FarmClient {
   Client client_;
 };
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -12,7 +12,7 @@
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct FetchCommand {
@@ -54,4 +54,4 @@ void add_fetch(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

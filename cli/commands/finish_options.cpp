@@ -10,7 +10,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 /// Of the outline, in pixels; 0: none.
@@ -115,4 +115,4 @@ void say_unfinished(const Finish& finish, const std::string& name, const std::st
                    remedy + "\n";
 }
 
-}  // namespace parray
+}  // namespace parray::commands

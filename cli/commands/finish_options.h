@@ -9,7 +9,7 @@
 #include "common/process/command_line.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// What is done to a picture before it is looked at. Part of OutputOptions. What is not given stays
 /// as the scene, or the style of its portrait, has it.
@@ -38,4 +38,4 @@ void add_finishing(OutputPaths& outputs, const FinishOptions& options, const Sce
 /// they need the scene. `remedy`: how to have them.
 void say_unfinished(const Finish& finish, const std::string& name, const std::string& remedy);
 
-}  // namespace parray
+}  // namespace parray::commands

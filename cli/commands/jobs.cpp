@@ -10,7 +10,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct JobsCommand {
@@ -61,4 +61,4 @@ void add_jobs(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -8,7 +8,7 @@
 #include "proto/keys.h"
 #include "proto/tokens.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -98,4 +98,4 @@ void add_keygen(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -13,7 +13,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 constexpr double millimetres_an_inch = 25.4;
@@ -159,4 +159,4 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -11,7 +11,7 @@
 #include "common/process/command_line.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::commands {
 
 class RenderOptions;
 
@@ -47,4 +47,4 @@ class LabelOptions {
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -11,7 +11,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 namespace fs = std::filesystem;
@@ -105,4 +105,4 @@ SceneFile load_scene(const std::string& file, const RenderOptions& options,
   return load_scene(opened, options, change, named);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -7,7 +7,7 @@
 #include "cli/commands/options.h"
 #include "cli/input/scene_file/scene_file.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// What a frame of a series has of its own; by default nothing.
 struct FrameChange {
@@ -33,4 +33,4 @@ SceneFile load_scene(const std::string& file, const RenderOptions& options,
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},
                      NamedFiles named = NamedFiles::anywhere);
 
-}  // namespace parray
+}  // namespace parray::commands

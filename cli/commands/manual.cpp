@@ -2,7 +2,7 @@
 
 #include <map>
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 constexpr const char* render_manual = R"(# Accuracy
@@ -394,4 +394,4 @@ std::string manual_of(const std::string& command) {
   return found == manuals.end() ? "" : found->second;
 }
 
-}  // namespace parray
+}  // namespace parray::commands

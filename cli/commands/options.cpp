@@ -12,7 +12,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 std::uint64_t whole_number(const std::string& text, std::uint64_t least, std::uint64_t most) {
@@ -347,4 +347,4 @@ void add_json(Command& command, bool& as_json) {
   command.flag("--json", as_json, "Print JSON").group(output_group);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -21,7 +21,7 @@
 /// Options that several commands share, declared once. What an option cannot take ends the parsing
 /// with a UsageError, which names it, before any work is done. The objects keep what was
 /// given; they must stay where they are while the command line is parsed.
-namespace parray {
+namespace parray::commands {
 
 /// An option whose value is a whole number from `least` to `most`, in plain decimal digits. (The
 /// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.) Given twice,
@@ -160,4 +160,4 @@ void add_quiet(Command& command, bool& quiet);
 void add_following(Command& command, Following& following);
 void add_json(Command& command, bool& as_json);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -14,7 +14,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using MaterialRule = ParticleMaterial::Rule;
@@ -178,4 +178,4 @@ ParticleSource ParticleOptions::over(ParticleSource source) const {
   return source;
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -6,7 +6,7 @@
 #include "cli/input/scene_file/particle_source.h"
 #include "common/process/command_line.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// What of a file of particles is shown, and how. What is not given stays as the source has it.
 class ParticleOptions {
@@ -31,4 +31,4 @@ class ParticleOptions {
   ParticleColoring coloring_;
 };
 
-}  // namespace parray
+}  // namespace parray::commands

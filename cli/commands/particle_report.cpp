@@ -8,7 +8,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -185,4 +185,4 @@ std::string particle_line(const json& report) {
          counted(report["particles"], "particle") + composition_of(report);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

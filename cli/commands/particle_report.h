@@ -8,7 +8,7 @@
 #include "cli/input/scene_file/scene_file.h"
 
 /// What `parray validate` says of a file of particles.
-namespace parray {
+namespace parray::commands {
 
 /// As JSON: cli/REFERENCE.md lists the keys. `particles` are those of the file, with all their
 /// columns.
@@ -23,4 +23,4 @@ std::string note_line(const nlohmann::json& note);
 /// In one line.
 std::string particle_line(const nlohmann::json& report);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -27,7 +27,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -373,4 +373,4 @@ void add_plan(CommandLine& line, Action& chosen) {
   });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -9,7 +9,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 Projection projection_in(const std::string& text) {
@@ -89,4 +89,4 @@ Viewing PortraitOptions::viewing() const {
   return viewing;
 }
 
-}  // namespace parray
+}  // namespace parray::commands

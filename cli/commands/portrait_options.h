@@ -7,7 +7,7 @@
 #include "cli/input/view/portrait.h"
 #include "common/process/command_line.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// view_names and view_axes, as known words of an option.
 std::vector<std::string> view_words();
@@ -34,4 +34,4 @@ class PortraitOptions {
   const bool* whole_cell_ = nullptr;
 };
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -7,7 +7,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 
 using nlohmann::json;
 
@@ -124,4 +124,4 @@ void print_job(const json& map, bool as_json) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

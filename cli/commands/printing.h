@@ -10,7 +10,7 @@
 #include "cli/input/scene_file/scene_file.h"
 
 /// What the commands print, on stdout but for warnings.
-namespace parray {
+namespace parray::commands {
 
 /// A JSON document, indented; bytes that are not UTF-8 become U+FFFD.
 void print_json(const nlohmann::json& document);
@@ -40,4 +40,4 @@ std::string left_cell(const JobStatus& job);
 /// A done job's RMSE; of one with a target how far it is: "error 0.021 of 0.01".
 std::string error_cell(const JobStatus& job);
 
-}  // namespace parray
+}  // namespace parray::commands

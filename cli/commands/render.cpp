@@ -13,7 +13,7 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct RenderCommand {
@@ -121,4 +121,4 @@ void add_render(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -22,7 +22,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -225,4 +225,4 @@ int render_views(const ViewsRequest& request) {
   return deliver_sheet(views, outputs);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

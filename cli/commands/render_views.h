@@ -8,7 +8,7 @@
 #include "cli/input/view/view.h"
 
 /// `parray render --views`: a file of particles from several sides, in one picture.
-namespace parray {
+namespace parray::commands {
 
 /// What is asked for; refers to what the command line has filled.
 struct ViewsRequest {
@@ -29,4 +29,4 @@ std::vector<View> views_from(const std::string& text);
 /// picture's.
 int render_views(const ViewsRequest& request);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -27,7 +27,7 @@
 #include "common/trace/isa.h"
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 /// load_scene(), by the recipe of --like if there is one: `original_sha256` is its picture's then.
@@ -233,4 +233,4 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -12,7 +12,7 @@
 #include "cli/output/preview.h"
 
 /// The steps that `render`, `submit`, `watch` and `fetch` share.
-namespace parray {
+namespace parray::commands {
 
 /// Lays down that the picture is to be denoised, and that a target counts it then. Throws
 /// InputError where nobody can tell the error of a denoised picture in time: `can_judge`, whoever
@@ -66,4 +66,4 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
                      const Following& following, const ExtraChannels& extra,
                      std::optional<CommandTimes> times);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -22,7 +22,7 @@
 #include "common/base/sha256.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -384,4 +384,4 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

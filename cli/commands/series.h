@@ -9,7 +9,7 @@
 #include "cli/output/frame_names.h"
 
 /// A series of frames from the client's side: `submit --frames`, and `fetch` of one.
-namespace parray {
+namespace parray::commands {
 
 /// What `submit --frames` is asked for.
 struct SeriesRequest {
@@ -37,4 +37,4 @@ int submit_series(Client& client, const SeriesRequest& request);
 /// exit status.
 int fetch_series(Client& client, JobId series, const OutputPaths& outputs);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -11,7 +11,7 @@
 #include "common/process/command_line.h"
 
 /// Options from the descriptions of settings and of sections of a scene file.
-namespace parray {
+namespace parray::commands {
 
 /// The value that a text is, by the rule of a setting. Each throws InputError.
 std::uint64_t value_of(IntegerRange range, const std::string& text);
@@ -60,4 +60,4 @@ Option add_setting(
   }
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -8,7 +8,7 @@
 #include "cli/commands/printing.h"
 #include "cli/output/text.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 void print_time_spent(const std::string& journal) {
@@ -53,4 +53,4 @@ void add_show(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return show(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -8,7 +8,7 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct SteeringCommand {
@@ -62,4 +62,4 @@ void add_steering(CommandLine& line, Action& chosen) {
              "before your other jobs", prioritise);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

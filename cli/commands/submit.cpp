@@ -13,7 +13,7 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct SubmitCommand {
@@ -164,4 +164,4 @@ void add_submit(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

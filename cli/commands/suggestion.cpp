@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 std::string quoted(const std::string& word) {
@@ -31,4 +31,4 @@ std::string default_picture(const std::string& scene) {
   return std::filesystem::path(scene).stem().string() + ".exr";
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Commands that `parray plan` and `parray tradeoff` print for the user to copy.
-namespace parray {
+namespace parray::commands {
 
 /// The words as one line that a POSIX shell reads as these words.
 std::string shell_line(const std::vector<std::string>& words);
@@ -12,4 +14,4 @@ std::string shell_line(const std::vector<std::string>& words);
 /// The scene's file name with .exr, without its folder.
 std::string default_picture(const std::string& scene);
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -8,7 +8,7 @@
 #include "cli/output/text.h"
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 /// Seconds for drawing on the picture and its map.
@@ -88,4 +88,4 @@ double reserve_time(TimeShare& share, OutputPaths& outputs, RenderSettings& sett
   return reserved + left * cost.background_share / (1 + cost.background_share);
 }
 
-}  // namespace parray
+}  // namespace parray::commands

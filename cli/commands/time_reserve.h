@@ -8,7 +8,7 @@
 #include "cli/output/picture/image_file.h"
 
 /// What a command with --time-limit keeps of its time for all that is not tracing.
-namespace parray {
+namespace parray::commands {
 
 /// A command's time limit, or the part of it that one of several pictures gets.
 struct TimeShare {
@@ -40,4 +40,4 @@ double writing_seconds(const OutputPaths& outputs, const PictureSize& size, doub
 double reserve_time(TimeShare& share, OutputPaths& outputs, RenderSettings& settings,
                     ExtraChannels& extra, const std::string& scene_id);
 
-}  // namespace parray
+}  // namespace parray::commands

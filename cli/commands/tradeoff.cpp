@@ -23,7 +23,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 constexpr NumberRange budget_range{1, 1e6};
@@ -237,4 +237,4 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

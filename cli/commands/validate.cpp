@@ -14,7 +14,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/trace/tracer.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -206,4 +206,4 @@ void add_validate(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return validate(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -21,7 +21,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 using nlohmann::json;
@@ -274,4 +274,4 @@ void add_verify(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

@@ -2,7 +2,7 @@
 
 #include "cli/commands/options.h"
 
-namespace parray {
+namespace parray::commands {
 
 void ViewOptions::add_to(Command& command) {
   command
@@ -17,4 +17,4 @@ bool ViewOptions::transparent(bool of_scene) const {
   return transparent_.value_or(followed_.value_or(of_scene));
 }
 
-}  // namespace parray
+}  // namespace parray::commands

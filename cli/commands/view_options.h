@@ -4,7 +4,7 @@
 
 #include "common/process/command_line.h"
 
-namespace parray {
+namespace parray::commands {
 
 /// Options about how a scene is looked at, wherever one is rendered. What is not given stays as the
 /// scene has it. Part of RenderOptions.
@@ -23,4 +23,4 @@ class ViewOptions {
   std::optional<bool> followed_;
 };
 
-}  // namespace parray
+}  // namespace parray::commands

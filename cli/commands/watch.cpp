@@ -7,7 +7,7 @@
 #include "cli/commands/rendering.h"
 #include "cli/output/picture/image_file.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct WatchCommand {
@@ -39,4 +39,4 @@ void add_watch(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return watch(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

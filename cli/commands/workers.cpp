@@ -10,7 +10,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::commands {
 namespace {
 
 struct WorkersCommand {
@@ -107,4 +107,4 @@ void add_workers(CommandLine& line, Action& chosen) {
   command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });
 }
 
-}  // namespace parray
+}  // namespace parray::commands

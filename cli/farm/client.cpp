@@ -15,7 +15,7 @@
 #include "common/base/printable.h"
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::farm {
 namespace {
 
 /// Longest time between two calls of the poll function.
@@ -359,4 +359,4 @@ std::string Client::silence_text() const {
          ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);
 }
 
-}  // namespace parray
+}  // namespace parray::farm

@@ -19,7 +19,7 @@
 #include "proto/link.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::farm {
 
 /// What a client sends to have a scene rendered.
 struct Submission : JobHead {
@@ -184,4 +184,4 @@ class Client {
   Silence submit_silence_;
 };
 
-}  // namespace parray
+}  // namespace parray::farm

@@ -10,7 +10,7 @@
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
 
-namespace parray {
+namespace parray::farm {
 namespace {
 
 double cpu_now() {
@@ -113,4 +113,4 @@ StopWatch::StopWatch(std::function<bool()> asked)
         }
       }) {}
 
-}  // namespace parray
+}  // namespace parray::farm

@@ -16,7 +16,7 @@
 
 /// Renders in this process, without a farm: for commands that need many pictures, and how long each
 /// took.
-namespace parray {
+namespace parray::farm {
 
 /// A picture that is complete.
 struct DirectRender {
@@ -55,4 +55,4 @@ class StopWatch {
   std::jthread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::farm

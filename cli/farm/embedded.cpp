@@ -22,7 +22,7 @@
 #include "worker/team.h"
 #include "worker/worker.h"
 
-namespace parray {
+namespace parray::farm {
 namespace {
 
 /// A logger that nobody else sees: the default one belongs to whoever uses this as a library.
@@ -180,4 +180,4 @@ std::shared_ptr<AcceleratorCache> EmbeddedFarm::accelerators() const {
 void EmbeddedFarm::check() const { impl_->check(); }
 bool EmbeddedFarm::stop(Time patience) { return impl_->stop(patience); }
 
-}  // namespace parray
+}  // namespace parray::farm

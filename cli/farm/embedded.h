@@ -9,7 +9,7 @@
 #include "proto/link.h"
 #include "worker/accelerator_cache.h"
 
-namespace parray {
+namespace parray::farm {
 
 /// A coordinator and a worker inside this process, joined by in-process links: what renders for
 /// `parray render`. Both run in threads of their own.
@@ -43,4 +43,4 @@ class EmbeddedFarm {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace parray
+}  // namespace parray::farm

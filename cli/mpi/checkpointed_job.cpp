@@ -10,7 +10,7 @@
 #include "common/scene/scene_bytes.h"
 #include "coordinator/disputes/undoing.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 namespace fs = std::filesystem;
@@ -234,4 +234,4 @@ void CheckpointedJob::forget() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -10,7 +10,7 @@
 #include "coordinator/store/disk_store.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// The one job of an mpirun: its picture under way, kept in the store that a coordinator keeps its
 /// jobs in, so that either goes on with what the other has begun.
@@ -94,4 +94,4 @@ class CheckpointedJob {
   std::size_t held_bytes_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -15,7 +15,7 @@ constexpr const char* about = "Render a scene with all the ranks of one mpirun";
 /// All ranks read the same command line; one speaks, and says the exit status: mpirun ends
 /// everybody, the speaker too, as soon as any rank has failed.
 int main(int argc, char** argv) {
-  using namespace parray;
+  using namespace parray::mpi;
   const bool speaks = rank_in_environment() == 0;
   if (speaks) {
     stop_at_signals();

@@ -9,7 +9,7 @@
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 /// How often rank 0 looks. Where MPI needs the target's help, or ranks wait for answers, one
@@ -301,4 +301,4 @@ RenderFacts MpiCoordinator::facts(const Ranks& ranks) const {
   return facts;
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

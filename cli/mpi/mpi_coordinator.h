@@ -16,7 +16,7 @@
 #include "coordinator/leases/window_collector.h"
 #include "worker/lease_runner.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// What ranks that take part build alike for a pass.
 struct PassResources {
@@ -122,4 +122,4 @@ class MpiCoordinator {
   Time keeping_{};  ///< spent in the current checkpoint
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -11,7 +11,7 @@
 #include "proto/mpi_window.h"
 #include "proto/settings_json.h"
 
-namespace parray {
+namespace parray::mpi {
 
 using nlohmann::json;
 
@@ -130,4 +130,4 @@ Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads
   return ranks;
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -10,7 +10,7 @@
 #include "common/scene/settings.h"
 #include "worker/window_source.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// What every rank has to know of a job before it can begin.
 struct MpiJob {
@@ -50,4 +50,4 @@ struct Ranks {
 /// Collective, unless rank 0 is alone. `threads`: of this rank.
 Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads);
 
-}  // namespace parray
+}  // namespace parray::mpi

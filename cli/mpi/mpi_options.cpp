@@ -6,7 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 constexpr std::array<std::string_view, 5> mode_names = {"window", "messages", "static", "openmp",
@@ -89,4 +89,4 @@ void MpiOptions::add_to(Command& command) {
                   "finished rows are kept: the same command goes on after a crash");
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -7,7 +7,7 @@
 #include "cli/commands/options.h"
 #include "proto/window.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// How the ranks share the work.
 enum class MpiMode : std::uint8_t {
@@ -39,4 +39,4 @@ struct MpiOptions {
   void add_to(Command& command);
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -24,7 +24,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "worker/cell_tracer.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 constexpr const char* program = "parray-mpi";
@@ -413,4 +413,4 @@ int mpi_render(const MpiOptions& options) {
   return status;
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -1,6 +1,6 @@
 #include "cli/mpi/mpi_report.h"
 
-namespace parray {
+namespace parray::mpi {
 
 using nlohmann::json;
 
@@ -62,4 +62,4 @@ json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode m
   return map;
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

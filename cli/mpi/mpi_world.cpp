@@ -14,7 +14,7 @@
 #include "common/base/error.h"
 #include "proto/mpi_window.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 /// Open MPI reads its parameters from the environment; the user's own come first.
@@ -138,4 +138,4 @@ std::uint32_t rank_in_environment() {
   return rank;
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -8,7 +8,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// MPI, from MPI_Init_thread to MPI_Finalize. One a process; one thread.
 class MpiWorld {
@@ -55,4 +55,4 @@ class MpiWorld {
 /// is started; 0 without either.
 std::uint32_t rank_in_environment();
 
-}  // namespace parray
+}  // namespace parray::mpi

@@ -8,7 +8,7 @@
 #include "common/image/cell_records.h"
 #include "proto/mpi_window.h"
 
-namespace parray {
+namespace parray::mpi {
 namespace {
 
 enum Tag : int { take_tag = 1, answer_tag, result_tag, records_tag, word_tag };
@@ -117,4 +117,4 @@ void MessageServer::receive_word(int rank) {
                                                     value);
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

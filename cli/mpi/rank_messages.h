@@ -11,7 +11,7 @@
 /// Leases of ranks by messages, the classic master and workers: for MPI libraries whose windows do
 /// not work, and to compare with. Requests and results go to rank 0, whose server answers when it
 /// is polled.
-namespace parray {
+namespace parray::mpi {
 
 /// A rank's end.
 class RankMessages final : public RankSource {
@@ -51,4 +51,4 @@ class MessageServer {
   std::vector<std::unique_ptr<WindowSource>>& sources_;
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

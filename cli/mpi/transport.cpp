@@ -4,7 +4,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::mpi {
 
 static constexpr std::size_t ledger_bytes = WindowLayout::shared_words * sizeof(std::uint64_t);
 
@@ -79,4 +79,4 @@ void Transport::progress() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::mpi

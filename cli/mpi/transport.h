@@ -10,7 +10,7 @@
 #include "proto/mpi_window.h"
 #include "worker/window_source.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// The memory that leases and results go through, and how this rank reaches it.
 class Transport {
@@ -62,4 +62,4 @@ class Transport {
   std::unique_ptr<LocalWindow> local_window_;
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

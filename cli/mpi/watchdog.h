@@ -8,7 +8,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::mpi {
 
 /// Ends a program whose main thread hangs where it cannot look at the clock: in a call of MPI's
 /// that waits for a rank that will never answer.
@@ -59,4 +59,4 @@ class Watchdog {
   std::thread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::mpi

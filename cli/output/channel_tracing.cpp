@@ -9,7 +9,7 @@
 
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 /// Depth where nothing is met.
@@ -206,4 +206,4 @@ std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const Render
   return sky;
 }
 
-}  // namespace parray
+}  // namespace parray::output

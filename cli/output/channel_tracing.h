@@ -10,7 +10,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::output {
 
 /// Extra channels are traced with the first so many samples of each pixel, or all if there are
 /// fewer.
@@ -50,4 +50,4 @@ std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const Render
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands = {});
 
-}  // namespace parray
+}  // namespace parray::output

@@ -19,7 +19,7 @@
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 namespace fs = std::filesystem;
@@ -229,4 +229,4 @@ int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTi
   return all_finite(report) && original_bits ? 0 : 1;
 }
 
-}  // namespace parray
+}  // namespace parray::output

@@ -6,7 +6,7 @@
 #include "cli/farm/client.h"
 #include "cli/output/postprocess/postprocessing.h"
 
-namespace parray {
+namespace parray::output {
 
 /// A picture that is made again, of --like.
 struct OriginalPicture {
@@ -70,4 +70,4 @@ void write_picture(const std::filesystem::path& file, const Picture& picture,
 /// image that cannot be written is kept in another folder, which the error names.
 int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
-}  // namespace parray
+}  // namespace parray::output

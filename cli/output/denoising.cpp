@@ -14,7 +14,7 @@
 #include "common/trace/isa.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 void keep_raw(Picture& picture) {
@@ -41,7 +41,7 @@ void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates, const Pa
     so_far.least = traced;
   }
   const Isa isa = runs_on_this_machine(extra.settings.isa) ? extra.settings.isa : Isa::automatic;
-  so_far.picture = denoise(replicates, so_far.features, extra.threads, isa, between_bands);
+  so_far.picture = denoise::denoise(replicates, so_far.features, extra.threads, isa, between_bands);
   so_far.samples = samples;
 }
 
@@ -104,4 +104,4 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   picture.report.at("seconds")["denoise"] = to_seconds(clock.now() - begin);
 }
 
-}  // namespace parray
+}  // namespace parray::output

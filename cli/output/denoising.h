@@ -9,7 +9,7 @@
 #include "cli/output/picture/image_file.h"
 #include "common/adaptive/passes.h"
 
-namespace parray {
+namespace parray::output {
 
 /// Prefix of the channels in which an EXR file keeps the picture as its samples make it, beside
 /// the denoised one.
@@ -38,4 +38,4 @@ PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 /// a pixel has less than 2 samples stays as it is, and stderr says so. Throws Interrupted.
 void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra);
 
-}  // namespace parray
+}  // namespace parray::output

@@ -21,7 +21,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 using std::chrono::milliseconds;
@@ -252,4 +252,4 @@ void Display::run(const std::stop_token& stop) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::output

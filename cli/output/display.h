@@ -10,7 +10,7 @@
 #include "common/base/host_port.h"
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::output {
 
 /// A picture in a window of tev (github.com/Tom94/tev), or of whatever speaks its protocol over
 /// TCP, as it grows. A thread of its own does the talking: nobody waits for a viewer that is slow,
@@ -49,4 +49,4 @@ class Display {
   std::jthread thread_;  ///< last: it uses what is above
 };
 
-}  // namespace parray
+}  // namespace parray::output

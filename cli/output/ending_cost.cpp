@@ -10,7 +10,7 @@
 #include "common/adaptive/replicates.h"
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 using nlohmann::json;
@@ -83,4 +83,4 @@ EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) 
   return least;
 }
 
-}  // namespace parray
+}  // namespace parray::output

@@ -2,7 +2,7 @@
 
 #include "cli/output/extra_channels.h"
 
-namespace parray {
+namespace parray::output {
 
 /// What is done to a picture between tracing and writing, by this machine as it is now. Seconds.
 struct EndingCost {
@@ -16,4 +16,4 @@ struct EndingCost {
 /// times up. Builds the accelerator, or takes that of `extra`. `scene_id`: the scene's identity.
 EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id);
 
-}  // namespace parray
+}  // namespace parray::output

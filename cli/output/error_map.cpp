@@ -14,7 +14,7 @@
 #include "cli/output/text.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 using Colour = std::array<float, 3>;
@@ -166,4 +166,4 @@ void write_error_map(const std::filesystem::path& file, const Picture& picture) 
               {}, check_interrupted);
 }
 
-}  // namespace parray
+}  // namespace parray::output

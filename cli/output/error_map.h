@@ -11,7 +11,7 @@
 #include "common/image/image.h"
 
 /// Where a picture's error is: half-widths of its pixels as colours, for people to look at.
-namespace parray {
+namespace parray::output {
 
 /// What the ends of a map's colours stand for: half-widths in linear radiance, 0 < low < high,
 /// each 1, 2 or 5 times a power of ten.
@@ -53,4 +53,4 @@ Image error_map(std::span<const float> half_widths, std::uint32_t width, const E
 /// colours stand for and of which picture they are. Throws as write_image() does.
 void write_error_map(const std::filesystem::path& file, const Picture& picture);
 
-}  // namespace parray
+}  // namespace parray::output

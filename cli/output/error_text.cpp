@@ -5,7 +5,7 @@
 #include "cli/output/text.h"
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::output {
 
 static std::string figure(double value) { return formatted("%.3g", value); }
 
@@ -34,4 +34,4 @@ std::string target_text(const JobStatus& job) {
   return text;
 }
 
-}  // namespace parray
+}  // namespace parray::output

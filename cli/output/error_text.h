@@ -6,7 +6,7 @@
 #include "cli/farm/client.h"
 
 /// A picture's error as people read it.
-namespace parray {
+namespace parray::output {
 
 /// "0.0094 (0.0092 to 0.0096)": RMSE and its interval, three digits; empty where unknown.
 std::string figures_text(const ErrorFigures& error);
@@ -18,4 +18,4 @@ std::string error_text(const nlohmann::json& report);
 /// and the target; of a target half-width likewise. Empty without a target, and until it is known.
 std::string target_text(const JobStatus& job);
 
-}  // namespace parray
+}  // namespace parray::output

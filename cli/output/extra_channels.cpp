@@ -15,7 +15,7 @@
 #include "common/trace/tracer.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::output {
 
 ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads, bool transparent,
@@ -126,4 +126,4 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   if (!extra.aovs.empty() || !extra.for_finishing.empty()) add_aovs(picture, tracer.get(), extra);
 }
 
-}  // namespace parray
+}  // namespace parray::output

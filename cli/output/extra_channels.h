@@ -8,7 +8,7 @@
 #include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
 
-namespace parray {
+namespace parray::output {
 
 struct DenoisedSoFar;
 
@@ -53,4 +53,4 @@ void add_sample_counts(Picture& picture);
 /// Interrupted (see common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
-}  // namespace parray
+}  // namespace parray::output

@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 /// Takes a number from the front of `text`; false: there is none.
@@ -62,4 +62,4 @@ std::string with_frame_number(const std::string& name, std::uint32_t frame) {
   return numbered;
 }
 
-}  // namespace parray
+}  // namespace parray::output

@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::output {
 
 /// Numbers of frames: first, first + step, ... and so on, none beyond last.
 struct FrameRange {
@@ -26,4 +28,4 @@ bool has_frame_number(const std::string& name);
 /// The name with the number there, with a digit at least for each "#": "a-0007.exr".
 std::string with_frame_number(const std::string& name, std::uint32_t frame);
 
-}  // namespace parray
+}  // namespace parray::output

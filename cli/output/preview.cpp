@@ -4,7 +4,7 @@
 
 #include "cli/output/picture/image_file.h"
 
-namespace parray {
+namespace parray::output {
 
 bool PreviewPace::due(double elapsed, bool whole) const {
   constexpr double patience = 0.1;
@@ -48,4 +48,4 @@ void Preview::finish(const Image& image) {
   display_->finish(std::chrono::seconds(2));
 }
 
-}  // namespace parray
+}  // namespace parray::output

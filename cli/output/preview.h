@@ -11,7 +11,7 @@
 #include "common/image/image.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::output {
 
 /// What is shown of a job until it is done.
 struct Following {
@@ -70,4 +70,4 @@ class Preview {
   PreviewPace pace_;
 };
 
-}  // namespace parray
+}  // namespace parray::output

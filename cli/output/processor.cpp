@@ -5,7 +5,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 std::string trimmed(const std::string& text) {
@@ -46,4 +46,4 @@ std::string short_processor(const std::string& model) {
   return text.empty() ? model : text;
 }
 
-}  // namespace parray
+}  // namespace parray::output

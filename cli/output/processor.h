@@ -3,7 +3,9 @@
 #include <istream>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::output {
 
 /// Value of the first line "KEY : VALUE" of a file such as /proc/cpuinfo; empty if there is none.
 std::string value_of(std::istream& lines, const std::string& key);
@@ -15,4 +17,4 @@ std::string processor_model();
 /// "Intel Xeon Platinum 8375C" of "Intel(R) Xeon(R) Platinum 8375C CPU @ 2.90GHz".
 std::string short_processor(const std::string& model);
 
-}  // namespace parray
+}  // namespace parray::output

@@ -15,7 +15,7 @@
 #include "common/base/printable.h"
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 constexpr Time bar_interval = milliseconds(200);
@@ -153,4 +153,4 @@ void Progress::draw_bar(const JobStatus& job) {
   drawn_ = length;
 }
 
-}  // namespace parray
+}  // namespace parray::output

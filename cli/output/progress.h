@@ -7,7 +7,7 @@
 
 #include "cli/farm/client.h"
 
-namespace parray {
+namespace parray::output {
 
 enum class ProgressStyle {
   none,
@@ -65,4 +65,4 @@ class Progress {
   std::size_t drawn_ = 0;  ///< length of the bar's line as it stands
 };
 
-}  // namespace parray
+}  // namespace parray::output

@@ -15,7 +15,7 @@
 #include "common/base/sha256.h"
 #include "common/scene/settings_fields.h"
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 using nlohmann::json;
@@ -228,4 +228,4 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
   }
 }
 
-}  // namespace parray
+}  // namespace parray::output

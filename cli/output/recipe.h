@@ -11,7 +11,7 @@
 
 /// Everything that decides the bits of a picture, kept inside its file: whoever has the scene can
 /// make the same bits again, all of them or those of single pixels.
-namespace parray {
+namespace parray::output {
 
 struct Recipe {
   std::string image_sha256;   ///< of the picture's floats, as in the report
@@ -56,4 +56,4 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
 void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
                   const std::string& scene);
 
-}  // namespace parray
+}  // namespace parray::output

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <ctime>
 
-namespace parray {
+namespace parray::output {
 namespace {
 
 /// Three significant digits without an exponent, for 0 <= value < 1000.
@@ -112,4 +112,4 @@ std::string list_text(const std::vector<std::pair<std::string, std::string>>& pa
   return text;
 }
 
-}  // namespace parray
+}  // namespace parray::output

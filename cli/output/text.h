@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Numbers and tables as people read them.
-namespace parray {
+namespace parray::output {
 
 /// std::snprintf as a function: at most 63 characters.
 template <typename... Values>
@@ -46,4 +48,4 @@ std::string table_text(const std::vector<std::string>& header,
 /// "name   value" lines, the values aligned. Ends in a newline.
 std::string list_text(const std::vector<std::pair<std::string, std::string>>& pairs);
 
-}  // namespace parray
+}  // namespace parray::output

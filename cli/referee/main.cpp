@@ -26,7 +26,7 @@
 
 namespace {
 
-using namespace parray;
+using namespace parray::referee;
 
 constexpr Program program = {"parray-referee",
                              "Trace cells again for a coordinator, which starts this program",

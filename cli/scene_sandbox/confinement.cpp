@@ -22,7 +22,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::scene_sandbox {
 namespace {
 
 namespace fs = std::filesystem;
@@ -247,4 +247,4 @@ std::vector<std::string> ways_out(const Enclosure& enclosure, const fs::path& fi
   return ways;
 }
 
-}  // namespace parray
+}  // namespace parray::scene_sandbox

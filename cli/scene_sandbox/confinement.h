@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::scene_sandbox {
 
 /// What a process may still do that reads what strangers have sent.
 struct Enclosure {
@@ -24,4 +26,4 @@ void enclose_process(const Enclosure& enclosure);
 /// file of one byte more is tried in `directory`.
 std::vector<std::string> ways_out(const Enclosure& enclosure, const std::filesystem::path& file);
 
-}  // namespace parray
+}  // namespace parray::scene_sandbox

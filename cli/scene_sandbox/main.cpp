@@ -29,7 +29,7 @@
 
 namespace {
 
-using namespace parray;
+using namespace parray::scene_sandbox;
 using nlohmann::json;
 
 // Messages are those of the command line.

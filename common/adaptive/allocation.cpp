@@ -9,7 +9,7 @@
 #include "common/adaptive/ordered_sums.h"
 #include "common/adaptive/pixel_noise.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// Bias that a pixel's own luck may bring, of its mean. If the pixel's count follows its own
@@ -149,4 +149,4 @@ bool adaptive_pays(const Allocation& allocation, double rays) {
   return allocation.relative_cost(0.5, rays) < well;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

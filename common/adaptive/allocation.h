@@ -7,7 +7,7 @@
 #include "common/adaptive/sample_shares.h"
 #include "common/image/framebuffer.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// Where the samples of a picture serve best, from what the pixels around each have shown. A
 /// pixel's own samples have a say only as far as their number makes them: their mean would be
@@ -56,4 +56,4 @@ class Allocation {
 /// is well paid. All pixels have the same number of samples; `rays`: see relative_cost().
 bool adaptive_pays(const Allocation& allocation, double rays);
 
-}  // namespace parray
+}  // namespace parray::adaptive

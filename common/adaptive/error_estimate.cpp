@@ -9,7 +9,7 @@
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 bool all_have_two(const FramebufferView& state) {
@@ -157,4 +157,4 @@ ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {
   return error;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -5,7 +5,7 @@
 
 #include "common/image/framebuffer.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// How far a picture is from what it would be with endless samples, as far as its own samples tell.
 struct ErrorFigures {
@@ -38,4 +38,4 @@ ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride = 1
 /// Of ErrorEstimate, as reports name it.
 inline constexpr std::string_view error_method = "replicates";
 
-}  // namespace parray
+}  // namespace parray::adaptive

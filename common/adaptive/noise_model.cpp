@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// That many samples of the surroundings' are added to a pixel's own: two alone say little.
@@ -223,4 +223,4 @@ void half_widths(std::span<const double> count, const NoiseForecast& forecast,
   }
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

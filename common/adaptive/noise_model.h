@@ -8,7 +8,7 @@
 
 #include "common/adaptive/pixel_noise.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// Half the width of a normal's 95 % interval.
 inline constexpr double normal_95 = 1.959964;
@@ -110,4 +110,4 @@ class NoiseModel {
   double unseen_variance_ = 0;               ///< of level 0
 };
 
-}  // namespace parray
+}  // namespace parray::adaptive

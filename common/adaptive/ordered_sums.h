@@ -7,7 +7,7 @@
 #include "common/base/bands.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// Adds up sum_of(begin, end), a Sum, over parts of 0 .. `items` - 1, side by side. How they are
 /// cut depends on `items` alone, and they are added in their order: the same bits for any number of
@@ -27,4 +27,4 @@ Sum ordered_sum(std::size_t items, const SumOf& sum_of) {
   return sum;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// What brings every pixel from what it has to `targets`.
@@ -149,4 +149,4 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   return pass;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -10,7 +10,7 @@
 #include "common/scene/settings.h"
 #include "common/schedule/work_plan.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// How long a picture has taken so far, in seconds: what passes under a time limit are sized by.
 struct PassTimes {
@@ -77,4 +77,4 @@ class PassController {
   NoiseWeights noise_weights_;
 };
 
-}  // namespace parray
+}  // namespace parray::adaptive

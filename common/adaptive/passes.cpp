@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 std::uint64_t pixels_of(const FramebufferView& state) {
@@ -261,4 +261,4 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
   return stages;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -12,7 +12,7 @@
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// The error of what is made of the samples, such as a denoised picture; all pixels have at
 /// least 2.
@@ -96,4 +96,4 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -6,7 +6,7 @@
 #include "common/base/bands.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// As many samples of the largest radiance, seen close by, weigh as much as what is seen around.
@@ -289,4 +289,4 @@ void NoiseRows::look_afar(std::size_t y) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -11,7 +11,7 @@
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// What a pixel's own samples say about its noise, by channel.
 struct PixelNoise {
@@ -191,4 +191,4 @@ void visit_noise(const FramebufferView& state, std::size_t stride, Neighbourhood
   });
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

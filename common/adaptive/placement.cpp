@@ -6,7 +6,7 @@
 #include "common/adaptive/passes.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// Of a large picture, of which rows are asked what more samples will bring.
@@ -127,4 +127,4 @@ std::pair<std::uint32_t, std::uint32_t> Placement::even_counts(std::uint64_t sam
   return {least_, std::max(least_, each_of(traced_ + samples))};
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

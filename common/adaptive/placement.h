@@ -9,7 +9,7 @@
 #include "common/image/framebuffer.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// Whether `samples` more are so few that a picture of `traced`, once it is adaptive, keeps to the
 /// proportions that it has.
@@ -72,4 +72,4 @@ class Placement {
   NoiseWeights* found_;
 };
 
-}  // namespace parray
+}  // namespace parray::adaptive

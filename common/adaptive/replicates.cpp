@@ -6,7 +6,7 @@
 #include "common/adaptive/pixel_noise.h"
 #include "common/image/radiance_scale.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 void put_means(const FramebufferView& state, Replicates& out) {
@@ -71,4 +71,4 @@ Replicates replicates_of(const FramebufferView& state) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -6,7 +6,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// Standard deviation of rounding a number of this size to 32 bits: an error evenly spread over an
@@ -38,4 +38,4 @@ void check_targets(const StopSettings& settings, double largest_radiance) {
   check_above_rounding("--target-half-width", settings.target_half_width, largest_radiance);
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -4,7 +4,7 @@
 
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::adaptive {
 
 /// Checks that an error can be reached although a picture holds 32-bit numbers.
 ///
@@ -19,4 +19,4 @@ void check_above_rounding(std::string_view option, double error, double largest_
 /// their targets are not checked. Throws InputError.
 void check_targets(const StopSettings& settings, double largest_radiance);
 
-}  // namespace parray
+}  // namespace parray::adaptive

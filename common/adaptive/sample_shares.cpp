@@ -6,7 +6,7 @@
 #include "common/adaptive/ordered_sums.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::adaptive {
 namespace {
 
 /// At a level, of the pixels that have their share already and of the others.
@@ -91,4 +91,4 @@ std::vector<std::uint32_t> SampleShares::counts_of(double total) const {
   return counts;
 }
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::adaptive {
 
 /// Samples of pixels that are to be in proportion to weights, where a pixel may already have more
 /// than its share: samples are not taken away. At a level L a pixel of weight w has at least L w.
@@ -37,4 +39,4 @@ class SampleShares {
   std::span<const float> weights_;
 };
 
-}  // namespace parray
+}  // namespace parray::adaptive

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-namespace parray {
+namespace parray::base {
 
 void* allocate_aligned(std::size_t bytes) {
   constexpr std::size_t line = 64;
@@ -24,4 +24,4 @@ void* allocate_aligned(std::size_t bytes) {
 
 void free_aligned(void* memory) noexcept { std::free(memory); }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -4,7 +4,9 @@
 #include <memory>
 #include <type_traits>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// Uninitialised memory for `bytes` bytes on a cache line's border, in large pages where it is so
 /// large that they pay. Throws std::bad_alloc.
@@ -36,4 +38,4 @@ class AlignedArray {
   std::size_t size_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::base

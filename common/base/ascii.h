@@ -1,7 +1,9 @@
 #pragma once
 
+#include "common/rooms.h"
+
 /// Kinds of characters, of ASCII alone and whatever the locale.
-namespace parray::ascii {
+namespace parray::base::ascii {
 
 constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 constexpr bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
@@ -10,4 +12,4 @@ constexpr bool is_letter(char c) { return is_upper(c) || is_lower(c); }
 constexpr bool is_blank(char c) { return c == ' ' || c == '\t'; }
 constexpr char upper(char c) { return is_lower(c) ? static_cast<char>(c - 'a' + 'A') : c; }
 
-}  // namespace parray::ascii
+}  // namespace parray::base::ascii

@@ -4,7 +4,7 @@
 #include <exception>
 #include <vector>
 
-namespace parray {
+namespace parray::base {
 namespace {
 
 constexpr std::size_t least_items = 1U << 14;
@@ -50,4 +50,4 @@ void Bands::run(const Work& work) const {
                [&](std::size_t band) { work(band, begin(band), end(band)); });
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <functional>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// Calls work(i) for i from 0 to `count` - 1, side by side on `threads` threads; 0: on as many as
 /// OpenMP gives the caller. On fewer where the system gives no more. Of what they throw, the first
@@ -30,4 +32,4 @@ class Bands {
   std::size_t count_;
 };
 
-}  // namespace parray
+}  // namespace parray::base

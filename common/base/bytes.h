@@ -11,7 +11,9 @@
 #include <string_view>
 #include <type_traits>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 static_assert(std::endian::native == std::endian::little,
               "encodings are little-endian; a big-endian machine needs byte swaps here");
@@ -84,4 +86,4 @@ inline std::span<const std::byte> as_byte_span(std::string_view bytes) {
   return std::as_bytes(std::span(bytes.data(), bytes.size()));
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -12,7 +12,7 @@
 
 #include "common/base/cpu_count.h"
 
-namespace parray {
+namespace parray::base {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,4 +141,4 @@ std::uint64_t usable_memory() {
   return std::min(pages * page, cgroup_limits().memory);
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <limits>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// What the control groups of this process allow it, of both versions (man 7 cgroups): the least of
 /// its own group's limit and those above it, as far as they are mounted here.
@@ -19,4 +21,4 @@ CgroupLimits cgroup_limits(const std::filesystem::path& root = "/");
 /// Bytes of memory that this process may use: the machine's, or fewer where a group limits it.
 std::uint64_t usable_memory();
 
-}  // namespace parray
+}  // namespace parray::base

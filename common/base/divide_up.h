@@ -2,11 +2,13 @@
 
 #include <cstdint>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// a / b, rounded up; b > 0. No sum on the way that could be too large.
 constexpr std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
   return a / b + (a % b != 0 ? 1 : 0);
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -3,7 +3,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// Bad input or bad usage: somebody outside the program can mend it. `what()` is one line that
 /// names the file, the place and the remedy. Programs print it and exit with status 2.
@@ -19,4 +21,4 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace parray
+}  // namespace parray::base

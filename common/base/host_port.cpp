@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-namespace parray {
+namespace parray::base {
 
 std::optional<HostPort> parse_host_port(const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -18,4 +18,4 @@ std::optional<HostPort> parse_host_port(const std::string& text) {
   return parsed;
 }
 
-}  // namespace parray
+}  // namespace parray::base

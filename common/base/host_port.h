@@ -3,7 +3,9 @@
 #include <optional>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// A host and a port of TCP.
 struct HostPort {
@@ -14,4 +16,4 @@ struct HostPort {
 /// Of "HOST:PORT" or "[IPV6]:PORT"; nothing of any other text.
 std::optional<HostPort> parse_host_port(const std::string& text);
 
-}  // namespace parray
+}  // namespace parray::base

@@ -7,7 +7,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::base {
 namespace {
 
 namespace fs = std::filesystem;
@@ -34,4 +34,4 @@ void* module_entry(const std::string& file, const char* entry, const std::string
   return found;
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -2,7 +2,9 @@
 
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// What a module exports under the name `entry`, loaded from bin/../lib/parray, where it is built
 /// and where it is installed, or from beside a program that is there itself. Stays loaded until the
@@ -10,4 +12,4 @@ namespace parray {
 void* module_entry(const std::string& file, const char* entry, const std::string& what,
                    const std::string& remedy);
 
-}  // namespace parray
+}  // namespace parray::base

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cstdint>
 
-namespace parray {
+namespace parray::base {
 namespace {
 
 struct CodePoint {
@@ -77,4 +77,4 @@ std::string number_text(double value) {
   return {buffer.data(), end};
 }
 
-}  // namespace parray
+}  // namespace parray::base

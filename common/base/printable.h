@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// `text` made fit for a one-line message on a terminal.
 ///
@@ -17,4 +19,4 @@ std::string printable(std::string_view text, std::size_t max_bytes = 60);
 /// The shortest decimal text that reads back as `value`: "0.1", "1e+30", "-3".
 std::string number_text(double value);
 
-}  // namespace parray
+}  // namespace parray::base

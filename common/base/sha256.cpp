@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace parray {
+namespace parray::base {
 
 struct Sha256::State {
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context{EVP_MD_CTX_new(),
@@ -49,4 +49,4 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
   return hash.hex();
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -5,7 +5,9 @@
 #include <span>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// SHA-256 of bytes that come in parts.
 class Sha256 {
@@ -27,4 +29,4 @@ class Sha256 {
 /// Of `bytes`.
 std::string sha256_hex(std::span<const std::byte> bytes);
 
-}  // namespace parray
+}  // namespace parray::base

@@ -5,7 +5,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::base {
 namespace {
 
 // Longer words are not compared: the cost is quadratic and nobody mistypes a word of this length.
@@ -73,4 +73,4 @@ std::string list_names(std::span<const std::string_view> names) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::base

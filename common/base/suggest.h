@@ -5,7 +5,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// Finds the known word that somebody who wrote `word` may have meant.
 ///
@@ -34,4 +36,4 @@ std::string remedy_for_name(std::string_view word, std::span<const std::string_v
 /// "a, b, c".
 std::string list_names(std::span<const std::string_view> names);
 
-}  // namespace parray
+}  // namespace parray::base

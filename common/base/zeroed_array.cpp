@@ -4,7 +4,7 @@
 
 #include <new>
 
-namespace parray {
+namespace parray::base {
 
 void* allocate_zeroed(std::size_t bytes, bool large_pages) {
   constexpr std::size_t large_page = std::size_t{2} << 20;
@@ -27,4 +27,4 @@ void free_zeroed(void* memory, std::size_t bytes) noexcept {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::base

@@ -6,7 +6,9 @@
 #include <type_traits>
 #include <utility>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::base {
 
 /// Memory of zeros, straight from the system, which clears no page before it is touched; in large
 /// pages where it is so large that they pay, if `large_pages`. Throws std::bad_alloc.
@@ -39,4 +41,4 @@ class ZeroedArray {
   std::size_t size_;
 };
 
-}  // namespace parray
+}  // namespace parray::base

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace parray {
+namespace parray::image {
 
 std::uint64_t cell_digest(std::span<const std::byte> record) {
   // Not the sums by a seed of the counts: for each seed XXH3 makes a table.
@@ -39,4 +39,4 @@ void copy_sums(std::span<const std::byte> record, std::span<PixelSums> sums) {
   std::memcpy(sums.data(), record.data() + sizeof(CellHeader), sums.size_bytes());
 }
 
-}  // namespace parray
+}  // namespace parray::image

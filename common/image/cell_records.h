@@ -8,7 +8,7 @@
 
 #include "common/image/pixel_sums.h"
 
-namespace parray {
+namespace parray::image {
 
 /// What a cell's record begins with; the sums of its pixels follow.
 struct CellHeader {
@@ -48,4 +48,4 @@ CellHeader header_of(std::span<const std::byte> record);
 /// `sums` has the number of pixels wanted.
 void copy_sums(std::span<const std::byte> record, std::span<PixelSums> sums);
 
-}  // namespace parray
+}  // namespace parray::image

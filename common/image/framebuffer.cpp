@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <stdexcept>
 
-namespace parray {
+namespace parray::image {
 
 Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height, bool large_pages)
     : width_(width),
@@ -80,4 +80,4 @@ void Framebuffer::clear(std::uint32_t y, std::uint32_t x_begin, std::uint32_t x_
   counts_ -= counts;
 }
 
-}  // namespace parray
+}  // namespace parray::image

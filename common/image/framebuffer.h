@@ -10,7 +10,7 @@
 #include "common/image/pixel_sums.h"
 #include "common/image/sample_range.h"
 
-namespace parray {
+namespace parray::image {
 
 /// What is known of an image between two passes. A view; pixels by image row.
 struct FramebufferView {
@@ -83,4 +83,4 @@ class Framebuffer {
   TraceCounts counts_;
 };
 
-}  // namespace parray
+}  // namespace parray::image

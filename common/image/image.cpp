@@ -6,7 +6,7 @@
 
 #include "common/base/sha256.h"
 
-namespace parray {
+namespace parray::image {
 
 std::array<float, 3> mean_radiance(const PixelSums& sums, std::uint32_t count,
                                    const RadianceScale& scale) {
@@ -40,4 +40,4 @@ std::string image_sha256(const Image& image) {
   return sha256_hex(std::as_bytes(std::span(image.rgb)));
 }
 
-}  // namespace parray
+}  // namespace parray::image

@@ -7,7 +7,7 @@
 
 #include "common/image/framebuffer.h"
 
-namespace parray {
+namespace parray::image {
 
 /// Linear RGB in single precision, top row first: width * height * 3 values.
 struct Image {
@@ -26,4 +26,4 @@ Image resolve_image(const Framebuffer& framebuffer, double largest_radiance);
 /// SHA-256 of the values as little-endian float32: the proof that two pictures are the same.
 std::string image_sha256(const Image& image);
 
-}  // namespace parray
+}  // namespace parray::image

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-namespace parray {
+namespace parray::image {
 
 std::vector<Lattice> nested_lattices(std::uint32_t width, std::uint32_t height) {
   constexpr std::uint64_t most_coarse = 4096;
@@ -51,4 +51,4 @@ Fill fill_untraced(Image& image, std::span<const std::uint32_t> samples) {
   return fill;
 }
 
-}  // namespace parray
+}  // namespace parray::image

@@ -6,7 +6,7 @@
 
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::image {
 
 /// Every `step`-th pixel in x and in y, from (x, y) on.
 struct Lattice {
@@ -54,4 +54,4 @@ BlockCorner block_corner(std::span<const std::uint32_t> samples, std::uint32_t w
 /// Gives every pixel without a sample the value of its block's corner.
 Fill fill_untraced(Image& image, std::span<const std::uint32_t> samples);
 
-}  // namespace parray
+}  // namespace parray::image

@@ -10,7 +10,7 @@
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::image {
 namespace {
 
 constexpr std::size_t columns = 9;
@@ -264,4 +264,4 @@ std::size_t unpack_sums(std::string_view bytes, std::span<PixelSums> pixels) {
   return bytes.size() - in.left();
 }
 
-}  // namespace parray
+}  // namespace parray::image

@@ -27,7 +27,7 @@
 ///
 /// A value is its base plus its bits. Equal sums have equal bytes: a flag is set wherever it may
 /// be, and widths are the least possible. Of no pixels there is a header alone: 3, 0, 0, 0.
-namespace parray {
+namespace parray::image {
 
 /// Appends `pixels` to `out`: at most 82 bytes, and 72 a pixel.
 void pack_sums(std::span<const PixelSums> pixels, std::string& out);
@@ -37,4 +37,4 @@ void pack_sums(std::span<const PixelSums> pixels, std::string& out);
 /// makes of them. Takes no memory that depends on `bytes`.
 std::size_t unpack_sums(std::string_view bytes, std::span<PixelSums> pixels);
 
-}  // namespace parray
+}  // namespace parray::image

@@ -5,7 +5,7 @@
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::image {
 namespace {
 
 template <typename T>
@@ -70,4 +70,4 @@ PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::
   return parts;
 }
 
-}  // namespace parray
+}  // namespace parray::image

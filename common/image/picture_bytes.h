@@ -7,7 +7,7 @@
 #include "common/image/image.h"
 #include "common/image/replicates.h"
 
-namespace parray {
+namespace parray::image {
 
 /// What is known of each pixel besides its radiance.
 struct PictureStatistics {
@@ -39,4 +39,4 @@ struct PictureParts {
 /// Throws DecodeError when the bytes are no picture of this size.
 PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes);
 
-}  // namespace parray
+}  // namespace parray::image

@@ -6,7 +6,7 @@
 #include "common/image/radiance_scale.h"
 #include "common/math/inline.h"
 
-namespace parray {
+namespace parray::image {
 
 /// What a pixel remembers of its samples: per channel the sum, the sum of squares, and the sum of
 /// the samples with odd numbers, in the fixed point of RadianceScale. Adding is exact and
@@ -84,4 +84,4 @@ struct TraceCounts {
   friend bool operator==(const TraceCounts&, const TraceCounts&) = default;
 };
 
-}  // namespace parray
+}  // namespace parray::image

@@ -3,7 +3,9 @@
 #include <bit>
 #include <cstdint>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::image {
 
 /// Fixed point for radiance: a value x becomes the integer nearest to x * 2^bits, at most 2^32.
 ///
@@ -70,4 +72,4 @@ class RadianceScale {
   double from_fixed_;
 };
 
-}  // namespace parray
+}  // namespace parray::image

@@ -3,7 +3,9 @@
 #include <array>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::image {
 
 /// The two halves of a picture's samples, those with even and those with odd numbers: independent
 /// pictures of the same scene, which differ by noise alone. Pixels by image row.
@@ -18,4 +20,4 @@ struct Replicates {
   [[nodiscard]] bool empty() const { return noise.empty(); }
 };
 
-}  // namespace parray
+}  // namespace parray::image

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <span>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::image {
 
 /// Half-open range of sample indices of a pixel.
 struct SampleRange {
@@ -39,4 +41,4 @@ class RunSamples {
   std::span<const SampleRange> each_;
 };
 
-}  // namespace parray
+}  // namespace parray::image

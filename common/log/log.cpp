@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace parray {
+namespace parray::log {
 namespace {
 
 /// The message as a JSON string; bytes that are no UTF-8 are replaced.
@@ -50,4 +50,4 @@ std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptio
   return log;
 }
 
-}  // namespace parray
+}  // namespace parray::log

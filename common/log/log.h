@@ -7,7 +7,7 @@
 
 #include "common/process/command_line.h"
 
-namespace parray {
+namespace parray::log {
 
 /// How a service logs: --log-level and --log-format.
 struct LogOptions {
@@ -23,4 +23,4 @@ struct LogOptions {
 /// `message`.
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
 
-}  // namespace parray
+}  // namespace parray::log

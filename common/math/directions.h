@@ -7,7 +7,7 @@
 
 /// Maps from uniform numbers in [0, 1) to shapes, in + - * / sqrt only: no libm, so that every
 /// machine draws the same points.
-namespace parray {
+namespace parray::math {
 
 /// 1/n for the small n of the Taylor series, rounded once at compile time: a multiplication costs a
 /// fifth of a division.
@@ -97,4 +97,4 @@ PARRAY_INLINE Disc<Real> uniform_disc(Real u, Real v) {
   return {radius * select(steep, phi.sin, phi.cos), radius * select(steep, phi.cos, phi.sin)};
 }
 
-}  // namespace parray
+}  // namespace parray::math

@@ -2,9 +2,11 @@
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
+
+#include "common/rooms.h"
 #endif
 
-namespace parray {
+namespace parray::math {
 
 /// The word that controls a thread's floating point (x86-64: MXCSR, aarch64: FPCR), as IEEE 754
 /// wants it, and the bits that then differ. Where a processor has another one, nothing is known of
@@ -59,4 +61,4 @@ class FloatMode {
   unsigned before_;
 };
 
-}  // namespace parray
+}  // namespace parray::math

@@ -13,7 +13,7 @@
 ///
 /// A comparison of lanes yields a mask; `select(mask, a, b)` is a where the mask is set. For
 /// scalars a mask is bool.
-namespace parray {
+namespace parray::math {
 
 /// What comparing two of them yields.
 template <typename Real>
@@ -367,4 +367,4 @@ struct RealTraits<Lanes<T, N>> {
   static constexpr int sine_terms = RealTraits<T>::sine_terms;
 };
 
-}  // namespace parray
+}  // namespace parray::math

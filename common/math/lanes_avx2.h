@@ -9,7 +9,7 @@
 
 /// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes.h. (Fused is
 /// multiply_add() alone: every instruction set has to give the same bits.)
-namespace parray::avx2 {
+namespace parray::math::avx2 {
 
 /// Where lanes go that are stored one after the other: entry `set` has the numbers of its set bits.
 struct CompressTable {
@@ -363,13 +363,13 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint4 a)
 using FloatLanes = Float8;
 using DoubleLanes = Double4;
 
-}  // namespace parray::avx2
+}  // namespace parray::math::avx2
 
-namespace parray {
+namespace parray::math {
 
 template <>
 struct RealTraits<avx2::Float8> : RealTraits<float> {};
 template <>
 struct RealTraits<avx2::Double4> : RealTraits<double> {};
 
-}  // namespace parray
+}  // namespace parray::math

@@ -8,7 +8,7 @@
 #include "common/math/lanes.h"
 
 /// Lanes of AVX-512 (F, DQ, VL, BW): 16 floats, 8 doubles. Members and functions as in lanes.h.
-namespace parray::avx512 {
+namespace parray::math::avx512 {
 
 template <int N>
 struct Mask {
@@ -333,13 +333,13 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint8 a)
 using FloatLanes = Float16;
 using DoubleLanes = Double8;
 
-}  // namespace parray::avx512
+}  // namespace parray::math::avx512
 
-namespace parray {
+namespace parray::math {
 
 template <>
 struct RealTraits<avx512::Float16> : RealTraits<float> {};
 template <>
 struct RealTraits<avx512::Double8> : RealTraits<double> {};
 
-}  // namespace parray
+}  // namespace parray::math

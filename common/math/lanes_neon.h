@@ -11,7 +11,7 @@
 /// lanes.h. (Fused is multiply_add() alone: every instruction set has to give the same bits; and
 /// there is no fmin or fmax, which have other ideas of NaN and -0. Eight floats in two registers
 /// take as many instructions, or up to a tenth more.)
-namespace parray::neon {
+namespace parray::math::neon {
 
 template <typename T>
 struct Register;
@@ -359,11 +359,11 @@ PARRAY_INLINE void compress_store(T* to, std::uint32_t set, const Reals<T>& a) {
 using FloatLanes = Reals<float>;
 using DoubleLanes = Reals<double>;
 
-}  // namespace parray::neon
+}  // namespace parray::math::neon
 
-namespace parray {
+namespace parray::math {
 
 template <typename T>
 struct RealTraits<neon::Reals<T>> : RealTraits<T> {};
 
-}  // namespace parray
+}  // namespace parray::math

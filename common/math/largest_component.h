@@ -5,7 +5,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::math {
 
 /// Of the components' magnitudes.
 template <typename Real>
@@ -13,4 +13,4 @@ Real largest_component(const Vec3<Real>& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-}  // namespace parray
+}  // namespace parray::math

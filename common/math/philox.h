@@ -4,7 +4,7 @@
 
 #include "common/math/lanes.h"
 
-namespace parray {
+namespace parray::math {
 
 /// 128 bits: a Philox counter, or the random block that it stands for. `Uint` is a 32-bit unsigned
 /// integer or lanes of them.
@@ -37,4 +37,4 @@ PARRAY_INLINE PhiloxBlock<Uint> philox4x32(PhiloxBlock<Uint> counter, PhiloxKey 
   return counter;
 }
 
-}  // namespace parray
+}  // namespace parray::math

@@ -3,8 +3,9 @@
 #include <limits>
 
 #include "common/math/inline.h"
+#include "common/rooms.h"
 
-namespace parray {
+namespace parray::math {
 
 /// What the templates ask of a real type beyond + - * / and comparison. Another type (a wider one
 /// as a test oracle) joins by specialising this.
@@ -45,4 +46,4 @@ PARRAY_INLINE constexpr Real max_of(Real a, Real b) {
   return a > b ? a : b;
 }
 
-}  // namespace parray
+}  // namespace parray::math

@@ -10,7 +10,7 @@
 /// A coordinate in [0, 1) is held as its first 24 binary digits in reverse: bit 0 counts halves,
 /// bit 1 quarters. So a digit's fate depends on lower bits alone, which is how products and sums
 /// carry. Bits from 24 on mean nothing.
-namespace parray {
+namespace parray::math {
 
 /// The second coordinate of point `index`; the first is `index` itself. Of the 2^k points from any
 /// multiple of 2^k on, each elementary interval of area 2^-k holds one: a (0, 2)-sequence in
@@ -64,4 +64,4 @@ PARRAY_INLINE Uint number_of(Uint digits) {
   return (digits << 16 & Uint(0xFF0000U)) ^ (digits & Uint(0xFF00U)) ^ (digits >> 16 & Uint(0xFFU));
 }
 
-}  // namespace parray
+}  // namespace parray::math

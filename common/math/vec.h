@@ -4,7 +4,7 @@
 #include "common/math/lanes.h"
 #include "common/math/real.h"
 
-namespace parray {
+namespace parray::math {
 
 /// Three components of a real type: a point, a direction or a linear RGB colour.
 ///
@@ -68,4 +68,4 @@ PARRAY_INLINE constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 
-}  // namespace parray
+}  // namespace parray::math

@@ -7,8 +7,9 @@
 #include <cstddef>
 
 #include "common/math/inline.h"
+#include "common/rooms.h"
 
-namespace parray {
+namespace parray::math {
 
 /// Numbers that fill 16 bytes, the vectors that all processors have.
 template <typename T>
@@ -120,4 +121,4 @@ PARRAY_INLINE Vec4<T> select_below(T number, T limit, const Vec4<T>& a, const Ve
   return Vec4<T>::each(a, b, [&](auto x, auto y) { return below ? x : y; });
 }
 
-}  // namespace parray
+}  // namespace parray::math

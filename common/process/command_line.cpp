@@ -10,7 +10,7 @@
 #include "common/base/suggest.h"
 #include "common/process/help_text.h"
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 std::string did_you_mean(const NearestWord& nearest) {
@@ -341,4 +341,4 @@ void CommandLine::parse(const std::string& words) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::process

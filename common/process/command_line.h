@@ -18,7 +18,7 @@ class Option;
 /// What programs need of CLI11, without its headers, which take longer to compile than most of our
 /// sources: command_line.cpp alone includes them. What an option refers to must stay where it is
 /// while the command line is parsed.
-namespace parray {
+namespace parray::process {
 
 /// The command line cannot be understood.
 class UsageError : public InputError {
@@ -159,4 +159,4 @@ class CommandLine : public Command {
   bool all_options_ = false;  ///< likewise
 };
 
-}  // namespace parray
+}  // namespace parray::process

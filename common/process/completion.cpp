@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 /// Numbers of the coordinator's jobs, one a line; nothing if it does not answer at once.
@@ -305,4 +305,4 @@ std::string fish_completion(const ProgramText& program) {
   return text;
 }
 
-}  // namespace parray
+}  // namespace parray::process

@@ -5,11 +5,11 @@
 #include "common/process/description.h"
 
 /// What makes shells complete commands, options, their values, files and numbers of jobs.
-namespace parray {
+namespace parray::process {
 
 /// Functions that stand in files of their own: PROGRAM, _PROGRAM, PROGRAM.fish.
 std::string bash_completion(const ProgramText& program);
 std::string zsh_completion(const ProgramText& program);
 std::string fish_completion(const ProgramText& program);
 
-}  // namespace parray
+}  // namespace parray::process

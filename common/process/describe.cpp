@@ -15,7 +15,7 @@
 #include "common/process/completion.h"
 #include "common/process/manual_page.h"
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 namespace fs = std::filesystem;
@@ -142,4 +142,4 @@ void describe(const std::function<void(CommandLine&)>& declare, const std::strin
   }
 }
 
-}  // namespace parray
+}  // namespace parray::process

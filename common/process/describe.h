@@ -8,7 +8,7 @@
 
 /// The hidden option --describe of every program, by which the build makes man pages and
 /// completion.
-namespace parray {
+namespace parray::process {
 
 class CommandLine;
 
@@ -23,4 +23,4 @@ void describe(const std::function<void(CommandLine&)>& declare, const std::strin
 /// The words of a command as a shell reads it, with '...' and "..."; a # or & of its own ends it.
 std::vector<std::string> shell_words(const std::string& command);
 
-}  // namespace parray
+}  // namespace parray::process

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 template <typename Entries>
@@ -53,4 +53,4 @@ std::vector<std::string> CommandText::headings() const {
 
 std::vector<std::string> ProgramText::headings() const { return headings_of(commands); }
 
-}  // namespace parray
+}  // namespace parray::process

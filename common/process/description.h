@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// A command line as data: what --help, man pages, completion and the JSON of --describe are made
 /// of. CommandLine fills it while options are declared; see describe.h for what is made of it.
-namespace parray {
+namespace parray::process {
 
 /// What a shell offers in the place of a value, beside known words.
 enum class Completes : std::uint8_t { nothing, files, directories, jobs, commands };
@@ -71,4 +73,4 @@ struct ProgramText {
 inline constexpr const char* exit_statuses =
     "0 done; 1 failed; 2 bad usage or bad input; 130 interrupted";
 
-}  // namespace parray
+}  // namespace parray::process

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 constexpr std::size_t text_column = 26;
@@ -132,4 +132,4 @@ std::size_t help_columns() {
   return std::clamp(columns, std::size_t{40}, std::size_t{100});
 }
 
-}  // namespace parray
+}  // namespace parray::process

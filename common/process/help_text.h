@@ -6,7 +6,7 @@
 #include "common/process/description.h"
 
 /// What --help prints.
-namespace parray {
+namespace parray::process {
 
 /// Of the whole program; of one of its commands. Lines have at most `columns` characters, where
 /// words and examples allow. `all`: with the options for experiments.
@@ -20,4 +20,4 @@ std::size_t help_columns();
 /// `text` in lines of at most `columns` characters, each after `indent` spaces but the first.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
 
-}  // namespace parray
+}  // namespace parray::process

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 /// Plain text, safe anywhere but at the beginning of a line.
@@ -228,4 +228,4 @@ std::string manual_page(const ProgramText& program) {
          examples(self) + environment(self) + exit_status() + section("SEE ALSO") + see + "\n";
 }
 
-}  // namespace parray
+}  // namespace parray::process

@@ -15,7 +15,7 @@
 #include "common/process/describe.h"
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::process {
 
 namespace {
 
@@ -91,4 +91,4 @@ int run_main(const Program& program, int argc, const char* const* argv,
   }
 }
 
-}  // namespace parray
+}  // namespace parray::process

@@ -3,7 +3,9 @@
 #include <functional>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::process {
 
 class CommandLine;
 
@@ -35,4 +37,4 @@ int fail(const char* program, int status, std::string message);
 /// failure, too.
 int run_action(const char* program, const Action& action);
 
-}  // namespace parray
+}  // namespace parray::process

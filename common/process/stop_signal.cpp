@@ -7,7 +7,7 @@
 #include <csignal>
 #include <string_view>
 
-namespace parray {
+namespace parray::process {
 namespace {
 
 // The program's only global state: a signal handler takes no argument, so what it talks to has to
@@ -67,4 +67,4 @@ void check_interrupted() {
   if (interrupt_noted()) throw Interrupted();
 }
 
-}  // namespace parray
+}  // namespace parray::process

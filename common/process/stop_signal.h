@@ -3,9 +3,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/rooms.h"
+
 /// What a program does about SIGINT and the like. Ignored in any case are SIGPIPE and SIGXFSZ, so
 /// that a closed pipe and a file-size limit are errors where they happen.
-namespace parray {
+namespace parray::process {
 
 /// The user, or the system, has asked the program to stop. Not a failure: the program cleans up
 /// and exits with interrupted_status.
@@ -42,4 +44,4 @@ bool interrupt_noted();
 /// Throws Interrupted if a signal has come. Any thread.
 void check_interrupted();
 
-}  // namespace parray
+}  // namespace parray::process

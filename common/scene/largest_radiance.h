@@ -4,7 +4,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::scene {
 
 /// Largest radiance that a sample under this sky can have, because no surface adds any; the
 /// fixed-point scale of sums follows from it.
@@ -15,4 +15,4 @@ inline double largest_radiance(const Sky& sky) {
 }
 inline double largest_radiance(const Scene& scene) { return largest_radiance(scene.sky); }
 
-}  // namespace parray
+}  // namespace parray::scene

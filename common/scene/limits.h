@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/rooms.h"
+
 /// Bounds that every reader and decoder checks before it allocates.
-namespace parray::limits {
+namespace parray::scene::limits {
 
 inline constexpr std::uint32_t max_image_side = 1U << 16;
 inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  // 4.5 GiB of sums
@@ -25,4 +27,4 @@ inline constexpr double min_radius = 1e-15;
 /// Largest radiance of the sky.
 inline constexpr double max_radiance = 1e6;
 
-}  // namespace parray::limits
+}  // namespace parray::scene::limits

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::scene {
 
 // Both ends belong to a range.
 struct NumberRange {
@@ -14,4 +16,4 @@ struct IntegerRange {
   std::uint64_t most;
 };
 
-}  // namespace parray
+}  // namespace parray::scene

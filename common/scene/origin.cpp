@@ -10,7 +10,7 @@
 #include "common/base/bands.h"
 #include "common/math/largest_component.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 /// Medians of a value of each sphere, whose value is `Value(sphere)`. Not of some spheres: which
@@ -110,4 +110,4 @@ Vec3d scene_origin(const Scene& scene, int threads) {
   return 4 * reach(scene, middle, threads) <= reach(scene, {}, threads) ? middle : Vec3d{};
 }
 
-}  // namespace parray
+}  // namespace parray::scene

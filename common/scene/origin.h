@@ -2,7 +2,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::scene {
 
 /// The point that kernels measure positions from, in the scene's coordinates.
 ///
@@ -14,4 +14,4 @@ namespace parray {
 /// the order of its spheres and the number of threads; takes time in proportion to their number.
 Vec3d scene_origin(const Scene& scene, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::scene

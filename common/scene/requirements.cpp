@@ -10,7 +10,7 @@
 #include "common/math/largest_component.h"
 #include "common/scene/origin.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 /// Shifts of surfaces that stay unseen, as a share of the smallest radius (particles smaller than
@@ -199,4 +199,4 @@ ResolvedSettings resolve_settings(const Requirements& requirements, const Render
   return result;
 }
 
-}  // namespace parray
+}  // namespace parray::scene

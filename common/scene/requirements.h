@@ -6,7 +6,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::scene {
 
 /// What a scene contains and therefore needs; everything else costs it nothing.
 struct Requirements {
@@ -56,4 +56,4 @@ struct ResolvedSettings {
 /// storing does, else f64.
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked);
 
-}  // namespace parray
+}  // namespace parray::scene

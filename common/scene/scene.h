@@ -5,7 +5,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::scene {
 
 /// The scene as every side knows it. Lengths are in the scene's own unit, colours are linear RGB.
 /// Plain data in double precision; immutable once loaded, so any thread may read it.
@@ -72,4 +72,4 @@ struct Scene {
   friend bool operator==(const Scene&, const Scene&) = default;
 };
 
-}  // namespace parray
+}  // namespace parray::scene

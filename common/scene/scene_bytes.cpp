@@ -10,7 +10,7 @@
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 constexpr std::string_view perspective_magic = "PRSCENE1";
@@ -209,4 +209,4 @@ std::string scene_identity(const Scene& scene) {
   return out.hex();
 }
 
-}  // namespace parray
+}  // namespace parray::scene

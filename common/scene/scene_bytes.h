@@ -7,7 +7,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::scene {
 
 /// Centre, radius, material: the last and largest part of a scene's bytes is a list of these.
 inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof(std::uint32_t);
@@ -27,4 +27,4 @@ std::string scene_identity(std::string_view scene_bytes);
 /// The same without making them.
 std::string scene_identity(const Scene& scene);
 
-}  // namespace parray
+}  // namespace parray::scene

@@ -5,7 +5,7 @@
 #include "common/base/bytes.h"
 #include "common/scene/scene_bytes.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 /// A sphere's bytes in scene_bytes.cpp. Wherever in a record a chunk begins, bytes this far apart
@@ -59,4 +59,4 @@ void unpack_chunk(std::string_view packed, std::span<char> chunk) {
   together(columns, chunk);
 }
 
-}  // namespace parray
+}  // namespace parray::scene

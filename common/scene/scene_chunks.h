@@ -7,8 +7,10 @@
 #include <string>
 #include <string_view>
 
+#include "common/rooms.h"
+
 /// How the bytes of a scene (scene_bytes.h) are cut for their way to workers.
-namespace parray {
+namespace parray::scene {
 
 /// Of a scene's bytes that travel: those of the most spheres and materials, and some room.
 inline constexpr std::uint64_t max_scene_bytes = std::uint64_t{1} << 33;
@@ -43,4 +45,4 @@ std::string pack_chunk(std::string_view chunk);
 /// Inverse of pack_chunk(): fills `chunk`. Throws DecodeError where it is not exactly of that size.
 void unpack_chunk(std::string_view packed, std::span<char> chunk);
 
-}  // namespace parray
+}  // namespace parray::scene

@@ -4,7 +4,7 @@
 #include "common/scene/number_range.h"
 
 /// What numbers of a scene may be, the same in every format that holds one.
-namespace parray::ranges {
+namespace parray::scene::ranges {
 
 inline constexpr NumberRange coordinate{-limits::max_length, limits::max_length};
 inline constexpr NumberRange length{limits::min_radius, limits::max_length};
@@ -19,4 +19,4 @@ inline constexpr NumberRange radiance{0, limits::max_radiance};
 inline constexpr NumberRange target_error{1e-9, 1e9};  ///< linear radiance
 inline constexpr NumberRange time_limit{0.01, 1e7};    ///< seconds
 
-}  // namespace parray::ranges
+}  // namespace parray::scene::ranges

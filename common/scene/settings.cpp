@@ -10,7 +10,7 @@
 #include "common/base/suggest.h"
 #include "common/scene/settings_fields.h"
 
-namespace parray {
+namespace parray::scene {
 namespace {
 
 void check_whole(const Setting& setting, IntegerRange range, std::uint64_t value) {
@@ -131,4 +131,4 @@ void check_settings(const RenderSettings& settings) {
   check_passes(settings);
 }
 
-}  // namespace parray
+}  // namespace parray::scene

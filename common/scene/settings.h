@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::scene {
 
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
 enum class AcceleratorKind : std::uint8_t {                                          // wire values
@@ -108,4 +110,4 @@ RowOrder row_order_from(std::string_view name);
 /// Throws InputError naming the first value out of its range.
 void check_settings(const RenderSettings& settings);
 
-}  // namespace parray
+}  // namespace parray::scene

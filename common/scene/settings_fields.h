@@ -20,7 +20,7 @@
 /// A description calls the visitor `f(const Setting&, rule, values...)` for each setting. The rule
 /// says what values there are. The values are the same member of all objects that the description
 /// was called with: of none, of one, or of two that are compared or copied.
-namespace parray {
+namespace parray::scene {
 
 /// What is true of a setting, beside its rule.
 namespace traits {
@@ -173,4 +173,4 @@ void settings_fields(F&& f, S&... s) {
   work_fields(f, s...);
 }
 
-}  // namespace parray
+}  // namespace parray::scene

@@ -8,7 +8,7 @@
 #include "common/scene/limits.h"
 #include "common/schedule/row_order.h"
 
-namespace parray {
+namespace parray::schedule {
 namespace {
 
 void check(bool good, const char* what) {
@@ -173,4 +173,4 @@ std::uint64_t CellBatch::sample_count(std::span<const Cell> cells) const {
   return count;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

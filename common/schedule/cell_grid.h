@@ -9,7 +9,7 @@
 #include "common/image/sample_range.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// A horizontal run of pixels of one row, or every `step`-th of one, and a range of their samples:
 /// the unit of work.
@@ -133,4 +133,4 @@ struct CellBatch {
   [[nodiscard]] std::uint64_t sample_count(std::span<const Cell> cells) const;
 };
 
-}  // namespace parray
+}  // namespace parray::schedule

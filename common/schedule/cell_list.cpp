@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::schedule {
 
 CellList::CellList(std::vector<CellRange> ranges) : ranges_(std::move(ranges)), first_{0} {
   for (const CellRange& range : ranges_) {
@@ -23,4 +23,4 @@ std::vector<CellRange> CellList::cells_at(const CellRange& places) const {
   return cells;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

@@ -5,7 +5,7 @@
 
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// Some cells of a plan, counted through from 0. Immutable; any thread.
 class CellList {
@@ -25,4 +25,4 @@ class CellList {
   std::vector<std::uint64_t> first_;  ///< place of the first cell of each range, and the total
 };
 
-}  // namespace parray
+}  // namespace parray::schedule

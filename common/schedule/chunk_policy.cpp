@@ -5,7 +5,7 @@
 
 #include "common/base/divide_up.h"
 
-namespace parray {
+namespace parray::schedule {
 namespace {
 
 std::uint64_t static_rows(const ChunkRequest& r) {
@@ -60,4 +60,4 @@ std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job)
   return starts;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

@@ -5,7 +5,7 @@
 
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// What a policy may look at. Work is counted in units, as a rule cells; a whole row is `row_units`
 /// of them.
@@ -38,4 +38,4 @@ std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
 /// but a step number. Not for `weighted`, whose chunks depend on who asks.
 std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job);
 
-}  // namespace parray
+}  // namespace parray::schedule

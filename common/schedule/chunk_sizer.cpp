@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::schedule {
 
 /// Samples, a thread, of a lease to a worker that is not measured yet: about 10 ms on a core of 10
 /// M samples/s.
@@ -67,4 +67,4 @@ std::vector<std::uint64_t> ChunkSizer::starts(std::uint32_t workers,
   return chunk_starts(policy_, job);
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

@@ -7,7 +7,7 @@
 #include "common/schedule/chunk_policy.h"
 #include "common/schedule/work_plan.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// Speeds of all workers of a job together, as far as they are measured.
 struct FarmSpeed {
@@ -63,4 +63,4 @@ class ChunkSizer {
   ChunkGrain grain_;
 };
 
-}  // namespace parray
+}  // namespace parray::schedule

@@ -3,7 +3,7 @@
 #include <bit>
 #include <numeric>
 
-namespace parray {
+namespace parray::schedule {
 namespace {
 
 std::uint32_t reverse_bits(std::uint32_t value, int bits) {
@@ -34,4 +34,4 @@ std::vector<std::uint32_t> make_row_order(RowOrder order, std::uint32_t height) 
   return rows;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

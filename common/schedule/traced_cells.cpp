@@ -11,7 +11,7 @@
 #include "common/image/packed_sums.h"
 #include "common/image/radiance_scale.h"
 
-namespace parray {
+namespace parray::schedule {
 namespace {
 
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // RadianceScale::one
@@ -225,4 +225,4 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
   return traced;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

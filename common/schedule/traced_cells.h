@@ -10,7 +10,7 @@
 #include "common/image/cell_records.h"
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// What has come of tracing some cells.
 struct TracedCells {
@@ -42,4 +42,4 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uin
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,
                      std::uint32_t max_depth);
 
-}  // namespace parray
+}  // namespace parray::schedule

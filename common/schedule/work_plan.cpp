@@ -5,7 +5,7 @@
 
 #include "common/base/divide_up.h"
 
-namespace parray {
+namespace parray::schedule {
 namespace {
 
 /// Small enough that the threads of a team end together, large enough that dealing cells out costs
@@ -112,4 +112,4 @@ CellBatch WorkPlan::batch(const CellRange& range) const {
   return batch;
 }
 
-}  // namespace parray
+}  // namespace parray::schedule

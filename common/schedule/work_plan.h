@@ -6,7 +6,7 @@
 
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::schedule {
 
 /// What a pass is to add to a picture.
 struct Pass {
@@ -47,4 +47,4 @@ class WorkPlan {
   std::shared_ptr<const CellGrid> grid_;
 };
 
-}  // namespace parray
+}  // namespace parray::schedule

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <new>
 
-namespace parray {
+namespace parray::trace {
 
 InsideLists::~InsideLists() { std::free(links_); }
 
@@ -17,4 +17,4 @@ void InsideLists::grow() {
   capacity_ = capacity;
 }
 
-}  // namespace parray
+}  // namespace parray::trace

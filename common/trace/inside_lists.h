@@ -5,7 +5,7 @@
 #include "common/math/inline.h"
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// The spheres that each path of a batch is inside of: chains of links in one pool. A path holds
 /// the number of its first link. One batch at a time; not thread-safe.
@@ -76,4 +76,4 @@ class InsideLists {
   std::uint32_t free_ = none;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

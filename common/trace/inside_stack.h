@@ -6,7 +6,7 @@
 
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Which side of every sphere a path is on: the spheres that it is inside of, and the one whose
 /// surface it stands on.
@@ -54,4 +54,4 @@ class InsideStack {
   Vec3<Real> normal_{};
 };
 
-}  // namespace parray
+}  // namespace parray::trace

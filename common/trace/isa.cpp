@@ -2,7 +2,7 @@
 
 #include <initializer_list>
 
-namespace parray {
+namespace parray::trace {
 
 bool runs_on_this_machine(Isa isa) {
   switch (isa) {
@@ -34,4 +34,4 @@ std::vector<Isa> instruction_sets() {
 
 Isa best_isa() { return instruction_sets().back(); }
 
-}  // namespace parray
+}  // namespace parray::trace

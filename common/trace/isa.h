@@ -14,7 +14,7 @@
 #define PARRAY_FOR_EACH_ISA(X) X(scalar)
 #endif
 
-namespace parray {
+namespace parray::trace {
 
 /// Whether this processor, and its operating system, can run it.
 bool runs_on_this_machine(Isa isa);
@@ -23,4 +23,4 @@ bool runs_on_this_machine(Isa isa);
 std::vector<Isa> instruction_sets();
 Isa best_isa();
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -4,7 +4,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Index of no sphere.
 inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
@@ -36,4 +36,4 @@ struct Hit {
   }
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -4,7 +4,7 @@
 
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 template <typename Real>
 struct SphereShape {
@@ -43,7 +43,7 @@ struct ClosestApproach {
 
   /// Half the chord in units of the ray parameter; 0 where rounding says that the line misses.
   [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
-    return parray::half_chord(depth_squared, ray.inverse_square);
+    return trace::half_chord(depth_squared, ray.inverse_square);
   }
 };
 
@@ -102,4 +102,4 @@ PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape
   return normalize(-passage.half_chord(ray) * ray.direction - passage.perpendicular);
 }
 
-}  // namespace parray
+}  // namespace parray::trace

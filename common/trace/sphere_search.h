@@ -8,7 +8,7 @@
 #include "common/trace/ray.h"
 #include "common/trace/sphere.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// What finds the first sphere that a ray enters. Built from the spheres in input order; immutable
 /// afterwards, so any number of threads may ask it.
@@ -34,4 +34,4 @@ void try_sphere(const Ray<Real>& ray, const SphereShape<Real>& sphere, std::uint
   }
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,7 +6,7 @@
 #include "common/trace/reference/octree.h"
 #include "common/trace/reference/scalar_tracer.h"
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 template <template <typename Real> typename Search>
@@ -60,4 +60,4 @@ std::unique_ptr<PathTracer> make_scalar_tracer(const Scene& scene, const RenderS
                           scene.camera, settings);
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -4,7 +4,7 @@
 
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Builds the accelerator of a scene; nothing is `automatic` but perhaps `isa`: an instruction set
 /// that the machine lacks, too, is replaced by its best. Fewer than 2^26 spheres; time and memory
@@ -24,4 +24,4 @@ std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSet
 /// The definition of the same picture: path.h by linear search, whatever settings.accelerator says.
 std::unique_ptr<PathTracer> make_scalar_tracer(const Scene& scene, const RenderSettings& settings);
 
-}  // namespace parray
+}  // namespace parray::trace

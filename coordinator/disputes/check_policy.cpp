@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::coordinator {
 
 double CheckPolicy::share_of(const CheckedWorker& worker) const {
   if (options_.share <= 0 || (worker.ours && !options_.ours_too)) {
@@ -30,4 +30,4 @@ std::uint64_t CheckPolicy::below(std::uint64_t count) {
   return std::min(drawn, count - 1);
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::coordinator {
 
 /// What is known of the machine, and the process, that a result came from.
 struct CheckedWorker {
@@ -45,4 +47,4 @@ class CheckPolicy {
   std::function<double()> random_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -42,4 +42,4 @@ Convictions Convictions::from_json(const json& list) {
   return convictions;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::coordinator {
 
 /// The finding that a machine returned wrong bits.
 struct Conviction {
@@ -35,4 +37,4 @@ class Convictions {
   std::vector<Conviction> list_;  ///< by number
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -1,15 +1,15 @@
-// Who checks which leases, what follows when bits differ, and which machines get no more leases.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <random>
 
 #include "common/base/bytes.h"
+#include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
-#include "coordinator/disputes/undoing.h"
-#include "coordinator/loop/coordinator.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/farm.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// Stands for the referee among those who checked cells. No machine_key() has this value.
@@ -32,15 +32,22 @@ std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& c
 
 }  // namespace
 
-/// Name of the worker that joined last from a machine, for people.
-std::string Coordinator::worker_of(TracerKey machine) const {
-  const std::string worker = machines_.find(machine).worker;
-  return worker.empty() ? "one that has left" : worker;
+/// Numbers that no worker can foresee. Opening the device takes far longer than a number.
+static std::function<double()> unforeseeable() {
+  return [device = std::make_shared<std::random_device>()] {
+    return static_cast<double>((*device)()) * 0x1p-32;
+  };
 }
 
+DisputeDesk::DisputeDesk(Farm& farm, JobBook& job_book)
+    : farm_(farm),
+      job_book_(job_book),
+      checks_(farm.options.checks, farm.options.random ? farm.options.random : unforeseeable()),
+      desk_(farm.options.referee, farm.options.refereeing) {}
+
 /// A lease was accepted: it may be one that is checked. Its worker may have left meanwhile.
-void Coordinator::draw_check(Job& job, const Merged& merged) {
-  const CheckedWorker worker{machines_.count_lease(merged.machine), merged.process_leases,
+void DisputeDesk::draw_check(Job& job, const Merged& merged) {
+  const CheckedWorker worker{farm_.machines.count_lease(merged.machine), merged.process_leases,
                              merged.ours};
   if (checks_.wants_check(worker)) {
     place_check(job, {merged.arrived.range, 0, {merged.machine}});
@@ -48,8 +55,8 @@ void Coordinator::draw_check(Job& job, const Merged& merged) {
 }
 
 /// Gives a check to a machine drawn at random, or to the referee.
-void Coordinator::place_check(Job& job, LeaseTable::Check check) {
-  const std::vector<TracerKey> able = workers_.usable_machines(check.not_by);
+void DisputeDesk::place_check(Job& job, LeaseTable::Check check) {
+  const std::vector<TracerKey> able = farm_.workers.usable_machines(check.not_by);
   auto drawn = checks_.draw_checker(able.size());
   if (!drawn && check_by_referee(job, check.range)) {
     return;
@@ -60,22 +67,22 @@ void Coordinator::place_check(Job& job, LeaseTable::Check check) {
   }
   check.by = able[drawn ? *drawn : checks_.below(able.size())];
   job.work->leases->want_check(std::move(check));
-  grants_due_ = true;
+  farm_.grants_due = true;
 }
 
 /// Checks whose machine has left, or has failed, go to others.
-void Coordinator::place_orphans(Job& job) {
-  for (LeaseTable::Check& check : job.work->leases->take_orphans(workers_.usable_machines())) {
+void DisputeDesk::place_orphans(Job& job) {
+  for (LeaseTable::Check& check : job.work->leases->take_orphans(farm_.workers.usable_machines())) {
     place_check(job, std::move(check));
   }
 }
 
 /// A case without its cells. `length`: seconds of processor time, of one question.
-RefereeCase Coordinator::case_of(const Job& job, double length) const {
+RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
   constexpr double most_cells = 1024;
   constexpr std::uint64_t program = std::uint64_t{64} << 20;
   const JobWork& work = *job.work;
-  const double price = work.price > 0 ? work.price : price_;
+  const double price = work.price > 0 ? work.price : farm_.price;
   RefereeCase made;
   made.generation = work.generation;
   made.plan = work.plan;
@@ -89,8 +96,8 @@ RefereeCase Coordinator::case_of(const Job& job, double length) const {
 }
 
 /// The referee traces some of the cells, which are drawn at random. False: it cannot.
-bool Coordinator::check_by_referee(Job& job, const CellRange& range) {
-  if (job.spheres > most_spheres_to_check && workers_.usable_machines().size() > 1) {
+bool DisputeDesk::check_by_referee(Job& job, const CellRange& range) {
+  if (job.spheres > most_spheres_to_check && farm_.workers.usable_machines().size() > 1) {
     return false;
   }
   RefereeCase check = case_of(job, check_seconds);
@@ -99,21 +106,21 @@ bool Coordinator::check_by_referee(Job& job, const CellRange& range) {
   for (std::uint64_t cell = first; cell < first + count; ++cell) {
     check.cells.push_back(cell);
   }
-  return desk_.open(now_, std::move(check));
+  return desk_.open(farm_.now, std::move(check));
 }
 
 /// Cells that were done have come again.
-void Coordinator::settle(Job& job, const Merged& merged) {
+void DisputeDesk::compare_result(Job& job, const Merged& merged) {
   if (merged.kind == Merged::Kind::differs) {
-    ++tally_.mismatch;
+    ++farm_.tally.mismatch;
     open_dispute(job, merged);
   } else {
-    ++tally_.duplicate;
+    ++farm_.tally.duplicate;
   }
 }
 
 /// The referee decides. The job goes on meanwhile, unless the referee cannot.
-void Coordinator::open_dispute(Job& job, const Merged& merged) {
+void DisputeDesk::open_dispute(Job& job, const Merged& merged) {
   std::set<TracerKey> voices = machines_of(merged.differing);
   const bool decided = quarantines_.find(merged.machine) != nullptr ||
                        std::ranges::all_of(voices, [&](TracerKey machine) {
@@ -129,7 +136,7 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
     dispute.cells.push_back(differing.cell);
     dispute.claims.push_back(merged.digests[differing.cell - merged.arrived.range.begin]);
   }
-  if (!desk_.open(now_, std::move(dispute))) {
+  if (!desk_.open(farm_.now, std::move(dispute))) {
     voices.insert(merged.machine);
     place_check(job, {merged.arrived.range, 0, std::move(voices)});  // later
     return;
@@ -137,37 +144,38 @@ void Coordinator::open_dispute(Job& job, const Merged& merged) {
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
                   worker_of(merged.differing.front().tracer), merged.name);
-  warnings_.warn(now_, fmt::format("job {} lease {}: {}: the referee decides", job.record.id,
-                                   lease_number(merged.epoch), job.record.flag));
+  farm_.warnings.warn(farm_.now,
+                      fmt::format("job {} lease {}: {}: the referee decides", job.record.id,
+                                  farm_.lease_number(merged.epoch), job.record.flag));
   if (desk_.disputes(job.work->generation) == 1) {
-    note(job, job.record.flag);
-    keep(job);
+    farm_.note(job, job.record.flag);
+    farm_.keep(job);
   }
 }
 
 /// Passes of which all cells are in wait for checks alone, whose machine may have failed or left.
-void Coordinator::look_after_checks() {
+void DisputeDesk::look_after_checks() {
   std::vector<JobId> waiting;
-  for (const JobId id : at_work_) {
-    const Job& job = jobs_.at(id);
+  for (const JobId id : farm_.at_work) {
+    const Job& job = farm_.jobs.at(id);
     if (job.tracing() && job.work->cells >= job.work->plan->cells()) {
       waiting.push_back(id);
     }
   }
   for (const JobId id : waiting) {
-    if (Job* job = job_of(id); job != nullptr && job->work) {
-      end_pass_if_done(*job);
+    if (Job* job = farm_.job_of(id); job != nullptr && job->work) {
+      job_book_.end_pass_if_done(*job);
     }
   }
 }
 
-void Coordinator::take_referee_turn(Time now) {
+void DisputeDesk::take_referee_turn(Time now) {
   for (RefereeDesk::Traced& traced : desk_.take_answers(now)) {
     judge(std::move(traced));
   }
   if (desk_.may_ask(now)) {
-    const std::uint64_t others = memory_in_use() - desk_.memory();
-    desk_.ask_next(now, options_.memory - std::min(options_.memory, others));
+    const std::uint64_t others = job_book_.memory_in_use() - desk_.memory();
+    desk_.ask_next(now, farm_.options.memory - std::min(farm_.options.memory, others));
   }
   if (desk_.disputes() > 0 || any_held_) {
     hold_disputed_jobs(now);
@@ -175,7 +183,7 @@ void Coordinator::take_referee_turn(Time now) {
 }
 
 /// What came of a question to the referee.
-struct Coordinator::Judged {
+struct DisputeDesk::Judged {
   std::uint64_t number = 0;  ///< of the case
   bool dispute = false;
   TracerKey claimant = 0;
@@ -186,24 +194,24 @@ struct Coordinator::Judged {
   std::set<TracerKey> wrong;  ///< machines whose merged bits are wrong
 };
 
-void Coordinator::judge(RefereeDesk::Traced traced) {
+void DisputeDesk::judge(RefereeDesk::Traced traced) {
   const auto found = std::ranges::find_if(
-      at_work_, [&](JobId id) { return job_at_work(id, traced.generation) != nullptr; });
-  if (found == at_work_.end()) {
+      farm_.at_work, [&](JobId id) { return farm_.job_at_work(id, traced.generation) != nullptr; });
+  if (found == farm_.at_work.end()) {
     desk_.close(traced.number);
     return;
   }
-  Job& job = jobs_.at(*found);
+  Job& job = farm_.jobs.at(*found);
   ++job.work->errands;
   const auto judged = std::make_shared<Judged>();
   judged->number = traced.number;
   judged->dispute = traced.dispute;
   judged->claimant = traced.claimant;
   judged->range = traced.range;
-  const auto errands = for_job(job, "comparing what the referee traced");
+  const auto errands = job_book_.for_job(job, "comparing what the referee traced");
   errands.give([this, judged, id = job.record.id, generation = traced.generation,
                 claims = std::move(traced.claims), parcel = std::move(traced.cells),
-                picture = job.work->picture, plan = job.work->plan, store = store_,
+                picture = job.work->picture, plan = job.work->plan, store = farm_.store,
                 depth = job.record.settings.max_depth]() -> Backroom::Outcome {
     judged->timely = picture->plan() == plan;
     try {
@@ -223,7 +231,7 @@ void Coordinator::judge(RefereeDesk::Traced traced) {
       judged->fault = error.what();
     }
     return {[this, judged, id, generation] {
-              Job* there = job_at_work(id, generation);
+              Job* there = farm_.job_at_work(id, generation);
               if (there == nullptr) {
                 desk_.close(judged->number);
                 return;
@@ -235,11 +243,11 @@ void Coordinator::judge(RefereeDesk::Traced traced) {
   });
 }
 
-void Coordinator::note_judged(Job& job, const Judged& judged) {
-  grants_due_ = true;
+void DisputeDesk::note_judged(Job& job, const Judged& judged) {
+  farm_.grants_due = true;
   if (!judged.fault.empty()) {
-    warnings_.warn(now_, "the referee's answer is no good: " + judged.fault);
-    desk_.ask_again(now_, judged.number, judged.fault);
+    farm_.warnings.warn(farm_.now, "the referee's answer is no good: " + judged.fault);
+    desk_.ask_again(farm_.now, judged.number, judged.fault);
     return;
   }
   const std::string differs = "it returned wrong bits: the referee got others for the same samples";
@@ -252,15 +260,15 @@ void Coordinator::note_judged(Job& job, const Judged& judged) {
     quarantine(machine, differs);
   }
   if (job.work) {
-    end_pass_if_done(job);
+    job_book_.end_pass_if_done(job);
   }
 }
 
 /// Without the referee's word nothing is decided: no votes.
-void Coordinator::hold_disputed_jobs(Time now) {
+void DisputeDesk::hold_disputed_jobs(Time now) {
   any_held_ = false;
-  for (const JobId id : at_work_) {
-    Job& job = jobs_.at(id);
+  for (const JobId id : farm_.at_work) {
+    Job& job = farm_.jobs.at(id);
     if (!job.work) {
       continue;
     }
@@ -269,164 +277,13 @@ void Coordinator::hold_disputed_jobs(Time now) {
       continue;
     }
     if (!job.work->held) {
-      log_->error("job {} is paused: {}", id, why);
+      farm_.log->error("job {} is paused: {}", id, why);
     }
-    grants_due_ = grants_due_ || why.empty();
+    farm_.grants_due = farm_.grants_due || why.empty();
     job.work->held = !why.empty();
     any_held_ = any_held_ || job.work->held;
     job.pause_reason = why;
   }
 }
 
-/// No more leases for this machine. All that it has traced in unfinished jobs is traced again, and
-/// all that it has checked is checked again.
-void Coordinator::quarantine(TracerKey machine, const std::string& reason) {
-  const Machines::Known known = machines_.find(machine);
-  const double at = options_.wall_clock();
-  const bool fresh = quarantines_.add({machine, known.name, known.worker, reason, at, 0});
-  const std::string name = worker_of(machine);
-  if (fresh) {
-    log_->error(
-        "worker '{}' ({}) returns wrong bits: {}. Its machine gets no more leases, and what it "
-        "traced is traced again. Test that machine, then: parray workers readmit",
-        name, known.name, reason);
-  }
-  const Conviction conviction = convictions_.add(machine, name);
-  keep_worker_notes();
-  desk_.drop_claims(machine);
-  const std::vector<WorkerRecord*> workers = workers_.of_machine(machine);
-  for (WorkerRecord* worker : workers) {
-    bar_as_due(*worker);
-    scenes_.forget_worker(worker->id);
-    worker->held = 0;
-  }
-  for (const JobId id : std::vector<JobId>(at_work_.begin(), at_work_.end())) {
-    Job& job = jobs_.at(id);
-    const bool made = job.phase == JobPhase::finishing && job.retry_at == never;
-    if (made || !job.work || !job.work->leases) {
-      continue;
-    }
-    if (job.phase == JobPhase::finishing) {  // there was no room for its picture: not yet, then
-      job.phase = JobPhase::tracing;
-      job.retry_at = never;
-      job.pause_reason.clear();
-    }
-    for (const WorkerRecord* worker : workers) {
-      job.work->leases->drop_worker(worker->id);
-    }
-    retract(job, conviction);
-  }
-  grants_due_ = true;
-}
-
-/// A job that was not at work at the time of a conviction may have kept rows of that machine.
-void Coordinator::retract_later_convicted(Job& job) {
-  for (const Conviction& conviction : convictions_.after(job.record.convictions)) {
-    retract(job, conviction);
-  }
-}
-
-/// What the backroom has set back.
-struct Coordinator::Retracted {
-  JobPicture::Retraction retraction;
-  TracerKey machine = 0;
-  bool relied = false;
-  std::string flag;
-  std::uint64_t conviction = 0;  ///< its number
-  std::shared_ptr<const WorkPlan> plan;
-  std::uint64_t samples = 0;
-  std::uint64_t cells = 0;
-};
-
-void Coordinator::retract(Job& job, const Conviction& conviction) {
-  const auto retracted = std::make_shared<Retracted>();
-  retracted->machine = conviction.machine;
-  retracted->conviction = conviction.number;
-  ++job.work->errands;
-  const auto errands = for_job(job, "setting back wrong results");
-  errands.give([this, retracted, conviction, at = since_1970(now_), store = store_,
-                id = job.record.id, record = job.record, picture = job.work->picture,
-                generation = job.work->generation]() mutable -> Backroom::Outcome {
-    const auto undone = undo(*picture, store, record, conviction, at);
-    retracted->relied = undone.has_value();
-    retracted->retraction = undone.value_or(JobPicture::Retraction{});
-    retracted->flag = record.flag;
-    retracted->plan = picture->plan();
-    retracted->samples = picture->framebuffer().counts().samples;
-    retracted->cells = picture->collector().done_cells();
-    return {[this, retracted, id, generation] {
-              if (Job* there = job_at_work(id, generation)) {
-                note_retracted(*there, *retracted);
-              }
-            },
-            {}};
-  });
-}
-
-void Coordinator::note_retracted(Job& job, const Retracted& retracted) {
-  JobWork& work = *job.work;
-  --work.errands;
-  job.record.convictions = std::max(job.record.convictions, retracted.conviction);
-  if (retracted.relied) {
-    job.record.flag = retracted.flag;
-    note(job, retracted.flag);
-    work.samples = retracted.samples;
-    work.cells = retracted.cells;
-    if (retracted.retraction.restarted) {
-      job.record.passes = {};
-      restart_leases(job, *retracted.plan);
-    } else {
-      work.leases->put_back(retracted.retraction.cells);
-    }
-    for (const CellRange& range : retracted.retraction.unchecked) {
-      check_by_referee(job, range);
-      place_check(job, {range, 0, {retracted.machine}});
-    }
-  }
-  grants_due_ = true;
-  end_pass_if_done(job);
-}
-
-void Coordinator::bar_as_due(WorkerRecord& worker) {
-  const Quarantine* quarantine = quarantines_.find(worker.machine_key);
-  worker.quarantine_ends = quarantine == nullptr ? 0 : quarantine->until;
-  workers_.bar(worker, quarantine == nullptr ? "" : quarantine->reason, is_drained(worker));
-}
-
-/// Machines in quarantine of which no worker is connected, as worker maps.
-nlohmann::json Coordinator::quarantined_elsewhere() {
-  auto list = nlohmann::json::array();
-  for (const auto& [machine, quarantine] : quarantines_.all()) {
-    if (!workers_.of_machine(machine).empty()) {
-      continue;
-    }
-    list.push_back({{"name", quarantine.worker},
-                    {"host", ""},
-                    {"threads", 0},
-                    {"leases", 0},
-                    {"accepted", 0},
-                    {"samples_per_second", 0.0},
-                    {"state", "quarantined"},
-                    {"reason", quarantine.reason},
-                    {"machine", quarantine.name},
-                    {"quarantine_ends", quarantine.until},
-                    {"seconds_silent", std::max(options_.wall_clock() - quarantine.since, 0.0)}});
-  }
-  return list;
-}
-
-/// Those of addresses end after a day.
-void Coordinator::end_quarantines() {
-  const std::vector<std::uint64_t> ended = quarantines_.expire(options_.wall_clock());
-  if (ended.empty()) {
-    return;
-  }
-  for (auto& [peer, worker] : workers_) {
-    bar_as_due(worker);
-  }
-  log_->info("the quarantine of {} machines is over", ended.size());
-  keep_worker_notes();
-  grants_due_ = true;
-}
-
-}  // namespace parray
+}  // namespace parray::coordinator

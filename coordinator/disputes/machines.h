@@ -6,7 +6,7 @@
 
 #include "coordinator/loop/machine_id.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What the coordinator remembers of machines that it has seen in this life, connected or not.
 /// Plain state; one thread.
@@ -39,4 +39,4 @@ class Machines {
   std::map<std::uint64_t, Known> known_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

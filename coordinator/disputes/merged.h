@@ -4,12 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/loop/coordinator.h"
+#include "coordinator/jobs/journal.h"
+#include "coordinator/leases/lease_table.h"
+#include "coordinator/leases/result_collector.h"
+#include "coordinator/loop/worker_registry.h"
 
-namespace parray {
+namespace parray::coordinator {
 
-/// What the backroom has made of a result.
-struct Coordinator::Merged {
+/// A result after the background thread has decoded and merged or compared it.
+struct Merged {
   WorkerId worker = 0;
   TracerKey tracer = 0;              ///< its process, for the journal
   TracerKey machine = 0;             ///< machine_key()
@@ -19,13 +22,13 @@ struct Coordinator::Merged {
   Epoch epoch = 0;
   LeaseTable::Arrived arrived;
   enum class Kind : std::uint8_t {
-    taken,     ///< merged, or equal to what was there
-    differs,   ///< from what was there
-    damaged,   ///< on its way: to be traced again
-    forged,    ///< numbers that tracing cannot have given
-    untimely,  ///< the pass is over
+    taken,    ///< merged, or equal to what was there
+    differs,  ///< from what was there
+    damaged,  ///< on its way: to be traced again
+    invalid,  ///< numbers that tracing cannot have given
+    late,     ///< the pass is over
   };
-  Kind kind = Kind::untimely;
+  Kind kind = Kind::late;
   std::string fault;
   ResultCollector::Taken taken;
   std::vector<std::uint64_t> digests;                 ///< of what has come, where it differs
@@ -54,4 +57,4 @@ struct Coordinator::Merged {
   }
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

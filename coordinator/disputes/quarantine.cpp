@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -74,4 +74,4 @@ QuarantineLedger QuarantineLedger::from_json(const json& list) {
   return ledger;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -10,7 +10,7 @@
 
 #include "coordinator/loop/machine_id.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// A machine that gets no leases because it returned wrong bits.
 struct Quarantine {
@@ -53,4 +53,4 @@ class QuarantineLedger {
   std::map<std::uint64_t, Quarantine> machines_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -8,7 +8,7 @@
 #include "common/schedule/cell_grid.h"
 #include "proto/parcels.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Traces cells on behalf of the coordinator, whose word decides a dispute: the seam to a process
 /// of its own (RefereeProcess). Never blocks. One thread calls it.
@@ -44,4 +44,4 @@ class Referee {
   virtual void forget() = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

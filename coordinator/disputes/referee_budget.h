@@ -4,7 +4,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Processor time that the referee may take: a share of one core on average. What it does not take
 /// is saved, up to `burst` seconds. One question may take more than is left; then the next one
@@ -39,4 +39,4 @@ class RefereeBudget {
   Time since_{};
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

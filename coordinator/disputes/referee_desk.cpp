@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 constexpr Time first_pause = seconds(1);
@@ -277,4 +277,4 @@ std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
   return {};
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

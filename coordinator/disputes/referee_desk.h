@@ -11,7 +11,7 @@
 #include "coordinator/disputes/referee_budget.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Cells of a job that the referee traces again.
 struct RefereeCase {
@@ -135,4 +135,4 @@ class RefereeDesk {
   std::uint64_t memory_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -20,7 +20,7 @@
 #include "proto/messages.h"
 #include "proto/stream_frames.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -265,4 +265,4 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   throw RunError(failed == nullptr ? "it does not answer the question" : failed->reason);
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

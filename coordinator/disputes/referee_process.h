@@ -13,7 +13,7 @@
 
 #include "coordinator/disputes/referee.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// The referee as a process: parray-referee (cli/referee/main.cpp), started by the first question,
 /// with the lowest priority and one thread. It keeps the scene, and the tree, of the last question.
@@ -56,4 +56,4 @@ class RefereeProcess final : public Referee {
   std::thread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

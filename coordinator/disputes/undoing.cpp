@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -58,4 +58,4 @@ std::optional<JobPicture::Retraction> undo(JobPicture& picture, Store* store, Jo
   return undone;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -6,7 +6,7 @@
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// The convictions that a state keeps. Throws RunError when its note of workers is damaged.
 Convictions kept_convictions(Store& store);
@@ -17,4 +17,4 @@ Convictions kept_convictions(Store& store);
 std::optional<JobPicture::Retraction> undo(JobPicture& picture, Store* store, JobRecord& record,
                                            const Conviction& conviction, double at);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -3,6 +3,8 @@
 #include <span>
 #include <string_view>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// A file that the program has in it: made of those in page/ by embed.cmake.

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// Takes the framing off a chunked body (RFC 9112, section 7.1). Stricter than HTTP has to be: a

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// A socket that listens and does not block; whoever has it closes it.

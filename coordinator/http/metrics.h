@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// Of the reply that carries metrics_text().

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// Largest request line and header fields together, in bytes.

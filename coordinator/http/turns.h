@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "common/rooms.h"
+
 namespace parray::http {
 
 /// Things that wait, each in somebody's name. Names take turns: next is a thing of the name that

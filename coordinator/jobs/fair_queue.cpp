@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What a user's express lane gets of what the user gets.
 static constexpr double express_part = 0.25;
@@ -118,4 +118,4 @@ void FairQueue::correct(const std::string& user, double thread_seconds) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

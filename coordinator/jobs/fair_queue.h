@@ -7,7 +7,7 @@
 
 #include "coordinator/store/job_record.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Whose job the next lease is of.
 ///
@@ -79,4 +79,4 @@ class FairQueue {
   Lane lane_ = Lane::regular;  ///< by which it went
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

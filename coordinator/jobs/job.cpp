@@ -5,7 +5,7 @@
 
 #include "coordinator/jobs/report.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -113,4 +113,4 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
   return summary;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -17,7 +17,7 @@
 #include "coordinator/store/job_record.h"
 #include "proto/parcels.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Where an unfinished job is.
 enum class JobPhase : std::uint8_t {
@@ -99,4 +99,4 @@ struct Job {
 /// The job map of PROTOCOL.md; `waits_for` says what an unfinished job lacks, if anything.
 nlohmann::json job_summary(const Job& job, Time now, const std::string& waits_for);
 
-}  // namespace parray
+}  // namespace parray::coordinator

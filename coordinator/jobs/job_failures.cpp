@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// The failures of one machine that count.
@@ -86,4 +86,4 @@ std::optional<std::string> JobFailures::verdict(const CellRange& range,
   return std::nullopt;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -11,7 +11,7 @@
 #include "coordinator/leases/result_collector.h"
 #include "coordinator/loop/machine_id.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// One failure: a worker could not trace a lease, or disappeared while it held the lease.
 struct Failure {
@@ -65,4 +65,4 @@ class JobFailures {
   std::set<MachineId> succeeded_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

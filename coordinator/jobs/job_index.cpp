@@ -4,7 +4,7 @@
 
 #include "coordinator/loop/submit_token.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 static std::uint64_t pixels_of(const Job& job) {
   return std::uint64_t{job.record.settings.width} * job.record.settings.height;
@@ -99,4 +99,4 @@ Series series_of(const JobIndex::Frames& frames) {
   return series;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -10,7 +10,7 @@
 #include "coordinator/jobs/job.h"
 #include "coordinator/jobs/series.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Finds jobs by what messages ask for, so that no message looks at all jobs. Every call takes
 /// logarithmic time in the number of jobs; those that return frames, linear time in the frames.
@@ -70,4 +70,4 @@ class JobIndex {
 /// The same frames, for the functions of series.h.
 Series series_of(const JobIndex::Frames& frames);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 #include "common/base/bytes.h"
 #include "common/scene/largest_radiance.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3, check = 4 };
@@ -20,7 +20,7 @@ void put_range(ByteWriter& out, const CellRange& range) {
 }  // namespace
 
 SceneFacts::SceneFacts(const Scene& scene)
-    : requirements(requirements_of(scene)), largest_radiance(parray::largest_radiance(scene)) {}
+    : requirements(requirements_of(scene)), largest_radiance(scene::largest_radiance(scene)) {}
 
 JobPicture::JobPicture(const RenderSettings& settings, const SceneFacts& scene,
                        std::vector<std::uint64_t> begun, std::uint32_t tile, bool large_pages,
@@ -203,4 +203,4 @@ TracerKey tracer_key(std::string_view name, std::string_view instance) {
                               XXH3_64bits(name.data(), name.size()));
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

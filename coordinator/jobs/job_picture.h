@@ -16,7 +16,7 @@
 #include "coordinator/leases/result_collector.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What the coordinator needs to know of a scene.
 struct SceneFacts {
@@ -134,4 +134,4 @@ std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at);
 /// Names whoever traces across lives of the coordinator: a process of a worker, or a rank.
 TracerKey tracer_key(std::string_view name, std::string_view instance);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -5,7 +5,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 constexpr std::size_t longest_name = 1000;
@@ -213,4 +213,4 @@ std::vector<JournalEntry> read_journal(std::string_view bytes) {
   return entries;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -11,7 +11,7 @@
 #include "common/schedule/chunk_sizer.h"
 #include "coordinator/leases/result_collector.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What has been merged into a job's picture, by whom and when: a list that grows, about 90 bytes a
 /// lease, from which anybody can prove that every cell of every pass counts once
@@ -76,4 +76,4 @@ class Journal {
 /// The entries of a journal's bytes. Throws DecodeError.
 std::vector<JournalEntry> read_journal(std::string_view bytes);
 
-}  // namespace parray
+}  // namespace parray::coordinator

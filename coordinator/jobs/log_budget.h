@@ -8,7 +8,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Lines that a stranger can cause, so many in a time at most: the rest are counted.
 class LogBudget {
@@ -46,4 +46,4 @@ class LogBudget {
   std::uint64_t swallowed_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

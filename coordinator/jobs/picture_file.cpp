@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace parray {
+namespace parray::coordinator {
 
 /// How every note of this file begins.
 static constexpr std::string_view note_begin = "the file of its picture ";
@@ -41,4 +41,4 @@ std::string flag_with(const std::string& flag, const PictureFile& kept) {
                         : "is damaged: put it back from a backup, or submit the scene again");
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

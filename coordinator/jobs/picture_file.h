@@ -5,7 +5,7 @@
 
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// The file of a finished picture, as a store gives it out.
 struct PictureFile {
@@ -22,4 +22,4 @@ PictureFile read_picture_file(Store& store, JobId job);
 /// picture's file, and with the note that `kept` calls for.
 std::string flag_with(const std::string& flag, const PictureFile& kept);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -11,7 +11,7 @@
 #include "proto/messages.h"
 #include "proto/settings_json.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -156,4 +156,4 @@ ErrorFigures error_in(const std::string& report) {
   return error_from_json(map.is_object() ? map.value("error", json()) : json());
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

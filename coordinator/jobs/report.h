@@ -11,7 +11,7 @@
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/job_record.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What a report says of how the work went.
 struct RenderFacts {
@@ -57,4 +57,4 @@ ErrorFigures error_from_json(const nlohmann::json& map);
 /// Of the text of a report; empty: unknown.
 ErrorFigures error_in(const std::string& report);
 
-}  // namespace parray
+}  // namespace parray::coordinator

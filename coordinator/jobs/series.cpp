@@ -7,7 +7,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 using nlohmann::json;
@@ -160,4 +160,4 @@ json frame_list(const Series& series, std::uint32_t from) {
   return list;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 
 #include "coordinator/jobs/job.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Frames that people see as one job; each is a job of its own. By number of the frame; not empty.
 using Series = std::vector<const Job*>;
@@ -26,4 +26,4 @@ nlohmann::json series_summary(const Series& series, Time now, const std::string&
 /// `frame_list` of that map: at most 1000 frames, those from this number on.
 nlohmann::json frame_list(const Series& series, std::uint32_t from);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -2,7 +2,7 @@
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Returns what is wrong with the first row that cannot be merged; empty: nothing.
 static std::string replay_rows(JobPicture& picture, Store& store, JobId id) {
@@ -37,4 +37,4 @@ TakenUp take_up(JobPicture& picture, Store* store, JobId id) {
   return taken;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

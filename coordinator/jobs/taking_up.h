@@ -5,7 +5,7 @@
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 struct TakenUp {
   bool complete = false;  ///< no pass is due: the picture is complete
@@ -17,4 +17,4 @@ struct TakenUp {
 /// StorageFull, and what begin_pass() throws.
 TakenUp take_up(JobPicture& picture, Store* store, JobId id);
 
-}  // namespace parray
+}  // namespace parray::coordinator

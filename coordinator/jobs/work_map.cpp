@@ -6,7 +6,7 @@
 #include "common/base/bytes.h"
 #include "common/schedule/cell_grid.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 class Mapper {
@@ -73,4 +73,4 @@ WorkMap work_map(const std::vector<JournalEntry>& journal, std::uint32_t width,
   return mapper.result();
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

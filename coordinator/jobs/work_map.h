@@ -7,7 +7,7 @@
 
 #include "coordinator/jobs/journal.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Where the time of a job went, and who traced what, by its journal.
 struct WorkMap {
@@ -28,4 +28,4 @@ struct WorkMap {
 WorkMap work_map(const std::vector<JournalEntry>& journal, std::uint32_t width,
                  std::uint32_t height);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace parray {
+namespace parray::coordinator {
 
 LeaseTable::LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending,
                        Epoch first_epoch, std::uint64_t most_cells)
@@ -285,4 +285,4 @@ std::size_t LeaseTable::held_by(WorkerId worker) const {
   return held == held_.end() ? 0 : held->second;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -12,7 +12,7 @@
 #include "common/schedule/work_plan.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using Epoch = std::uint64_t;
 using WorkerId = std::uint64_t;
@@ -140,4 +140,4 @@ class LeaseTable {
   std::vector<Check> failed_checks_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

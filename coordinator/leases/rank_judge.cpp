@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 
 std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts) {
   std::vector<RankVoice> voices;
@@ -127,4 +127,4 @@ void RankJudge::recheck(std::uint64_t most_cells) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

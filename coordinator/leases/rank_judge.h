@@ -11,7 +11,7 @@
 
 #include "coordinator/jobs/job_picture.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// A rank of one mpirun, as rows and the judge name it.
 struct RankVoice {
@@ -87,4 +87,4 @@ class RankJudge {
   bool self_doubt_ = false;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// Neighbours joined.
@@ -269,4 +269,4 @@ std::vector<CellRange> ResultCollector::missing() const {
   return all;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

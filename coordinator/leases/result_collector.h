@@ -9,7 +9,7 @@
 #include "common/schedule/traced_cells.h"
 #include "common/schedule/work_plan.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Whoever traces, in every life of a coordinator: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
@@ -120,4 +120,4 @@ class ResultCollector {
   std::vector<PixelSums> sums_;  ///< of one cell, while it is merged
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

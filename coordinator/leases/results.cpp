@@ -1,20 +1,23 @@
-// What comes back from workers, and what is believed of it.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "common/base/bytes.h"
+#include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
-#include "coordinator/loop/coordinator.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/leases/lease_desk.h"
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_desk.h"
 
-namespace parray {
+namespace parray::coordinator {
 
-void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
-  WorkerRecord* worker = heard_from(now, peer);
+void LeaseDesk::on(Time now, const PeerId& peer, msg::Result& m) {
+  WorkerRecord* worker = worker_desk_.heard_from(now, peer);
   if (worker == nullptr) {
     return;
   }
-  Job* job = job_of(m.job);
+  Job* job = farm_.job_of(m.job);
   LeaseTable::Arrived arrived;
   if (job != nullptr && job->work && job->work->leases && worker->quarantined.empty()) {
     const std::size_t held = job->work->leases->held_by(worker->id);
@@ -23,16 +26,16 @@ void Coordinator::on(Time now, const PeerId& peer, msg::Result& m) {
     revoke_copies(*job, m.epoch, arrived.dropped);
   }
   if (job == nullptr || arrived.kind == LeaseTable::Arrival::stale) {
-    ++tally_.stale;
-    send(peer, msg::ResultVerdict{m.job, m.epoch, msg::Verdict::stale});
+    ++farm_.tally.stale;
+    farm_.send(peer, msg::ResultVerdict{m.job, m.epoch, msg::Verdict::stale});
     return;
   }
-  grants_due_ = true;
+  farm_.grants_due = true;
   take_result(now, *worker, *job, m, arrived);
 }
 
-void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
-                              const LeaseTable::Arrived& arrived) {
+void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Result& result,
+                            const LeaseTable::Arrived& arrived) {
   auto merged = std::make_shared<Merged>();
   merged->worker = worker.id;
   merged->tracer = worker.key;
@@ -43,15 +46,15 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
   merged->epoch = result.epoch;
   merged->threads = worker.hello.threads;
   const WorkerRecord::Granted granted = worker.granted(job.record.id, result.epoch, now);
-  merged->granted_at = since_1970(granted.at);
+  merged->granted_at = farm_.since_1970(granted.at);
   merged->charged = granted.charged;
-  merged->arrived_at = since_1970(now);
+  merged->arrived_at = farm_.since_1970(now);
   merged->arrived = arrived;
   merged->seconds = result.seconds;
   merged->build_seconds = result.build_seconds;
   merged->accelerator_bytes = result.accelerator_bytes;
   merged->isa = result.isa;
-  const auto work = [merged, store = store_, id = job.record.id, picture = job.work->picture,
+  const auto work = [merged, store = farm_.store, id = job.record.id, picture = job.work->picture,
                      plan = job.work->plan, pass = job.work->pass, parcel = std::move(result.cells),
                      depth = job.record.settings.max_depth] {
     if (picture->plan() != plan) {
@@ -71,7 +74,7 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
       merged->fault = error.what();
       return;
     } catch (const DecodeError& error) {
-      merged->kind = Merged::Kind::forged;
+      merged->kind = Merged::Kind::invalid;
       merged->fault = error.what();
       return;
     }
@@ -99,13 +102,13 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
       }
     }
   };
-  const auto errands = for_job(job, "taking in a result");
+  const auto errands = job_book_.for_job(job, "taking in a result");
   errands.give([this, work, merged, peer = worker.peer, id = job.record.id,
                 generation = job.work->generation]() -> Backroom::Outcome {
     work();
     return {
         [this, merged, id, generation] {
-          if (Job* there = job_at_work(id, generation)) {
+          if (Job* there = farm_.job_at_work(id, generation)) {
             note_merged(*there, *merged);
           }
         },
@@ -116,31 +119,32 @@ void Coordinator::take_result(Time now, WorkerRecord& worker, Job& job, msg::Res
               merged->kind == Kind::taken
                   ? (first ? msg::Verdict::accepted : msg::Verdict::duplicate)
                   : (merged->kind == Kind::differs ? msg::Verdict::mismatch : msg::Verdict::stale);
-          send(peer, msg::ResultVerdict{id, merged->epoch, verdict});
+          farm_.send(peer, msg::ResultVerdict{id, merged->epoch, verdict});
         }};
   });
 }
 
-void Coordinator::note_merged(Job& job, const Merged& merged) {
-  grants_due_ = true;
+void LeaseDesk::note_merged(Job& job, const Merged& merged) {
+  farm_.grants_due = true;
   const bool again = merged.arrived.kind == LeaseTable::Arrival::again;
   LeaseTable& leases = *job.work->leases;
   switch (merged.kind) {
-    case Merged::Kind::untimely:
-      ++tally_.stale;
+    case Merged::Kind::late:
+      ++farm_.tally.stale;
       return;
     case Merged::Kind::damaged:
-    case Merged::Kind::forged:
-      ++tally_.malformed;
+    case Merged::Kind::invalid:
+      ++farm_.tally.malformed;
       if (!again) {
         leases.give_back(merged.worker, merged.epoch);
       }
-      if (merged.kind == Merged::Kind::forged) {
-        quarantine(merged.machine, merged.fault);
+      if (merged.kind == Merged::Kind::invalid) {
+        disputes_.quarantine(merged.machine, merged.fault);
       } else {
-        warnings_.warn(
-            now_, fmt::format("job {} lease {}: result of worker '{}' dropped: {}", job.record.id,
-                              lease_number(merged.epoch), merged.name, merged.fault));
+        farm_.warnings.warn(
+            farm_.now,
+            fmt::format("job {} lease {}: result of worker '{}' dropped: {}", job.record.id,
+                        farm_.lease_number(merged.epoch), merged.name, merged.fault));
       }
       return;
     case Merged::Kind::taken:
@@ -153,28 +157,28 @@ void Coordinator::note_merged(Job& job, const Merged& merged) {
   if (merged.arrived.kind == LeaseTable::Arrival::first) {
     note_accepted(job, merged);
   } else {
-    settle(job, merged);
+    disputes_.compare_result(job, merged);
   }
   if (job.work) {
-    end_pass_if_done(job);
+    job_book_.end_pass_if_done(job);
   }
 }
 
 /// Tells workers that hold them no more.
-void Coordinator::revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders) {
+void LeaseDesk::revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders) {
   for (const WorkerId holder : holders) {
-    if (WorkerRecord* worker = workers_.by_id(holder)) {
+    if (WorkerRecord* worker = farm_.workers.by_id(holder)) {
       --worker->held;
-      send(worker->peer, msg::Revoke{job.record.id, epoch});
+      farm_.send(worker->peer, msg::Revoke{job.record.id, epoch});
     }
   }
 }
 
-void Coordinator::note_accepted(Job& job, const Merged& merged) {
-  ++tally_.accepted;
-  tally_.samples += merged.taken.fresh_samples;
-  log_->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
-              lease_number(merged.epoch), merged.worker, merged.name);
+void LeaseDesk::note_accepted(Job& job, const Merged& merged) {
+  ++farm_.tally.accepted;
+  farm_.tally.samples += merged.taken.fresh_samples;
+  farm_.log->debug("job {} lease {} accepted from worker {} '{}'", job.record.id,
+                   farm_.lease_number(merged.epoch), merged.worker, merged.name);
   JobWork& work = *job.work;
   note_success(job, merged.worker);
   work.samples += merged.taken.fresh_samples;
@@ -184,21 +188,21 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   work.facts.build_seconds = std::max(work.facts.build_seconds, merged.build_seconds);
   work.facts.accelerator_bytes = std::max(work.facts.accelerator_bytes, merged.accelerator_bytes);
   work.facts.isa = merged.isa;
-  draw_check(job, merged);
-  WorkerRecord* worker = workers_.by_id(merged.worker);
+  disputes_.draw_check(job, merged);
+  WorkerRecord* worker = farm_.workers.by_id(merged.worker);
   const double cost = merged.seconds * merged.threads;
   queue_.correct(job.record.user, cost - merged.charged);
   if (worker == nullptr) {
     return;
   }
-  workers_.measure(*worker, merged.samples, merged.seconds);
+  farm_.workers.measure(*worker, merged.samples, merged.seconds);
   ++worker->accepted;
   if (merged.samples > 0) {
     constexpr double least = 1e-10;
     constexpr double most = 1e3;
     const double price = std::clamp(cost / static_cast<double>(merged.samples), least, most);
     work.price = work.price > 0 ? (work.price + price) / 2 : price;
-    price_ = work.price;
+    farm_.price = work.price;
   }
   if (work.contributors.insert(worker->id).second) {
     work.facts.threads += worker->hello.threads;
@@ -206,4 +210,4 @@ void Coordinator::note_accepted(Job& job, const Merged& merged) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 #include "common/base/bands.h"
 #include "common/base/divide_up.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 using Word = WindowLayout::Word;
@@ -340,4 +340,4 @@ std::vector<std::uint32_t> WindowCollector::silent_ranks(Time now, Time patience
   return silent;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

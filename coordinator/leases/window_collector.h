@@ -11,7 +11,7 @@
 #include "proto/clock.h"
 #include "proto/window.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Rank 0's threads, and those of all ranks together.
 struct RankThreads {
@@ -141,4 +141,4 @@ class WindowCollector {
   Time last_life_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::coordinator {
 
 void Backoff::note_failure(Time now, const MachineId& machine, const std::string& name,
                            bool whole) {
@@ -34,4 +34,4 @@ Time Backoff::until(const MachineId& machine, const std::string& name) const {
   return until;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -8,7 +8,7 @@
 #include "coordinator/loop/machine_id.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Holds leases back from workers that fail where others succeed: for 1, 2, 4 ... minutes, 64 at
 /// most. A success begins anew.
@@ -44,4 +44,4 @@ class Backoff {
   std::map<std::pair<MachineId, std::string>, Entry> entries_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 using Closures = std::vector<std::function<void()>>;
@@ -174,4 +174,4 @@ void Backroom::lead() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

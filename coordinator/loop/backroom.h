@@ -14,7 +14,7 @@
 #include "coordinator/store/store.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What is too heavy for the coordinator's loop: decoding, digests, merging, the noise model,
 /// pictures, the disk. One errand after the other, in the order in which they were given, in a
@@ -101,4 +101,4 @@ class Backroom {
   std::thread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 
 /// An answer, until its last holder lets go of it.
 struct BulkLedger::Entry {
@@ -51,4 +51,4 @@ Frame with_ticket(Frame bytes, BulkLedger::Ticket ticket) {
   return {std::make_shared<const Held>(std::move(bytes), std::move(ticket)), view};
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

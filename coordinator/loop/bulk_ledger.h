@@ -10,7 +10,7 @@
 #include "proto/frame.h"
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Bounds the memory of large answers, from when a client asks until the link has let go of the
 /// bytes: a client that reads slowly has them wait for it.
@@ -48,4 +48,4 @@ class BulkLedger {
 /// The same bytes; they keep the ticket as long as anybody has them.
 Frame with_ticket(Frame bytes, BulkLedger::Ticket ticket);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <system_error>
 
-namespace parray {
+namespace parray::coordinator {
 
 DescriptorUse descriptor_use() {
   rlimit limit{};
@@ -37,4 +37,4 @@ void DescriptorWatch::judge(const DescriptorUse& use) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

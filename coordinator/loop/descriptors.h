@@ -6,7 +6,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Files that this process has open now, and may open.
 struct DescriptorUse {
@@ -32,4 +32,4 @@ class DescriptorWatch {
   bool told_ = false;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

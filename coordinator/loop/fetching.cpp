@@ -1,4 +1,3 @@
-// Pictures and journals for clients.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -9,10 +8,12 @@
 
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/picture_file.h"
-#include "coordinator/loop/coordinator.h"
+#include "coordinator/loop/client_requests.h"
+#include "coordinator/loop/farm.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -32,7 +33,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
           {}};
 }
 
-void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
+void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   const Job* job = asked_for(peer, m.request, m.job);
   if (job == nullptr) {
     return;
@@ -40,20 +41,22 @@ void Coordinator::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   if (m.partial && !job->ended()) {
     send_partial(peer, m, *job);
   } else if (job->record.state != JobState::done) {
-    fail_request(peer, m.request, 2,
-                 "job " + std::to_string(m.job) + " is " + std::string(name_of(job->record.state)) +
-                     ", not done: see parray watch");
+    farm_.fail_request(peer, m.request, 2,
+                       "job " + std::to_string(m.job) + " is " +
+                           std::string(name_of(job->record.state)) +
+                           ", not done: see parray watch");
   } else {
     send_picture(peer, m, *job);
   }
 }
 
 /// Null once the client has been told that there is no room now.
-BulkLedger::Ticket Coordinator::admit_bulk(const PeerId& peer, std::uint64_t request,
-                                           std::uint64_t bytes) {
-  BulkLedger::Ticket ticket = bulk_.admit(peer, bytes);
+BulkLedger::Ticket ClientRequests::admit_bulk(const PeerId& peer, std::uint64_t request,
+                                              std::uint64_t bytes) {
+  BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes);
   if (!ticket) {
-    send(peer, msg::Error{request, 2,
+    farm_.send(peer,
+               msg::Error{request, 2,
                           "too many pictures wait for clients to read them: read those that you "
                           "asked for, and ask again later",
                           true});
@@ -61,22 +64,22 @@ BulkLedger::Ticket Coordinator::admit_bulk(const PeerId& peer, std::uint64_t req
   return ticket;
 }
 
-void Coordinator::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  if (store_ != nullptr) {
+void ClientRequests::send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+  if (farm_.store != nullptr) {
     send_kept_picture(peer, m, job);
     return;
   }
   if (job.picture_bytes == 0) {
-    fail_request(peer, m.request, 1, no_longer_kept(m.job));
+    farm_.fail_request(peer, m.request, 1, no_longer_kept(m.job));
     return;
   }
   msg::ImageData answer = answer_to(m, job.record);
   answer.report = json::parse(job.record.report);
   answer.picture = job.picture;
-  send(peer, std::move(answer));
+  farm_.send(peer, std::move(answer));
 }
 
-void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   const auto answer = std::make_shared<msg::ImageData>(answer_to(m, job.record));
   const auto ticket =
       admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
@@ -84,8 +87,8 @@ void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, con
     return;
   }
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  for_client(peer, m.request, doing)
-      .give([this, answer, ticket, peer, store = store_, id = m.job,
+  farm_.for_client(peer, m.request, doing)
+      .give([this, answer, ticket, peer, store = farm_.store, id = m.job,
              report = job.record.report]() -> Backroom::Outcome {
         const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
         if (kept->bytes) {
@@ -99,10 +102,10 @@ void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, con
         return {[this, answer, peer, kept, id] {
                   note_picture_file(id, *kept);
                   if (kept->bytes) {
-                    send(peer, std::move(*answer));
+                    farm_.send(peer, std::move(*answer));
                   } else {
-                    fail_request(peer, answer->request, 1,
-                                 kept->damage.empty() ? no_longer_kept(id) : kept->damage);
+                    farm_.fail_request(peer, answer->request, 1,
+                                       kept->damage.empty() ? no_longer_kept(id) : kept->damage);
                   }
                 },
                 {}};
@@ -110,41 +113,42 @@ void Coordinator::send_kept_picture(const PeerId& peer, const msg::Fetch& m, con
 }
 
 /// Says in the job's flag and history that the file of its picture is damaged, or was.
-void Coordinator::note_picture_file(JobId id, const PictureFile& kept) {
-  Job* job = job_of(id);
+void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
+  Job* job = farm_.job_of(id);
   if (job == nullptr) {
     return;
   }
   if (!kept.damage.empty()) {
-    warnings_.warn(now_, fmt::format("job {}: {}{}", id, kept.damage,
-                                     kept.restored ? ": restored from the standby" : ""));
+    farm_.warnings.warn(farm_.now, fmt::format("job {}: {}{}", id, kept.damage,
+                                               kept.restored ? ": restored from the standby" : ""));
   }
   std::string flag = flag_with(job->record.flag, kept);
   if (flag != job->record.flag) {
     job->record.flag = std::move(flag);
-    note(*job,
-         job->record.flag.empty() ? "the file of its picture can be read again" : job->record.flag);
-    keep(*job);
+    farm_.note(*job, job->record.flag.empty() ? "the file of its picture can be read again"
+                                              : job->record.flag);
+    farm_.keep(*job);
   }
 }
 
 /// What there is of a picture, for those who cannot wait.
-void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
+void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   if (!job.work || !job.work->picture) {
-    fail_request(peer, m.request, 2, "job " + std::to_string(m.job) + " has nothing to show yet");
+    farm_.fail_request(peer, m.request, 2,
+                       "job " + std::to_string(m.job) + " has nothing to show yet");
     return;
   }
   // Without a store the client is in this process, and nothing is copied.
   const RenderSettings& s = job.record.settings;
   const BulkLedger::Ticket ticket =
-      store_ == nullptr
+      farm_.store == nullptr
           ? nullptr
           : admit_bulk(peer, m.request, picture_size(s.width, s.height, PictureDetail::image));
-  if (store_ != nullptr && !ticket) {
+  if (farm_.store != nullptr && !ticket) {
     return;
   }
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  for_client(peer, m.request, doing)
+  farm_.for_client(peer, m.request, doing)
       .give([this, peer, ticket, request = m.request,
              picture = job.work->picture]() -> Backroom::Outcome {
         auto parts = std::make_shared<PictureParts>();
@@ -159,19 +163,19 @@ void Coordinator::send_partial(const PeerId& peer, const msg::Fetch& m, const Jo
           bytes.data = with_ticket(std::move(bytes.data), ticket);
           answer->picture = PictureParcel(std::move(bytes));
         }
-        return {[this, answer, peer] { send(peer, std::move(*answer)); }, {}};
+        return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }, {}};
       });
 }
 
 /// What has been merged, so far or in all.
-void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
+void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const Job* job = asked_for(peer, m.request, m.job);
   if (job == nullptr) {
     return;
   }
   const auto answer = std::make_shared<msg::JournalData>();
   answer->request = m.request;
-  answer->job = job_summary(*job, now, waits_for(*job));
+  answer->job = job_summary(*job, now, job_book_.waits_for(*job));
   const bool done = job->record.state == JobState::done;
   const RenderSettings& s = job->record.settings;
   const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
@@ -179,8 +183,8 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
     return;
   }
   const std::string doing = fmt::format("reading the journal of job {}", m.job);
-  for_client(peer, m.request, doing)
-      .give([this, answer, ticket, peer, done, store = store_, id = m.job, kept = job->journal,
+  farm_.for_client(peer, m.request, doing)
+      .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
              report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
              picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
         answer->report = report.empty() ? json::object() : json::parse(report);
@@ -197,13 +201,13 @@ void Coordinator::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
         return {[this, answer, peer, file, id] {
                   note_picture_file(id, file);
                   if (file.damage.empty() || file.restored) {
-                    send(peer, std::move(*answer));
+                    farm_.send(peer, std::move(*answer));
                   } else {
-                    fail_request(peer, answer->request, 1, file.damage);
+                    farm_.fail_request(peer, answer->request, 1, file.damage);
                   }
                 },
                 {}};
       });
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

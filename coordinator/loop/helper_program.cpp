@@ -6,7 +6,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 std::vector<char*> pointers_to(std::vector<std::string>& texts) {
@@ -60,4 +60,4 @@ pid_t start_helper(std::vector<std::string> arguments, const posix_spawn_file_ac
   return process;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Programs that the coordinator runs for work that must not endanger it: parray-http-child,
 /// parray-referee.
-namespace parray {
+namespace parray::coordinator {
 
 /// Returns where a helper lies beside this program: bin/../lib/parray/NAME, both where it is built
 /// and where it is installed. The file may be missing.
@@ -21,4 +23,4 @@ std::filesystem::path helper_program(const std::string& name);
 pid_t start_helper(std::vector<std::string> arguments, const posix_spawn_file_actions_t& files,
                    int threads);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -9,7 +9,7 @@
 #include "proto/clock.h"
 #include "proto/tokens.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Tells when the lists of keys are not followed any more, and when they are again.
 class KeyWatch {
@@ -43,4 +43,4 @@ class KeyWatch {
   std::string problem_;
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -8,7 +8,7 @@
 #include "proto/clock.h"
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// What a coordinator takes, in all and of each user. Frames of one series count as one job.
 struct Limits {
@@ -49,4 +49,4 @@ class RequestBudget {
   std::map<PeerId, std::size_t> counts_;  ///< since then
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

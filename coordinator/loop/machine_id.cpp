@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// An IPv4 address that arrived over IPv6 is the same machine's. A machine has many loopback
@@ -59,4 +59,4 @@ std::string text_of(const MachineId& machine) {
   return "worker " + machine.name;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -6,7 +6,7 @@
 
 #include "proto/keys.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Names the machine of a worker by what the coordinator knows itself. Nothing in it is chosen by
 /// the worker, unless the worker is part of the coordinator's process. So it stays the same when a
@@ -36,4 +36,4 @@ MachineId::Kind kind_of(std::uint64_t machine_key);
 /// For people: "key NAME", "address 10.0.0.1" or "worker NAME".
 std::string text_of(const MachineId& machine);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 void keep_freed_blocks() {
   constexpr int largest_block = 1 << 26;
@@ -30,4 +30,4 @@ void allow_connections(std::size_t workers, std::size_t http) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::coordinator {
 
 /// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
 /// given back to the system and cleared anew for each.
@@ -12,4 +14,4 @@ void keep_freed_blocks();
 /// when there cannot be enough.
 void allow_connections(std::size_t workers, std::size_t http);
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace parray {
+namespace parray::coordinator {
 namespace {
 
 /// Chunks kept as they travel: workers that are served at once ask for the same ones.
@@ -182,4 +182,4 @@ SceneService::Spread SceneService::forget_scene(const std::string& scene) {
   return tree ? Spread{tree.mapped().nodes.size(), tree.mapped().bytes} : Spread{};
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -11,7 +11,7 @@
 #include "coordinator/loop/worker_registry.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// Who gets a scene from whom, so that it leaves the coordinator but a few times however many
 /// workers there are, and crosses the network once for each machine. Workers of a scene make a tree
@@ -81,4 +81,4 @@ class SceneService {
   std::deque<msg::Chunk> chunks_;              ///< the last few
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::coordinator {
 
 /// A submit's token is a name, or NAME#DIGEST. The name is the job's, so that a repeated submit
 /// makes no second job; the digest is of what is submitted, so that another content under the same
@@ -20,4 +22,4 @@ inline bool may_be_same_content(std::string_view a, std::string_view b) {
   return !both || a == b;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -7,7 +7,7 @@
 
 #include "coordinator/jobs/job_picture.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 using nlohmann::json;
 
@@ -205,4 +205,4 @@ std::vector<PeerId> WorkerRegistry::silent(Time now) {
   return silent;
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

@@ -19,7 +19,7 @@
 #include "proto/link.h"
 #include "proto/messages.h"
 
-namespace parray {
+namespace parray::coordinator {
 
 /// A worker, as long as it is connected.
 struct WorkerRecord {
@@ -124,4 +124,4 @@ class WorkerRegistry {
   Time next_look_{};
 };
 
-}  // namespace parray
+}  // namespace parray::coordinator

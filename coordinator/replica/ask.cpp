@@ -2,7 +2,7 @@
 
 #include <xxhash.h>
 
-namespace parray {
+namespace parray::replica {
 namespace {
 
 /// What tells the two from each other, and from those of another version.
@@ -103,4 +103,4 @@ Answer decode_answer(std::string_view message) {
   return answer;
 }
 
-}  // namespace parray
+}  // namespace parray::replica

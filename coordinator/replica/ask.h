@@ -6,10 +6,11 @@
 #include <string_view>
 
 #include "common/base/bytes.h"
+#include "coordinator/store/lineage.h"
 
 /// What a primary asks of its standby, and the answers: see PROTOCOL.md, "The replica link". Each
 /// is one frame that ends with the XXH3-64 of what is before.
-namespace parray {
+namespace parray::replica {
 
 enum class AskKind : std::uint8_t {
   ping = 1,  ///< the primary lives
@@ -18,14 +19,6 @@ enum class AskKind : std::uint8_t {
   piece,     ///< bytes of the next batch, from an offset on
   commit,    ///< the batch is whole: keep it
   picture,   ///< send the picture of a job, from an offset on
-};
-
-/// Where a store stands. Of one history: a higher generation is a later primary's.
-struct Position {
-  std::uint64_t history = 0;  ///< random, of a farm's state since it was first replicated; not 0
-  std::uint64_t generation = 0;
-  std::uint64_t sequence = 0;  ///< batches that are committed
-  friend bool operator==(const Position&, const Position&) = default;
 };
 
 struct Ask {
@@ -74,4 +67,4 @@ inline constexpr std::size_t piece_bytes = std::size_t{4} << 20;
 /// XXH3-64.
 std::uint64_t checksum_of(std::string_view bytes);
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-namespace parray {
+namespace parray::replica {
 
 void Changes::add(ChangeKind kind, JobId job, std::string_view name,
                   std::span<const std::string_view> pieces) {
@@ -95,4 +95,4 @@ std::size_t apply_first(std::string_view changes, Store& store) {
   return changes.size() - reader.left();
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -15,7 +15,7 @@
 ///     8 bytes  length of the data, and the data
 ///
 /// all numbers little-endian.
-namespace parray {
+namespace parray::replica {
 
 enum class ChangeKind : std::uint8_t {
   job = 1,
@@ -57,4 +57,4 @@ class Changes {
 /// DecodeError when that is no change, and what the store throws: it has not been done then.
 std::size_t apply_first(std::string_view changes, Store& store);
 
-}  // namespace parray
+}  // namespace parray::replica

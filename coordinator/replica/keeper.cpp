@@ -9,7 +9,7 @@
 #include "proto/keys.h"
 #include "proto/zmq_link.h"
 
-namespace parray {
+namespace parray::replica {
 namespace {
 
 constexpr std::size_t most_message_bytes = std::size_t{64} << 20;  // pieces are far smaller
@@ -99,4 +99,4 @@ void Keeper::replicate(const KeeperOptions& options) {
   replicated_ = std::make_unique<ReplicatedStore>(*disk_, *line_, random_number);
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -11,7 +11,7 @@
 #include "coordinator/replica/stand_by.h"
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// How a coordinator keeps its state, as its command line says.
 struct KeeperOptions {
@@ -52,4 +52,4 @@ class Keeper {
   std::unique_ptr<Fence> fence_;
 };
 
-}  // namespace parray
+}  // namespace parray::replica

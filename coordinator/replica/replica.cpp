@@ -5,7 +5,7 @@
 
 #include "coordinator/replica/changes.h"
 
-namespace parray {
+namespace parray::replica {
 
 Replica::Replica(Store& store, bool overwrite)
     : store_(store), overwrite_(overwrite), lineage_(lineage_of(store)) {
@@ -215,4 +215,4 @@ std::string fenced_answer(std::string_view message, std::uint64_t generation) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -6,10 +6,10 @@
 #include <string_view>
 
 #include "coordinator/replica/ask.h"
-#include "coordinator/replica/lineage.h"
+#include "coordinator/store/lineage.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// The standby's side of the replica link: what it is asked, done to its own store. Lost, repeated
 /// and reordered messages change nothing: a piece counts at its offset only, a batch once.
@@ -60,4 +60,4 @@ class Replica {
 /// What a coordinator that has taken over answers its old primary; empty: nothing.
 std::string fenced_answer(std::string_view message, std::uint64_t generation);
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -5,7 +5,7 @@
 
 #include "proto/clock.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// How often what is asked is repeated, and how often the primary says that it lives.
 static constexpr Time beat = seconds(1);
@@ -111,4 +111,4 @@ void ReplicaThread::take(const Answer& answer) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -11,7 +11,7 @@
 #include "coordinator/replica/replicated_store.h"
 #include "proto/link.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// The primary's end of the replica link over any Link, in a thread of its own: it repeats what is
 /// asked until there is an answer, and tells the standby every second that the primary lives,
@@ -56,4 +56,4 @@ class ReplicaThread final : public ReplicaLine {
   std::thread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::replica

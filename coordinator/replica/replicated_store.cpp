@@ -3,7 +3,7 @@
 #include <set>
 #include <utility>
 
-namespace parray {
+namespace parray::replica {
 
 /// How much of a copy is committed at a time, in bytes.
 static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
@@ -283,4 +283,4 @@ void ReplicatedStore::fail(const std::string& what) const {
                     ": nothing is acknowledged until it does");
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -11,10 +11,10 @@
 
 #include "coordinator/replica/ask.h"
 #include "coordinator/replica/changes.h"
-#include "coordinator/replica/lineage.h"
+#include "coordinator/store/lineage.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// The primary's end of the replica link: the seam behind which tests lose what is asked.
 class ReplicaLine {
@@ -96,4 +96,4 @@ class ReplicatedStore final : public Store {
   std::string batch_;          ///< under way; the standby may have it
 };
 
-}  // namespace parray
+}  // namespace parray::replica

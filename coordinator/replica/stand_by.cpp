@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace parray {
+namespace parray::replica {
 namespace {
 
 constexpr Time look_interval = milliseconds(50);
@@ -62,4 +62,4 @@ void Fence::lead() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -11,7 +11,7 @@
 #include "proto/clock.h"
 #include "proto/zmq_link.h"
 
-namespace parray {
+namespace parray::replica {
 
 /// Answers the primary until that has been silent for `patience` while the store was in step with
 /// it. Time in which this process did not run is no silence. `stop` is asked at least every 50 ms;
@@ -36,4 +36,4 @@ class Fence {
   std::thread thread_;
 };
 
-}  // namespace parray
+}  // namespace parray::replica

@@ -10,7 +10,7 @@
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -177,4 +177,4 @@ std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto) {
   return Copier(from, onto).run();
 }
 
-}  // namespace parray
+}  // namespace parray::store

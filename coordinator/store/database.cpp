@@ -5,7 +5,7 @@
 #include "common/base/error.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 /// Whether an extended result code says that the disk did not take what was written.
@@ -130,4 +130,4 @@ Transaction::~Transaction() {
 
 void Transaction::commit() { database_.run("COMMIT"); }
 
-}  // namespace parray
+}  // namespace parray::store

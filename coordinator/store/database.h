@@ -10,7 +10,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace parray {
+namespace parray::store {
 
 /// The database's file is damaged. `what()` says how, without the directory.
 class DatabaseDamaged : public RunError {
@@ -96,4 +96,4 @@ class Transaction {
   Database& database_;
 };
 
-}  // namespace parray
+}  // namespace parray::store

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-namespace parray {
+namespace parray::store {
 
 ssize_t Disk::write(int file, std::string_view bytes, std::uint64_t offset) {
   return pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
@@ -23,4 +23,4 @@ Disk& system_disk() {
   return disk;
 }
 
-}  // namespace parray
+}  // namespace parray::store

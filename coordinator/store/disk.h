@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::store {
 
 /// The system calls that put bulk data on the disk: the seam behind which tests fill it and pull
 /// its plug. Each returns -1 and sets errno on failure. No state, any thread.
@@ -28,4 +30,4 @@ class Disk {
 /// The machine's own.
 Disk& system_disk();
 
-}  // namespace parray
+}  // namespace parray::store

@@ -6,7 +6,7 @@
 
 #include "coordinator/store/records.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -247,4 +247,4 @@ std::uint64_t DiskStore::picture_bytes(JobId job) {
   return entry == nullptr || !entry->picture ? 0 : entry->picture->file.bytes;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -16,7 +16,7 @@
 #include "coordinator/store/state_files.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 
 /// A job's log of finished rows.
 struct RowLog {
@@ -149,4 +149,4 @@ class DiskStore final : public Store {
   std::vector<std::string> reports_;
 };
 
-}  // namespace parray
+}  // namespace parray::store

@@ -5,7 +5,7 @@
 #include "coordinator/store/disk_store.h"
 #include "coordinator/store/records.h"
 
-namespace parray {
+namespace parray::store {
 
 namespace fs = std::filesystem;
 
@@ -272,4 +272,4 @@ void DiskStore::put_in_place(const fs::path& next, const fs::path& current) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

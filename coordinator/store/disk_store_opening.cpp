@@ -8,7 +8,7 @@
 #include "coordinator/store/misplaced.h"
 #include "coordinator/store/schema.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -203,4 +203,4 @@ void DiskStore::tidy(double keep_lost) {
 /// Seconds.
 std::uint64_t DiskStore::uptime() { return std::strtoull(note(uptime_note).c_str(), nullptr, 10); }
 
-}  // namespace parray
+}  // namespace parray::store

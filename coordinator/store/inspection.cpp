@@ -5,7 +5,7 @@
 #include <set>
 #include <system_error>
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -236,4 +236,4 @@ bool row_matches_record(const JobRow& row) {
          needs_scene(static_cast<JobState>(record.value("state", 0))) == row.unfinished;
 }
 
-}  // namespace parray
+}  // namespace parray::store

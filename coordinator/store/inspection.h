@@ -17,7 +17,7 @@
 /// `job.json`. So after a crash `job.next` may be newer than the database, but `job.json` never is:
 /// a newer `job.json` proves that the database has lost commits. The file `commits` proves the
 /// same for commits that wrote no job.json.
-namespace parray {
+namespace parray::store {
 
 /// The small files of one job.
 struct FoundJob {
@@ -79,4 +79,4 @@ bool row_matches_record(const JobRow& row);
 /// Sets scene and `unfinished` of the row from its record. Throws RunError: it is none.
 void complete_row(JobId id, JobRow& row);
 
-}  // namespace parray
+}  // namespace parray::store

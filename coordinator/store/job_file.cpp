@@ -9,7 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 using nlohmann::json;
@@ -122,4 +122,4 @@ std::optional<std::uint64_t> commit_count_from_text(std::string_view text) {
   return commit_count_to_text(commits) == text ? std::optional(commits) : std::nullopt;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -16,7 +16,7 @@
 ///     "content": {...}}
 ///
 /// The checksum is the XXH3-64 of the bytes of `content`.
-namespace parray {
+namespace parray::store {
 
 /// The committed part of a rows file.
 struct RowsFile {
@@ -59,4 +59,4 @@ std::string commit_count_to_text(std::uint64_t commits);
 /// Inverse. Nothing: the text is damaged.
 std::optional<std::uint64_t> commit_count_from_text(std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::store

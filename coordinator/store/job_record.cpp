@@ -11,7 +11,7 @@
 #include "proto/keys.h"
 #include "proto/settings_json.h"
 
-namespace parray {
+namespace parray::store {
 
 using nlohmann::json;
 
@@ -165,4 +165,4 @@ JobRecord record_from_json(JobId id, std::string_view text) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

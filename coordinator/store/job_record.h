@@ -8,7 +8,7 @@
 
 #include "proto/job_head.h"
 
-namespace parray {
+namespace parray::store {
 
 using JobId = std::uint64_t;
 
@@ -64,4 +64,4 @@ std::string record_to_json(const JobRecord& job);
 /// Inverse, for the job with this id. Throws RunError that names the job if `text` is no record.
 JobRecord record_from_json(JobId id, std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::store

@@ -3,7 +3,7 @@
 
 #include "coordinator/store/disk_store.h"
 
-namespace parray {
+namespace parray::store {
 
 namespace fs = std::filesystem;
 
@@ -25,4 +25,4 @@ bool DiskStore::lacks_files() {
          });
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,4 +103,4 @@ std::vector<std::string> set_aside_misplaced(StateFiles& files,
   return lines;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -6,7 +6,7 @@
 
 #include "coordinator/store/state_files.h"
 
-namespace parray {
+namespace parray::store {
 
 /// A path of the state that holds the wrong kind of thing: a directory, a pipe, a socket or a
 /// device in the place of a file, or a file in the place of a directory.
@@ -25,4 +25,4 @@ std::vector<std::string> set_aside_misplaced(StateFiles& files,
                                              const std::vector<Misplaced>& misplaced,
                                              std::uint64_t uptime);
 
-}  // namespace parray
+}  // namespace parray::store

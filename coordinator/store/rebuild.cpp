@@ -10,7 +10,7 @@
 #include "coordinator/store/schema.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -291,4 +291,4 @@ std::vector<std::string> rebuild_state(StateFiles& files, const Survey& survey, 
   return Rebuilder(files, survey, now).run();
 }
 
-}  // namespace parray
+}  // namespace parray::store

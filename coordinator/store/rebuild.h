@@ -6,7 +6,7 @@
 
 #include "coordinator/store/survey.h"
 
-namespace parray {
+namespace parray::store {
 
 /// Writes a state's database and its copies anew, from what of both is to be believed, and sets
 /// damaged files aside. Returns a line for each job that was taken from a copy, or changed, or
@@ -23,4 +23,4 @@ std::optional<NotesFile> committed_notes(const StateFiles& files);
 /// RunError when it cannot write, InputError when the source has no job.json.
 std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto);
 
-}  // namespace parray
+}  // namespace parray::store

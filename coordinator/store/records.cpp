@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 std::string take(std::map<std::string, std::string>& notes, std::string_view name) {
@@ -117,4 +117,4 @@ void write_picture(Database& database, JobId job, const std::optional<KeptPictur
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

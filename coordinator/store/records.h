@@ -9,7 +9,7 @@
 #include "coordinator/store/database.h"
 #include "coordinator/store/job_file.h"
 
-namespace parray {
+namespace parray::store {
 
 /// What the database holds about one job.
 struct JobRow {
@@ -54,4 +54,4 @@ void write_scene(Database& database, const std::string& digest,
 void write_rows(Database& database, JobId job, const std::optional<RowsFile>& rows);
 void write_picture(Database& database, JobId job, const std::optional<KeptPicture>& picture);
 
-}  // namespace parray
+}  // namespace parray::store

@@ -13,7 +13,7 @@
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 struct CloseFile {
@@ -181,4 +181,4 @@ std::uint64_t sound_bytes(const std::filesystem::path& file) {
   return sound;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -13,7 +13,7 @@
 ///     8 bytes  length of the data, little-endian
 ///     8 bytes  XXH3-64 of the data, little-endian
 ///     data
-namespace parray {
+namespace parray::store {
 
 /// Entries that are not in the file yet. What is put in is moved, not copied: it may be large.
 class FreshRows {
@@ -52,4 +52,4 @@ std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t 
 /// Bytes of the whole, undamaged entries at the beginning of the file; 0 if it cannot be read.
 std::uint64_t sound_bytes(const std::filesystem::path& file);
 
-}  // namespace parray
+}  // namespace parray::store

@@ -6,7 +6,7 @@
 
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 constexpr const char* tables_of_version_2 =
@@ -175,4 +175,4 @@ StateDamaged::StateDamaged(const std::filesystem::path& directory,
                            const std::vector<std::string>& damage)
     : RunError(damage_text(directory, damage)) {}
 
-}  // namespace parray
+}  // namespace parray::store

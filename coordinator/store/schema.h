@@ -9,7 +9,7 @@
 #include "coordinator/store/inspection.h"
 #include "coordinator/store/state_files.h"
 
-namespace parray {
+namespace parray::store {
 
 /// Version of the tables that this program reads and writes.
 inline constexpr std::uint64_t present_version = 3;
@@ -42,4 +42,4 @@ class StateDamaged : public RunError {
   StateDamaged(const std::filesystem::path& directory, const std::vector<std::string>& damage);
 };
 
-}  // namespace parray
+}  // namespace parray::store

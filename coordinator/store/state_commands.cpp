@@ -5,7 +5,7 @@
 #include "common/base/error.h"
 #include "coordinator/store/state_tools.h"
 
-namespace parray {
+namespace parray::store {
 
 static int print_damage(const std::vector<std::string>& lines, const std::string& if_none) {
   for (const std::string& line : lines) {
@@ -33,4 +33,4 @@ int backup_command(const std::vector<std::string>& places, double now) {
   return print_damage(back_up_state(places[0], places[1], now), places[1] + ": a complete copy");
 }
 
-}  // namespace parray
+}  // namespace parray::store

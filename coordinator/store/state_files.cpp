@@ -17,7 +17,7 @@
 
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -441,4 +441,4 @@ std::optional<std::string> text_of_file(const fs::path& file) {
   return bytes;
 }
 
-}  // namespace parray
+}  // namespace parray::store

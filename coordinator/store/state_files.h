@@ -14,7 +14,7 @@
 #include "coordinator/store/job_record.h"
 #include "coordinator/store/whole_file.h"
 
-namespace parray {
+namespace parray::store {
 
 /// The plain files below a state directory:
 ///
@@ -149,4 +149,4 @@ std::optional<std::string> text_of_file(const std::filesystem::path& file);
 /// Absolute and without a slash at its end, so that paths below it compare equal.
 std::filesystem::path normal_directory(const std::filesystem::path& directory);
 
-}  // namespace parray
+}  // namespace parray::store

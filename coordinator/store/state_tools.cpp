@@ -7,13 +7,13 @@
 #include <string_view>
 #include <system_error>
 
-#include "coordinator/replica/lineage.h"
+#include "coordinator/store/lineage.h"
 #include "coordinator/store/rebuild.h"
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/store.h"
 #include "coordinator/store/survey.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -198,4 +198,4 @@ std::vector<std::string> back_up_state(const fs::path& directory, const fs::path
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// What an administrator does with the state of a coordinator from outside: see FARM.md. Every line
 /// is one sentence for a terminal.
-namespace parray {
+namespace parray::store {
 
 /// Reads the whole state: database, copies, rows, pictures and scenes. Returns one line for each
 /// damage; what a crash leaves behind is none. Changes nothing.
@@ -30,4 +32,4 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 
-}  // namespace parray
+}  // namespace parray::store

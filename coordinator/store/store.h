@@ -12,7 +12,7 @@
 #include "common/base/error.h"
 #include "coordinator/store/job_record.h"
 
-namespace parray {
+namespace parray::store {
 
 /// There is no room for what was to be kept, or the disk took only a part of it. `what()` names the
 /// directory. Nothing that was committed is lost and the store goes on working; see Store.
@@ -108,4 +108,4 @@ class Store {
 /// Name of the note that holds the seconds for which coordinators have served this state.
 inline constexpr const char* uptime_note = "uptime";
 
-}  // namespace parray
+}  // namespace parray::store

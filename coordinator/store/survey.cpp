@@ -14,7 +14,7 @@
 #include "coordinator/store/schema.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,4 +185,4 @@ Survey survey_state(const StateFiles& files) {
   return survey;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -9,7 +9,7 @@
 #include "coordinator/store/records.h"
 #include "coordinator/store/state_files.h"
 
-namespace parray {
+namespace parray::store {
 
 /// The database of a state, read from a copy of it, so that the original stays as it is.
 struct DatabaseContent {
@@ -52,4 +52,4 @@ struct Survey {
 /// Throws InputError when `files` is no state, or one of another version.
 Survey survey_state(const StateFiles& files);
 
-}  // namespace parray
+}  // namespace parray::store

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-namespace parray {
+namespace parray::store {
 
 OpenPath::OpenPath(const std::filesystem::path& path, int flags)
     : fd_(open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0666)) {
@@ -63,4 +63,4 @@ std::optional<WholeFile> measure(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -6,7 +6,9 @@
 #include <span>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::store {
 
 /// Size and XXH3-64 of a file that is written once and never changed.
 struct WholeFile {
@@ -37,4 +39,4 @@ class OpenPath {
   int fd_;
 };
 
-}  // namespace parray
+}  // namespace parray::store

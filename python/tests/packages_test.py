@@ -167,7 +167,7 @@ class Installed(Test):
         self.assertTrue((target / "parray/py.typed").exists())
         done = subprocess.run([sys.executable, "-c", "import parray; print(parray.__file__, parray.__version__)"],
                               env={**os.environ, "PYTHONPATH": str(target)}, capture_output=True, text=True, check=True)
-        self.assertEqual(done.stdout, f"{target}/parray/__init__.py 0.1.0\n")
+        self.assertEqual(done.stdout, f"{target}/parray/__init__.py 0.2.0\n")
 
 
 @needs("nbclient", "ipykernel", "ase")

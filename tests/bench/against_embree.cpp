@@ -17,6 +17,7 @@
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/embree_peer.h"
+#include "tests/support/rooms.h"
 
 #if !defined(PARRAY_BENCH_ISA)
 #define PARRAY_BENCH_ISA "auto"

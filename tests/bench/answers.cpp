@@ -24,6 +24,7 @@
 #include "common/scene/requirements.h"
 #include "proto/clock.h"
 #include "tests/bench/peer.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/settings.h"
+#include "tests/support/rooms.h"
 
 /// What the benchmarks share. They run on one core and print medians of rounds in which variants
 /// take turns, so that a machine whose speed drifts drifts for all.

@@ -7,6 +7,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/math/philox.h"
+#include "tests/support/rooms.h"
 
 namespace parray::bench {
 namespace {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/scene/scene.h"
+#include "tests/support/rooms.h"
 
 namespace parray::bench {
 

@@ -13,6 +13,7 @@
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

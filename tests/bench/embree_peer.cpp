@@ -14,8 +14,8 @@ Lens::Lens(const Camera& camera, std::uint32_t width, std::uint32_t height)
       inverse_height_(1.0F / static_cast<float>(height)),
       inverse_focus_(static_cast<float>(1 / camera.focus_distance)),
       pinhole_(!(camera.aperture > 0)) {
-  const Vec3d back = parray::normalize(camera.look_from - camera.look_at);
-  const Vec3d right = parray::normalize(cross(camera.up, back));
+  const Vec3d back = math::normalize(camera.look_from - camera.look_at);
+  const Vec3d right = math::normalize(cross(camera.up, back));
   const Vec3d up = cross(back, right);
   const double film_height = 2 * camera.tan_half_vfov;
   const double film_width = film_height * width / height;

@@ -9,6 +9,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 

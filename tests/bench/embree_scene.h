@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "tests/support/rooms.h"
 
 namespace parray::peer {
 

@@ -6,6 +6,7 @@
 #include "common/math/vec.h"
 #include "common/scene/scene.h"
 #include "tests/bench/lanes.h"
+#include "tests/support/rooms.h"
 
 /// ParRay's camera, sky and materials (DESIGN: "the model") for the Embree peer: the same maps from
 /// the same random numbers, as templates on one path (F = float) or sixteen (F = lanes::Floats),

@@ -21,6 +21,7 @@
 #include "proto/keys.h"
 #include "proto/messages.h"
 #include "tests/bench/peer.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

@@ -15,6 +15,7 @@
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_scenes.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

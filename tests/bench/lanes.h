@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "tests/support/rooms.h"
+
 /// One number, or a register full side by side, under the same names: shading code that is a
 /// template on F runs one path with F = float and `width` paths with F = Floats. AVX-512 or AVX2,
 /// whichever this file is compiled for.

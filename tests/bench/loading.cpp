@@ -10,6 +10,7 @@
 #include "common/scene/scene_bytes.h"
 #include "proto/clock.h"
 #include "tests/bench/bench.h"
+#include "tests/support/rooms.h"
 
 namespace parray::bench {
 namespace {

@@ -9,6 +9,7 @@
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

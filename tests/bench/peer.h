@@ -9,6 +9,7 @@
 
 #include "proto/keys.h"
 #include "proto/messages.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 

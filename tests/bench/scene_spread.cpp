@@ -9,6 +9,7 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_spread.h"
 

@@ -14,6 +14,7 @@
 #include "coordinator/leases/window_collector.h"
 #include "proto/mpi_window.h"
 #include "tests/bench/bench.h"
+#include "tests/support/rooms.h"
 #include "worker/task_thread.h"
 #include "worker/window_source.h"
 

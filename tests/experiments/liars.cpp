@@ -12,6 +12,7 @@
 
 #include "coordinator/disputes/check_policy.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

@@ -8,6 +8,7 @@
 
 #include "cli/input/scene_file/scene_writer.h"
 #include "tests/support/extreme_scenes.h"
+#include "tests/support/rooms.h"
 
 int main(int argc, char** argv) {
   if (argc != 3 && argc != 4) {
@@ -18,12 +19,12 @@ int main(int argc, char** argv) {
   const parray::test::ExtremeScenes scenes(seed);
   for (std::uint64_t i = 0; i < std::strtoull(argv[2], nullptr, 10); ++i) {
     const parray::test::ExtremeScene made = scenes.make(i);
-    parray::SceneFile file;
+    parray::input::SceneFile file;
     file.scene = made.scene;
     std::string name = made.kind + ".json";
     for (char& c : name) c = c == ' ' ? '-' : c;
     std::ofstream out(std::filesystem::path(argv[1]) / name);
-    parray::write_scene(out, file, [] {});
+    parray::input::write_scene(out, file, [] {});
   }
   return 0;
 }

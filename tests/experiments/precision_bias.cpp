@@ -19,6 +19,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/rooms.h"
 #include "tests/support/tracers.h"
 
 namespace {

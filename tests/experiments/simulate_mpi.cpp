@@ -12,6 +12,7 @@
 #include "common/base/error.h"
 #include "tests/experiments/simulation/seed_job.h"
 #include "tests/experiments/simulation/sim_job.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

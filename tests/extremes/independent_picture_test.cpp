@@ -12,6 +12,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 #include "tests/support/textbook_tracer.h"
 
 namespace parray::test {

@@ -11,6 +11,7 @@
 #include "common/scene/limits.h"
 #include "tests/support/extremes.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_cases.h"
 
 namespace parray::test {

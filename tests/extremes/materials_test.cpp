@@ -9,6 +9,7 @@
 
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/statistics.h"
 #include "tests/support/tracers.h"

@@ -12,6 +12,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/tracers.h"

@@ -9,6 +9,7 @@
 #include "tests/support/extreme_scenes.h"
 #include "tests/support/extremes.h"
 #include "tests/support/paired_pictures.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -18,6 +18,7 @@
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/quad.h"
+#include "tests/support/rooms.h"
 #include "tests/support/textbook_tracer.h"
 #include "tests/support/tracers.h"
 

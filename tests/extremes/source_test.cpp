@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/support/extremes.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

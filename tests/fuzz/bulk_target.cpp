@@ -6,6 +6,7 @@
 #include "common/schedule/traced_cells.h"
 #include "proto/parcels.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/window_rig.h"

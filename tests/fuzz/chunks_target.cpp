@@ -1,6 +1,7 @@
 #include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/exchange.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 namespace parray::fuzz {
 namespace {

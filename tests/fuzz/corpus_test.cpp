@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 namespace parray::fuzz {
 namespace {

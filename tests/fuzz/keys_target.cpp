@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "proto/keys.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray::fuzz {

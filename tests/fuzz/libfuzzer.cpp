@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 /// What libFuzzer calls with every input (https://llvm.org/docs/LibFuzzer.html). An exception that
 /// passes through ends the process: that is a find.

@@ -3,6 +3,7 @@
 #include "common/base/bytes.h"
 #include "proto/messages.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
 
 namespace parray::fuzz {

@@ -4,6 +4,7 @@
 #include "common/base/error.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_particles.h"
 #include "tests/support/sample_trajectories.h"
 

@@ -4,6 +4,7 @@
 #include "cli/output/picture/image_file.h"
 #include "common/base/error.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray::fuzz {

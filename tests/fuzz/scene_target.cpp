@@ -6,6 +6,7 @@
 #include "cli/input/scene_file/scene_writer.h"
 #include "common/base/error.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 namespace parray::fuzz {
 namespace {

@@ -4,6 +4,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 namespace parray::fuzz {
 namespace {

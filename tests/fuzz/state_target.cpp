@@ -6,6 +6,7 @@
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/row_log.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/window_rig.h"

@@ -8,6 +8,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "coordinator/jobs/job_picture.h"
+#include "tests/support/rooms.h"
 
 namespace parray::fuzz {
 

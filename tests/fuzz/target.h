@@ -8,6 +8,7 @@
 
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
+#include "tests/support/rooms.h"
 
 /// The code that reads what comes from outside, each kind of input as one function of bytes: for
 /// libFuzzer (tests/fuzz/run), and for the ordinary tests, which feed it seeds and old finds.

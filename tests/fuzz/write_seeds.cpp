@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tests/fuzz/target.h"
+#include "tests/support/rooms.h"
 
 namespace {
 

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "common/base/error.h"
+#include "tests/support/rooms.h"
 #include "tests/support/served.h"
 
 namespace parray::test {

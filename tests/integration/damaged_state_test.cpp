@@ -10,6 +10,7 @@
 #include "coordinator/replica/replica.h"
 #include "coordinator/replica/replicated_store.h"
 #include "coordinator/store/disk_store.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"
 

@@ -32,6 +32,7 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/isa.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray {

@@ -6,6 +6,7 @@
 
 #include "cli/farm/embedded.h"
 #include "common/scene/scene_bytes.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 /// Extra channels that are traced where the picture was rendered.

@@ -4,6 +4,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

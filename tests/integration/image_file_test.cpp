@@ -18,6 +18,7 @@
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray {

@@ -4,6 +4,7 @@
 #include "cli/farm/client.h"
 #include "coordinator/jobs/report.h"
 #include "coordinator/store/disk_store.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"
 

@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/served.h"
 #include "tests/support/temporary_directory.h"

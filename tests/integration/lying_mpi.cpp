@@ -17,6 +17,7 @@
 
 #include "cli/mpi/mpi_world.h"
 #include "common/trace/integrator/path_tracer.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

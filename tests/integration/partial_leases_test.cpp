@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/crash_store.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/timed_cells.h"
 

@@ -11,6 +11,7 @@
 #include "cli/measure/plan/part_of_picture.h"
 #include "cli/measure/plan/pass_times.h"
 #include "common/base/error.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

@@ -12,6 +12,7 @@
 
 #include "cli/output/error_text.h"
 #include "cli/output/text.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

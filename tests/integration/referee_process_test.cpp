@@ -10,6 +10,7 @@
 #include "common/schedule/work_plan.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/clock.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "worker/cell_tracer.h"
 

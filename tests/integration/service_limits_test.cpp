@@ -6,6 +6,7 @@
 
 #include "tests/support/crash_store.h"
 #include "tests/support/memory.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/stored_state.h"
 

@@ -7,7 +7,7 @@
 
 #include "cli/input/scene_file/scene_fields.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using json = nlohmann::ordered_json;
@@ -88,9 +88,9 @@ json document() {
 }
 
 }  // namespace
-}  // namespace parray
+}  // namespace parray::input
 
 int main() {
-  std::cout << parray::document().dump(1) << "\n";
+  std::cout << parray::input::document().dump(1) << "\n";
   return 0;
 }

@@ -8,8 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/replica/lineage.h"
+#include "coordinator/store/lineage.h"
 #include "tests/support/crash_store.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/standby_line.h"
 

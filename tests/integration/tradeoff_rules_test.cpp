@@ -10,6 +10,7 @@
 #include "cli/measure/tradeoff/reference.h"
 #include "cli/output/processor.h"
 #include "common/scene/limits.h"
+#include "tests/support/rooms.h"
 
 namespace parray::tradeoff {
 namespace {

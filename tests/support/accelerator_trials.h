@@ -9,6 +9,7 @@
 
 #include "common/trace/reference/linear.h"
 #include "tests/support/ray_queries.h"
+#include "tests/support/rooms.h"
 
 /// Searches of one ray at a time against linear search, bit by bit.
 namespace parray::test {

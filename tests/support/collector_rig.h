@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray::test {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/support/noise_trials.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "coordinator/store/store.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
 
 namespace parray::test {

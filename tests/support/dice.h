@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/math/vec.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

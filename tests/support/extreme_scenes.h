@@ -10,6 +10,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 /// Seeded scenes over the extremes of what a scene file may hold.
 namespace parray::test {

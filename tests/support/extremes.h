@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 /// How the suite of numerical extremes counts and reports.
 namespace parray::test {
 

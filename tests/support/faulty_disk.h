@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "coordinator/store/disk.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

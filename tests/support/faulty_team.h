@@ -6,6 +6,7 @@
 
 #include "common/image/cell_records.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sim_team.h"
 
 namespace parray::test {

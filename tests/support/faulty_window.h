@@ -6,6 +6,7 @@
 
 #include "proto/window.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/turns.h"
 
 namespace parray::test {

@@ -7,6 +7,7 @@
 
 #include "common/trace/sphere_search.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -4,6 +4,7 @@
 
 #include "common/math/philox.h"
 #include "common/trace/integrator/isa_kernels.h"
+#include "tests/support/rooms.h"
 
 /// Every operation of lanes, on one set of inputs. The file that calls it is compiled for each
 /// instruction set: plain arrays here, so that no shared function can end up with new instructions.

@@ -12,6 +12,7 @@
 #include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/isa.h"
 #include "tests/support/ray_queries.h"
+#include "tests/support/rooms.h"
 
 /// The lane kernels' search as tests ask it: spheres by input index, many rays at once.
 namespace parray::test {
@@ -117,12 +118,12 @@ auto with_kernels_of(Isa isa, Function function) {
   using Real = typename P::Real;
   using Store = typename P::Store;
   constexpr bool single = sizeof(Store) == sizeof(float);
-#define PARRAY_WITH(name)                                                              \
-  if (isa == Isa::name) {                                                              \
-    constexpr int w = single ? parray::name::float_width : parray::name::double_width; \
-    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) =  \
-        parray::name::find;                                                            \
-    return function(std::integral_constant<int, w>{}, find);                           \
+#define PARRAY_WITH(name)                                                             \
+  if (isa == Isa::name) {                                                             \
+    constexpr int w = single ? trace::name::float_width : trace::name::double_width;  \
+    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) = \
+        trace::name::find;                                                            \
+    return function(std::integral_constant<int, w>{}, find);                          \
   }
   PARRAY_FOR_EACH_ISA(PARRAY_WITH)
 #undef PARRAY_WITH

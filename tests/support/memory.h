@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// Most address space that this process has had at once, in bytes: grows with what is allocated,

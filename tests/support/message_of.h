@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// What `function` says when it throws an Error; "no error" when it does not. Any other exception

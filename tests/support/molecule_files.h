@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

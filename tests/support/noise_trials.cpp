@@ -6,6 +6,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/requirements.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

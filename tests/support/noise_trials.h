@@ -6,6 +6,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/passes.h"
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

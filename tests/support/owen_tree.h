@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

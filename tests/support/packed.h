@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// `bytes` packed by gzip, bzip2, xz or zstd.

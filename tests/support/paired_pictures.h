@@ -10,6 +10,7 @@
 
 #include "common/scene/largest_radiance.h"
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 
 /// Pictures of one scene in two precisions, from the same random numbers.
 namespace parray::test {

@@ -7,6 +7,7 @@
 #include "common/trace/reference/linear.h"
 #include "tests/support/quad.h"
 #include "tests/support/reference_tracer.h"
+#include "tests/support/rooms.h"
 
 /// One path, step by step, through the tracer's own templates.
 namespace parray::test {

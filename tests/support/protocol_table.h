@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// PROTOCOL.md in examples: the type and keys of every message, with the values that

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/math/vec.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 
@@ -36,7 +37,7 @@ QuadVec exact(const Vec3<Real>& v) {
 
 }  // namespace parray::test
 
-namespace parray {
+namespace parray::math {
 
 /// The tracer's own templates on 113 bits: the oracle that shares nothing with them but themselves.
 template <>
@@ -47,4 +48,4 @@ struct RealTraits<test::Quad> {
   static test::Quad sqrt(test::Quad x) { return test::quad_sqrt(x); }
 };
 
-}  // namespace parray
+}  // namespace parray::math

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/trace/inside_stack.h"
+#include "tests/support/rooms.h"
 #include "tests/support/thorny_spheres.h"
 
 /// Rays that accelerators find hard: each comes with where its path stands.

@@ -10,6 +10,7 @@
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 #include "common/trace/reference/linear.h"
+#include "tests/support/rooms.h"
 
 /// The scalar reference of the lane kernels: one path after the other, by linear search.
 namespace parray::test {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "proto/messages.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

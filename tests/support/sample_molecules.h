@@ -3,6 +3,8 @@
 #include <map>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// A small file of every format of molecules that uses most of what it can say, by name.

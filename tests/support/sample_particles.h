@@ -10,6 +10,7 @@
 #include "cli/input/particles/particles.h"
 #include "common/scene/limits.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_molecules.h"
 
 namespace parray::test {

@@ -10,6 +10,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

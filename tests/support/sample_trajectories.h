@@ -10,6 +10,7 @@
 
 #include "common/math/vec.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 /// Small files of binary trajectories, written here from their formats' descriptions.
 namespace parray::test {

@@ -14,6 +14,7 @@
 
 #include "coordinator/loop/coordinator.h"
 #include "proto/zmq_link.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -16,6 +16,7 @@
 #include "cli/check/audit/audit.h"
 #include "coordinator/loop/coordinator.h"
 #include "tests/support/faulty_team.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_referee.h"
 #include "tests/support/timed_cells.h"

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/bytes.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -15,6 +15,7 @@
 #include "coordinator/loop/coordinator.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_team.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_network.h"
 #include "worker/worker.h"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 namespace {
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "proto/link.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

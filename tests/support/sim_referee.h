@@ -9,6 +9,7 @@
 
 #include "coordinator/disputes/referee.h"
 #include "proto/clock.h"
+#include "tests/support/rooms.h"
 #include "worker/cell_tracer.h"
 
 namespace parray::test {

@@ -10,6 +10,7 @@
 #include "common/scene/scene_bytes.h"
 #include "coordinator/loop/scene_service.h"
 #include "proto/actor.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sim_network.h"
 #include "worker/scene_exchange.h"
 

@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "common/trace/tracer.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sim_network.h"
 #include "tests/support/timed_cells.h"
 #include "worker/cell_tracer.h"

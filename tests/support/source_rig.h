@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray::test {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_oracle.h"
 
 /// Single rays against single spheres, and how far the answers lie from the exact ones.

@@ -4,6 +4,8 @@
 #include <random>
 #include <utility>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 std::vector<Sphere> cloud(std::size_t count, const Vec3d& center, const Vec3d& size, double radius,

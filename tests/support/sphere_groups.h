@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "tests/support/rooms.h"
 
 /// Groups of spheres of all kinds, and how cameras see them.
 namespace parray::test {

@@ -2,6 +2,7 @@
 
 #include "common/trace/sphere.h"
 #include "tests/support/quad.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

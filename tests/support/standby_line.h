@@ -12,6 +12,7 @@
 
 #include "coordinator/replica/replica.h"
 #include "coordinator/replica/replicated_store.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

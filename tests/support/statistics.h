@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// How many standard deviations a mean of `count` values lies from what it should be.

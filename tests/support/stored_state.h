@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "coordinator/store/disk_store.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 /// Where files need no disk, for tests that sync a lot; else the usual place for temporary files.

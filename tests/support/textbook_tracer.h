@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "tests/support/rooms.h"
 
 /// Pictures as means of blocks with their errors, and a plain tracer that shares no code with ours.
 namespace parray::test {

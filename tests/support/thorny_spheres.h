@@ -6,6 +6,7 @@
 
 #include "common/trace/sphere.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 /// Spheres that accelerators find hard.
 namespace parray::test {

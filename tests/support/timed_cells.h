@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/schedule/cell_grid.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -11,6 +11,7 @@
 #include "common/trace/tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/reference_tracer.h"
+#include "tests/support/rooms.h"
 
 /// Everything that can make a scene's sums.
 namespace parray::test {

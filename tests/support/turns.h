@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "proto/clock.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 

@@ -11,6 +11,7 @@
 
 #include "coordinator/leases/window_collector.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "worker/window_source.h"
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 /// The arrows of the architecture, as a test: who may include whom.
 namespace parray {
 namespace {
@@ -238,6 +240,17 @@ std::vector<SourceFile> sources() {
   return files;
 }
 
+/// The namespace of a room: the last part of its folder's path.
+std::string namespace_of(const std::string& path) {
+  static const std::vector<std::string> own = {"coordinator/store", "coordinator/replica",
+                                               "coordinator/http"};
+  for (const std::string& room : own) {
+    if (path.starts_with(room + "/")) return room.substr(room.rfind('/') + 1);
+  }
+  const std::string room = room_of(path);
+  return room.substr(room.rfind('/') + 1);
+}
+
 bool refuses(const std::string& path, const std::string& text) {
   return !problems_of({path, text + "\n"}).empty();
 }
@@ -288,6 +301,20 @@ TEST_CASE("every quoted include names a file that is there") {
       }
     }
   }
+}
+
+TEST_CASE("every header declares its names in the namespace of its room") {
+  std::size_t declared = 0;
+  for (const SourceFile& file : sources()) {
+    const std::size_t at = file.text.rfind("\nnamespace parray::");
+    if (!file.path.ends_with(".h") || at == std::string::npos) continue;
+    const std::string last = file.text.substr(at, file.text.find('{', at) - at);
+    const std::string expected = "\nnamespace parray::" + namespace_of(file.path);
+    CHECK_MESSAGE((last == expected + " " || last.starts_with(expected + "::")),
+                  (file.path + ":" + last));
+    ++declared;
+  }
+  CHECK(declared > 200);
 }
 
 TEST_CASE("the check of includes refuses what the architecture forbids") {

@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-namespace parray {
+namespace parray::audit {
 namespace {
 
 /// Ranges of cells that do not overlap.
@@ -137,4 +137,4 @@ Audit audit_journal(const std::vector<JournalEntry>& journal) {
   return auditor.finish();
 }
 
-}  // namespace parray
+}  // namespace parray::audit

@@ -6,7 +6,7 @@
 
 #include "coordinator/jobs/journal.h"
 
-namespace parray {
+namespace parray::audit {
 
 /// What a job's journal proves.
 struct Audit {
@@ -33,4 +33,4 @@ struct Audit {
 /// not merged, under a lease that has not been merged, by a worker that is named.
 Audit audit_journal(const std::vector<JournalEntry>& journal);
 
-}  // namespace parray
+}  // namespace parray::audit

@@ -9,7 +9,7 @@
 #include "common/base/error.h"
 #include "coordinator/leases/lease_table.h"
 
-namespace parray {
+namespace parray::audit {
 namespace {
 
 /// Thread-seconds of the cells of a pass.
@@ -188,4 +188,4 @@ Replayed replay_even_pass(const ChunkGrain& grain, double thread_seconds,
   return {took, thread_seconds / (took * power_of(workers)), replay.leases()};
 }
 
-}  // namespace parray
+}  // namespace parray::audit

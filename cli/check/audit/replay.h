@@ -6,7 +6,7 @@
 #include "common/scene/settings.h"
 #include "coordinator/jobs/journal.h"
 
-namespace parray {
+namespace parray::audit {
 
 /// A job as it could have been: the costs of its cells as they were recorded, dealt out by the
 /// coordinator's own lease table and chunk sizer to other workers, or by another policy, in virtual
@@ -37,4 +37,4 @@ struct ImaginedWorker {
 Replayed replay_even_pass(const ChunkGrain& grain, double thread_seconds,
                           const std::vector<ImaginedWorker>& workers, SchedulePolicy policy);
 
-}  // namespace parray
+}  // namespace parray::audit

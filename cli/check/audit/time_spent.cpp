@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 
-namespace parray {
+namespace parray::audit {
 namespace {
 
 struct Span {
@@ -69,4 +69,4 @@ TimeSpent time_spent(const std::vector<JournalEntry>& journal) {
   return spent;
 }
 
-}  // namespace parray
+}  // namespace parray::audit

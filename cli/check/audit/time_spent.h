@@ -4,7 +4,7 @@
 
 #include "coordinator/jobs/journal.h"
 
-namespace parray {
+namespace parray::audit {
 
 /// Where a job's time went, from its journal. Shares of the thread-seconds that its workers had
 /// from their first lease to the job's last result.
@@ -21,4 +21,4 @@ struct TimeSpent {
 /// All zero where nothing has been merged.
 TimeSpent time_spent(const std::vector<JournalEntry>& journal);
 
-}  // namespace parray
+}  // namespace parray::audit

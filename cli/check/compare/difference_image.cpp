@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parray {
+namespace parray::compare {
 
 DifferenceImage::DifferenceImage(const Image& reference)
     : reference_(reference),
@@ -29,4 +29,4 @@ Image DifferenceImage::drawn() const {
   return picture;
 }
 
-}  // namespace parray
+}  // namespace parray::compare

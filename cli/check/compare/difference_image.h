@@ -4,7 +4,7 @@
 
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::compare {
 
 /// The verification picture of the seed program's report (its equation 1 and figure 11):
 /// V = sum of |R - F| over pictures F, for each channel of each pixel of linear RGB.
@@ -31,4 +31,4 @@ class DifferenceImage {
   Image sum_;
 };
 
-}  // namespace parray
+}  // namespace parray::compare

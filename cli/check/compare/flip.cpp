@@ -11,7 +11,7 @@
 
 #include "cli/check/compare/metrics.h"
 
-namespace parray {
+namespace parray::compare {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -427,4 +427,4 @@ double mean_of(const FlipMap& map) {
   return count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::quiet_NaN();
 }
 
-}  // namespace parray
+}  // namespace parray::compare

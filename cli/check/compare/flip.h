@@ -15,7 +15,7 @@
 /// row by row, in [0, 1]; 0 where nothing differs within some 10 pixels. Where a pixel is not
 /// finite in one of the pictures it is NaN, and for its neighbours it is black in both. Swapping
 /// the pictures leaves flip() as it is, but not hdr_flip(), whose exposures are the reference's.
-namespace parray {
+namespace parray::compare {
 
 using FlipMap = std::vector<float>;
 
@@ -38,4 +38,4 @@ HdrFlip hdr_flip(const Image& reference, const Image& image);
 /// Mean of the map without its NaN; NaN if there is nothing else.
 double mean_of(const FlipMap& map);
 
-}  // namespace parray
+}  // namespace parray::compare

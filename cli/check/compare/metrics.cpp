@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace parray {
+namespace parray::compare {
 namespace {
 
 /// Sums over the values that are compared.
@@ -102,4 +102,4 @@ ErrorMetrics error_metrics(const Image& reference, const Image& image) {
   return metrics;
 }
 
-}  // namespace parray
+}  // namespace parray::compare

@@ -9,7 +9,7 @@
 ///
 /// All are taken over values of linear RGB as they are, unclamped: a value is one channel of one
 /// pixel. A pixel that is not finite in R or in F is left out.
-namespace parray {
+namespace parray::compare {
 
 /// What keeps relative errors of dark values finite; part of their definition.
 inline constexpr double relative_epsilon = 0.01;
@@ -57,4 +57,4 @@ bool finite_pixel(const Image& image, std::size_t index);
 /// Same size and the same bits in every value: NaN may equal NaN, and -0 differs from 0.
 bool same_bits(const Image& a, const Image& b);
 
-}  // namespace parray
+}  // namespace parray::compare

@@ -5,7 +5,7 @@
 
 #include "common/process/stop_signal.h"
 
-namespace parray {
+namespace parray::doctor {
 
 std::string_view name_of(CheckStatus status) {
   switch (status) {
@@ -62,4 +62,4 @@ std::size_t count_of(const std::vector<Finding>& findings, CheckStatus status) {
                     [status](const Finding& finding) { return finding.status == status; }));
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -7,8 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// What `parray doctor` looks at, one thing after the other.
-namespace parray {
+namespace parray::doctor {
 
 enum class CheckStatus : std::uint8_t { ok, warning, failed, skipped };
 std::string_view name_of(CheckStatus status);
@@ -40,4 +42,4 @@ Finding run(const Check& check);
 /// How many findings have that status.
 std::size_t count_of(const std::vector<Finding>& findings, CheckStatus status);
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -18,7 +18,7 @@
 #include "common/base/cpu_count.h"
 #include "common/trace/isa.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +88,4 @@ std::vector<Check> doctor_checks() {
   return checks;
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

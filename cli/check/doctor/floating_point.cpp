@@ -9,7 +9,7 @@
 #include "common/base/cpu_count.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 /// What differs from IEEE 754's own mode; empty: nothing.
@@ -110,4 +110,4 @@ Finding check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
 
 Finding check_rounding() { return check_rounding(single_cases, double_cases); }
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -8,7 +8,7 @@
 #include "cli/check/doctor/rounding_cases.h"
 
 /// Floating point as IEEE 754 has it: what every bit of a picture rests on.
-namespace parray {
+namespace parray::doctor {
 
 /// Looks at control words (common/math/float_mode.h) that threads started with: rounding,
 /// denormals, masks. Another library's fast mode is a warning, because tracing sets its own
@@ -22,4 +22,4 @@ Finding check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
                        std::span<const RoundingCase<std::uint64_t>> doubles);
 Finding check_rounding();
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -15,7 +15,7 @@
 #include "common/base/sha256.h"
 #include "coordinator/store/disk_store.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 std::string dotted(int major, int minor, int patch) {
@@ -117,4 +117,4 @@ Finding check_state(const std::filesystem::path& directory) {
                       "use a local disk for --state: SQLite needs its locks and syncs to work");
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -18,7 +18,7 @@
 #include "common/trace/isa.h"
 #include "proto/window.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 namespace fs = std::filesystem;
@@ -125,4 +125,4 @@ Finding check_shared_memory() {
   return check_shared_memory(space.available, window_bytes());
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

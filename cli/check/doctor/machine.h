@@ -8,7 +8,7 @@
 #include "cli/check/doctor/scratch.h"
 
 /// Processor, memory and disks.
-namespace parray {
+namespace parray::doctor {
 
 Finding check_processor();
 Finding check_memory();
@@ -26,4 +26,4 @@ Finding check_shared_memory(std::uint64_t available, std::uint64_t needed);
 /// The same for /dev/shm.
 Finding check_shared_memory();
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -11,7 +11,7 @@
 #include "proto/keys.h"
 #include "proto/zmq_link.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 constexpr const char* loopback = "tcp://127.0.0.1:*";
@@ -98,4 +98,4 @@ Finding check_keys(Time patience, const std::filesystem::path& directory, KeyTri
   return passed("CURVE: a known key is let in, encrypted; an unknown one is refused");
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

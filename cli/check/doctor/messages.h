@@ -6,7 +6,7 @@
 #include "proto/clock.h"
 
 /// ZeroMQ over this machine's loopback.
-namespace parray {
+namespace parray::doctor {
 
 /// A message from a worker's link to a coordinator's and back, within `patience`.
 Finding check_messages(Time patience);
@@ -19,4 +19,4 @@ enum class KeyTrial : std::uint8_t { honest, accepts_anybody, refuses_everybody 
 Finding check_keys(Time patience, const std::filesystem::path& directory,
                    KeyTrial trial = KeyTrial::honest);
 
-}  // namespace parray
+}  // namespace parray::doctor

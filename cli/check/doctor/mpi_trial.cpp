@@ -12,7 +12,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 namespace fs = std::filesystem;
@@ -96,4 +96,4 @@ Finding check_mpi_trial(const MpiTrial& trial) {
   return judge_report(directory / "mpi.json", trial.image_sha256);
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -8,7 +8,7 @@
 #include "proto/clock.h"
 
 /// A picture that two ranks of one mpirun render.
-namespace parray {
+namespace parray::doctor {
 
 /// The directory that this program lies in; empty if the system does not say.
 std::filesystem::path program_directory();
@@ -24,4 +24,4 @@ struct MpiTrial {
 /// Renders doctor_scene() with two ranks. Without mpirun or parray-mpi: skipped.
 Finding check_mpi_trial(const MpiTrial& trial);
 
-}  // namespace parray
+}  // namespace parray::doctor

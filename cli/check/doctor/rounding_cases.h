@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 
+#include "common/rooms.h"
+
 /// Operands and correctly rounded results, as bits. The results come from exact rational
 /// arithmetic, not from a processor.
-namespace parray {
+namespace parray::doctor {
 
 /// 'r': the square root of `first`.
 template <typename Bits>
@@ -93,4 +95,4 @@ inline constexpr std::array<RoundingCase<std::uint64_t>, 46> double_cases{{
     {'*', 0x7FEFFFFFFFFFFFFF, 0x3FF0000000000001, 0x7FF0000000000000},
 }};
 
-}  // namespace parray
+}  // namespace parray::doctor

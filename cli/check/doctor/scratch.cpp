@@ -7,7 +7,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::doctor {
 
 namespace fs = std::filesystem;
 
@@ -38,4 +38,4 @@ void Scratch::make() {
   path_ = name;
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

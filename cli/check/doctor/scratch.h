@@ -2,7 +2,9 @@
 
 #include <filesystem>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::doctor {
 
 /// A temporary directory that checks share; removed with everything in it.
 class Scratch {
@@ -21,4 +23,4 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-}  // namespace parray
+}  // namespace parray::doctor

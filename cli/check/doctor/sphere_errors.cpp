@@ -7,7 +7,7 @@
 #include "cli/output/text.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::doctor {
 namespace {
 
 /// Seeded, and the same on every machine.
@@ -117,4 +117,4 @@ Finding check_hit_errors(const HitErrors& worst) {
   return found;
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

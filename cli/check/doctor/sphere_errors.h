@@ -8,7 +8,7 @@
 #include "common/trace/sphere.h"
 
 /// How far from the surface the hits lie that sphere.h finds.
-namespace parray {
+namespace parray::doctor {
 
 /// Distance of the ray's origin from the centre, in radii.
 template <typename Wide, typename Real>
@@ -57,4 +57,4 @@ HitErrors worst_hit_errors(std::uint64_t rays);
 /// Whether they keep the bounds: 8 in f32 and f64, 2 in mixed.
 Finding check_hit_errors(const HitErrors& worst);
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -17,7 +17,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 
-namespace parray {
+namespace parray::doctor {
 
 const std::string_view doctor_scene_text = R"({"version": 1,
 "camera": {"look_from": [3, 2, 5], "look_at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 40,
@@ -295,4 +295,4 @@ Finding check_repetition(const std::function<std::string()>& picture, int times,
                       "test the machine's memory, and take back any overclocking");
 }
 
-}  // namespace parray
+}  // namespace parray::doctor

@@ -10,7 +10,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 
 /// Whether this machine traces the right bits: a short form of tests/extremes.
-namespace parray {
+namespace parray::doctor {
 
 /// make_path_tracer() with that instruction set; everything else as the settings say.
 TracerMaker tracers_of(Isa isa);
@@ -41,4 +41,4 @@ Finding check_threads(const TracerMaker& make, int threads);
 /// processor beyond its limits, gives another one now and then.
 Finding check_repetition(const std::function<std::string()>& picture, int times, int threads);
 
-}  // namespace parray
+}  // namespace parray::doctor

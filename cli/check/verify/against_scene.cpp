@@ -14,7 +14,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/trace/tracer.h"
 
-namespace parray {
+namespace parray::verify {
 namespace {
 
 std::vector<RetracedPixel> choose_pixels(const VerifiedPicture& picture,
@@ -232,4 +232,4 @@ Findings check_against_scene(const VerifiedPicture& picture, const Scene& scene,
   return findings;
 }
 
-}  // namespace parray
+}  // namespace parray::verify

@@ -11,7 +11,7 @@
 #include "common/scene/settings.h"
 
 /// A finished picture held against its scene: pixels are traced again.
-namespace parray {
+namespace parray::verify {
 
 /// What traced pixels say of the error (RMSE, linear radiance) that a file states.
 struct ErrorCheck {
@@ -45,4 +45,4 @@ Findings check_against_scene(const VerifiedPicture& picture, const Scene& scene,
                              const RenderSettings& settings, const PixelChoice& choice,
                              int threads);
 
-}  // namespace parray
+}  // namespace parray::verify

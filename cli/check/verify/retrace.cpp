@@ -10,7 +10,7 @@
 #include "common/image/image.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::verify {
 namespace {
 
 /// Samples that a thread takes at a time, unless a single pixel has more: some ten milliseconds.
@@ -106,4 +106,4 @@ double share_found(std::uint64_t count) {
   return 1 - std::pow(0.05, 1 / static_cast<double>(count));
 }
 
-}  // namespace parray
+}  // namespace parray::verify

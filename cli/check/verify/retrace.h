@@ -10,7 +10,7 @@
 #include "common/trace/integrator/path_tracer.h"
 
 /// Single pixels of a finished picture, traced again.
-namespace parray {
+namespace parray::verify {
 
 struct RetracedPixel {
   std::uint32_t x = 0;
@@ -35,4 +35,4 @@ void retrace(const PathTracer& tracer, const RadianceScale& scale, std::span<Ret
 /// 95 %: one wrong one at least is among them.
 double share_found(std::uint64_t count);
 
-}  // namespace parray
+}  // namespace parray::verify

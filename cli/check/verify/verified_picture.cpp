@@ -15,7 +15,7 @@
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::verify {
 namespace {
 
 /// Of a denoised picture, the one that its samples make is looked at.
@@ -164,4 +164,4 @@ bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel) {
   return true;
 }
 
-}  // namespace parray
+}  // namespace parray::verify

@@ -10,7 +10,7 @@
 #include "cli/output/recipe.h"
 
 /// A finished picture that is to be verified, and what its file says by itself.
-namespace parray {
+namespace parray::verify {
 
 /// A picture file, read.
 struct VerifiedPicture {
@@ -51,4 +51,4 @@ std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 /// Whether the file shows the colour, and the alpha, of a pixel that was traced again.
 bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel);
 
-}  // namespace parray
+}  // namespace parray::verify

@@ -5,7 +5,7 @@
 
 #include "cli/output/picture/srgb.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<Vec3d, 7> okabe_ito{{
@@ -35,4 +35,4 @@ Vec3d category_color(std::size_t number) {
   return {component(16), component(8), component(0)};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 /// So many colours are distinct; then they come again.
 inline constexpr std::size_t category_color_count = 24;
@@ -21,4 +21,4 @@ Vec3d category_color(std::size_t number);
 /// Of what belongs to no category: a grey.
 inline constexpr Vec3d no_category_color{0.5, 0.5, 0.5};
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "cli/input/particles/source_error.h"
 #include "cli/input/select/column_names.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// A category that some particles may belong to.
@@ -118,4 +118,4 @@ ParticlePaint painted_by_category(std::string_view word, const Particles& partic
   return word == "residue" ? by_residue(column) : by_name(std::string(word), column);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using nlohmann::ordered_json;
@@ -65,4 +65,4 @@ std::string legends_text(const std::vector<Legend>& legends) {
   return list.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A colour and what it stands for.
 struct LegendEntry {
@@ -47,4 +47,4 @@ inline constexpr std::size_t most_listed_entries = 256;
 /// "entries": [{"name", "color", "count"}, ...]?, "left_out"?}, with colours in linear RGB.
 std::string legends_text(const std::vector<Legend>& legends);
 
-}  // namespace parray
+}  // namespace parray::input

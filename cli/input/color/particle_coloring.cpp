@@ -9,7 +9,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr const char* range_remedy =
@@ -106,4 +106,4 @@ std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) 
   return {coloring.by};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/select/text_range.h"
 #include "cli/output/picture/color_map.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What the colours of a file's particles are to mean; by default nothing of this.
 struct ParticleColoring {
@@ -44,4 +44,4 @@ ParticleColoring read_particle_coloring(const JsonFields& fields);
 /// The numeric columns that a reader must be asked for.
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring);
 
-}  // namespace parray
+}  // namespace parray::input

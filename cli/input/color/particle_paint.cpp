@@ -13,7 +13,7 @@
 #include "common/base/bands.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::size_t block = 512;  ///< of particles that are looked at together
@@ -200,4 +200,4 @@ ParticlePaint painted(const ParticleColoring& coloring, Particles& particles, in
                   : painted_by_number(coloring, particles, threads);
 }
 
-}  // namespace parray
+}  // namespace parray::input

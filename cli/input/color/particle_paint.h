@@ -7,7 +7,7 @@
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Numbers are shown in so many colours, so that materials stay few. Odd: the middle is one.
 inline constexpr std::size_t color_levels = 1023;
@@ -31,4 +31,4 @@ struct ParticlePaint {
 /// Throws SourceError for a member of the coloring, UnknownNumber for its `by`.
 ParticlePaint painted(const ParticleColoring& coloring, Particles& particles, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 
 #include "cli/input/particles/residues.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 struct ResidueGroup {
@@ -62,4 +62,4 @@ std::optional<std::size_t> residue_group(std::string_view residue_name) {
   return {};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include <string>
 #include <tuple>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Chain, number and insertion code.
@@ -146,4 +146,4 @@ ParticleMask chosen_locations(const AlternativeColumns& alternatives, const Atom
   return mask;
 }
 
-}  // namespace parray
+}  // namespace parray::input

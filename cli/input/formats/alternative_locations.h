@@ -8,7 +8,7 @@
 #include "cli/input/particles/name_index.h"
 #include "cli/input/particles/particle_mask.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A column whose values are mostly the same: it is as long as the last other one needs.
 template <typename T>
@@ -58,4 +58,4 @@ void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms
 ParticleMask chosen_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
                               const AlternativeChoice& choice);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "cli/input/particles/frames.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Trajectories and restart files of AMBER: "AMBER NetCDF Trajectory Convention", version 1.0.
@@ -128,4 +128,4 @@ Particles read_netcdf(PackedFile& file, const ParticleRequest& request) {
   return read_frame<NetcdfFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

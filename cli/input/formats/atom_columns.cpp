@@ -9,7 +9,7 @@
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/residues.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::uint8_t to_be_guessed = 255;
@@ -204,4 +204,4 @@ Particles AtomColumns::finish() {
   return finish_frame();
 }
 
-}  // namespace parray
+}  // namespace parray::input

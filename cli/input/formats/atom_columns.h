@@ -12,7 +12,7 @@
 #include "cli/input/particles/name_index.h"
 #include "cli/input/particles/particle_columns.h"
 
-namespace parray {
+namespace parray::input {
 
 /// An atom as a file of molecules says it. The texts need not outlive the call that takes them.
 struct Atom {
@@ -84,4 +84,4 @@ class AtomColumns {
   std::vector<ParticleNote> notes_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -12,7 +12,7 @@
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Columns `first` to `last`, counted from 1; as far as the line has them.
@@ -336,4 +336,4 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
   record.radius = *radius;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/particles/file_place.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What a line ATOM or HETATM of PDB and its relatives says. Reused from line to line.
 struct AtomRecord {
@@ -66,4 +66,4 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
 /// nothing for "****" and other texts.
 std::optional<std::int32_t> residue_number_in(std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/particles/elements.h"
 #include "common/base/ascii.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using TypeElement = std::pair<std::string_view, std::uint8_t>;
@@ -49,4 +49,4 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   return atomic_number_of(type);
 }
 
-}  // namespace parray
+}  // namespace parray::input

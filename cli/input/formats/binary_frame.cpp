@@ -6,7 +6,7 @@
 #include "cli/input/particles/particle_columns.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 
 std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
   if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
@@ -27,4 +27,4 @@ ParticleNote nm_note(const Particles& particles) {
   return {"length_unit", particles.count(), nm_text};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/particles/particles.h"
 
 /// What binary trajectories share.
-namespace parray {
+namespace parray::input {
 
 inline constexpr double angstrom_per_nm = 10;
 
@@ -20,4 +20,4 @@ Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place);
 /// Says that lengths in nm have become angstrom.
 ParticleNote nm_note(const Particles& particles);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -12,7 +12,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 2> operation_tags{"_space_group_symop_operation_xyz",
@@ -250,4 +250,4 @@ Particles read_cif(PackedFile& file, const ParticleRequest& request) {
   return reader.finish();
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/formats/gemmi_seam.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Name = std::pair<std::string_view, CifItem>;
@@ -129,4 +129,4 @@ std::string_view without_uncertainty(std::string_view value) {
   return value.substr(0, value.find('('));
 }
 
-}  // namespace parray
+}  // namespace parray::input

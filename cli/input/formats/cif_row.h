@@ -10,7 +10,7 @@
 #include "cli/input/particles/file_place.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What a table of atoms in CIF says of each, whichever dictionary names it.
 enum class CifItem : std::uint8_t {
@@ -108,4 +108,4 @@ class CifRow {
 /// The number that a value of CIF starts with, without its uncertainty.
 std::string_view without_uncertainty(std::string_view value);
 
-}  // namespace parray
+}  // namespace parray::input

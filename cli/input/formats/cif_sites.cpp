@@ -13,7 +13,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/ascii.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// A type's symbol with what may follow it: "Fe3+", "O2-", "Cval".
@@ -200,4 +200,4 @@ Particles CifSites::finish(Crystal& crystal) {
   return particles;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/formats/cif_row.h"
 #include "cli/input/formats/crystal.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The rows of the one table of atoms that is read.
 class CifSites {
@@ -63,4 +63,4 @@ class CifSites {
   std::uint64_t dummies_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::input

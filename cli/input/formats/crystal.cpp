@@ -9,7 +9,7 @@
 #include "cli/input/particles/cell.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 Vec3d placed(const ParticleCell& cell, const Vec3d& fraction) {
@@ -172,4 +172,4 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
   return particles;
 }
 
-}  // namespace parray
+}  // namespace parray::input

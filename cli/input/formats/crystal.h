@@ -10,7 +10,7 @@
 #include "cli/input/formats/symmetry_operation.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A site of the asymmetric unit.
 struct CrystalSite {
@@ -38,4 +38,4 @@ struct Crystal {
 /// which are there. Numbers: occupancy, b_factor. Fails at `place`.
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

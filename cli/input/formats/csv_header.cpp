@@ -5,7 +5,7 @@
 
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using AxisNames = std::array<std::string, 3>;
@@ -74,4 +74,4 @@ std::vector<std::string> csv_names(const std::vector<std::string_view>& header) 
   return names;
 }
 
-}  // namespace parray
+}  // namespace parray::input

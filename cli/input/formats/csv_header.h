@@ -4,7 +4,9 @@
 #include <string_view>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// The names of a table's columns as layout_of() knows them: in lower case, without a unit in
 /// brackets at the end ("x [nm]", "vx (m/s)"), and positions as x, y and z, which programs write as
@@ -12,4 +14,4 @@ namespace parray {
 /// is called x is the position, whatever else there is.
 std::vector<std::string> csv_names(const std::vector<std::string_view>& header);
 
-}  // namespace parray
+}  // namespace parray::input

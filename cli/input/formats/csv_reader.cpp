@@ -6,7 +6,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr char blanks = ' ';
@@ -134,4 +134,4 @@ Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   return columns.finish();
 }
 
-}  // namespace parray
+}  // namespace parray::input

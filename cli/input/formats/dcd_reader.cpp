@@ -7,7 +7,7 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::int32_t header_bytes = 84;
@@ -201,4 +201,4 @@ Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DcdFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using std::string_view_literals::operator""sv;
@@ -236,4 +236,4 @@ std::string first_words(const FileStart& start) {
          "'";
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "cli/input/formats/recognisers.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 1> ply_names{".ply"};
@@ -123,4 +123,4 @@ const ParticleFormat* particle_format_of(PackedFile& file) {
              known_formats());
 }
 
-}  // namespace parray
+}  // namespace parray::input

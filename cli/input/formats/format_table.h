@@ -8,7 +8,7 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A format that ParRay reads.
 struct ParticleFormat {
@@ -38,4 +38,4 @@ const ParticleFormat* format_by_name(const std::filesystem::path& path);
 /// "FILE: problem: remedy", with what the file seems to be, for anything else.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
-}  // namespace parray
+}  // namespace parray::input

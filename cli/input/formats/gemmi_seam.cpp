@@ -3,7 +3,7 @@
 #include <gemmi/cif.hpp>
 #include <gemmi/symmetry.hpp>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 namespace pegtl = tao::pegtl;
@@ -90,4 +90,4 @@ void parse_cif(const Read& read, CifVisitor& visitor) {
 
 std::string cif_text(const std::string& value) { return gemmi::cif::as_string(value); }
 
-}  // namespace parray
+}  // namespace parray::input

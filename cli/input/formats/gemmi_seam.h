@@ -8,9 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// The one place that touches gemmi. C++17, because gemmi's headers are: Clang refuses them as
 /// C++20.
-namespace parray {
+namespace parray::input {
 
 /// The operations of a space group, as SymmetryOperation (symmetry_operation.h) has them: by its
 /// number, or its symbol after Hermann and Mauguin or Hall, short or long, as gemmi knows them;
@@ -48,4 +50,4 @@ void parse_cif(const std::function<std::size_t(char*, std::size_t)>& read, CifVi
 /// A value without its quotes; empty for '.' and '?'.
 std::string cif_text(const std::string& value);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -13,7 +13,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr double angstrom_of_nm = 10;  // in a nanometre
@@ -161,4 +161,4 @@ Particles read_gro(PackedFile& file, const ParticleRequest& request) {
   return read_frame<GroFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 
 /// Trajectories of GROMACS, which are XDR: big-endian, in units of four bytes (RFC 4506). Formats:
 /// GROMACS manual, "File formats", xtc and trr.
-namespace parray {
+namespace parray::input {
 namespace {
 
 template <typename Real>
@@ -246,4 +246,4 @@ Particles read_trr(PackedFile& file, const ParticleRequest& request) {
   return read_frame<TrrFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Numbers of 12 characters, six a line.
@@ -70,4 +70,4 @@ Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   return particles;
 }
 
-}  // namespace parray
+}  // namespace parray::input

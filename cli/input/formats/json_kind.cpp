@@ -7,7 +7,7 @@
 
 #include "cli/input/scene_file/scene_keys.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using std::string_view_literals::operator""sv;
@@ -174,4 +174,4 @@ bool is_wide_json(const FileStart& start) {
   return std::ranges::count(around, '\0') >= 1;
 }
 
-}  // namespace parray
+}  // namespace parray::input

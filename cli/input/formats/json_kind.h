@@ -5,7 +5,7 @@
 #include "cli/input/particles/file_start.h"
 #include "cli/input/particles/packed_file.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The first character of the file after blanks and a byte order mark; 0: there is none. Reads on
 /// where the start of the file holds nothing but blanks.
@@ -20,4 +20,4 @@ std::string json_without_scene(const FileStart& start, char first);
 /// byte order mark).
 bool is_wide_json(const FileStart& start);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -13,7 +13,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
@@ -274,4 +274,4 @@ Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
   return DataFile(file, request).read();
 }
 
-}  // namespace parray
+}  // namespace parray::input

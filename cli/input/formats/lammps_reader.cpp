@@ -9,7 +9,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view item_mark = "ITEM: ";
@@ -235,4 +235,4 @@ Particles read_lammps(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DumpFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 struct Style {
@@ -74,4 +74,4 @@ std::string_view lammps_style_of(const std::vector<std::string_view>& row, std::
   return {};
 }
 
-}  // namespace parray
+}  // namespace parray::input

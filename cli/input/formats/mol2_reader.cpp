@@ -15,7 +15,7 @@
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// SYBYL's types: a symbol ("Cl", "Fe") and what follows a dot ("C.ar", "O.co2"); "Du", "LP",
@@ -144,4 +144,4 @@ Particles read_mol2(PackedFile& file, const ParticleRequest& request) {
   return read_frame<Mol2Frames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

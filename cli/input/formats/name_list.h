@@ -6,7 +6,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Builds a NameColumn name by name.
 class NameList {
@@ -19,4 +19,4 @@ class NameList {
   std::unordered_map<std::string, std::uint32_t> known_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/particles/element_mass.h"
 #include "cli/input/particles/guess_element.h"
 
-namespace parray {
+namespace parray::input {
 
 void NameTable::add(const NamedAtom& atom) {
   names_.add(atom.name, place_);
@@ -56,4 +56,4 @@ Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uin
   return particles;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/particles/name_index.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// An atom of a file that has names but no positions.
 struct NamedAtom {
@@ -45,4 +45,4 @@ class NameTable {
   std::vector<double> masses_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

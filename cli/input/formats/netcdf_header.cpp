@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::uint64_t most_items = 10'000;  // of a list
@@ -186,4 +186,4 @@ const NetcdfVariable* NetcdfHeader::find(std::string_view name) const {
 
 NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input).read(); }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 /// The header of a classic netCDF file: "The NetCDF Classic Format Specification" (OGC 10-092r3),
 /// versions 1 (classic), 2 (64-bit offset) and 5 (64-bit data). Our own reader, because libnetcdf
 /// brings HDF5 and curl, and takes a file by its name alone.
-namespace parray {
+namespace parray::input {
 
 /// Type of a variable's numbers.
 enum class NetcdfType : std::uint8_t { other, float32, float64 };
@@ -41,4 +41,4 @@ struct NetcdfHeader {
 /// for counts that cannot be.
 NetcdfHeader read_netcdf_header(BinaryInput& input);
 
-}  // namespace parray
+}  // namespace parray::input

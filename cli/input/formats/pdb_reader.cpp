@@ -9,7 +9,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// What tells PDB, PDBQT and PQR apart.
@@ -137,4 +137,4 @@ Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pqr_dialect>>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

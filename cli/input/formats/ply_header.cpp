@@ -7,7 +7,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -144,4 +144,4 @@ PlyHeader read_ply_header(ParticleInput& input) {
   return header;
 }
 
-}  // namespace parray
+}  // namespace parray::input

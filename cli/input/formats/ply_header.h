@@ -8,7 +8,7 @@
 
 #include "cli/input/particles/particle_input.h"
 
-namespace parray {
+namespace parray::input {
 
 enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 
@@ -39,4 +39,4 @@ struct PlyHeader {
 /// limits::max_spheres, and for elements that lack properties.
 PlyHeader read_ply_header(ParticleInput& input);
 
-}  // namespace parray
+}  // namespace parray::input

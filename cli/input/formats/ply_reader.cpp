@@ -11,7 +11,7 @@
 #include "common/base/bands.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 [[noreturn]] void fail_end(const ParticleInput& input, const PlyElement& element) {
@@ -300,4 +300,4 @@ Particles read_ply(PackedFile& file, const ParticleRequest& request) {
   return read_elements(header, input, BinaryReader(input, header.format), request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/particles/srgb8.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 
 PlyRows::PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped)
     : vertex_(vertex), layout_(layout), swapped_(swapped) {
@@ -71,4 +71,4 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
   return good;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The vertices of binary data as rows of one size, read many at a time.
 class PlyRows {
@@ -35,4 +35,4 @@ class PlyRows {
   std::vector<std::size_t> offsets_;  // by property
 };
 
-}  // namespace parray
+}  // namespace parray::input

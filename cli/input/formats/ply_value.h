@@ -6,7 +6,7 @@
 #include "cli/input/particles/binary_input.h"
 
 /// Values of binary PLY data.
-namespace parray {
+namespace parray::input {
 
 template <typename T>
 double ply_value(const char* bytes, bool swapped) {
@@ -36,4 +36,4 @@ auto with_ply_type(PlyType type, const Use& use) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 8> wanted_flags{
@@ -152,4 +152,4 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   return atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// The number at the beginning of a text such as "42A", a residue with its insertion code.
@@ -70,4 +70,4 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   return atoms.finish(request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 /// One reader a format. All throw InputError as read_particles() does. Those of formats that hold
 /// several frames read the one that the request chooses.
-namespace parray {
+namespace parray::input {
 
 /// What is told of files whose lengths are in nm.
 inline constexpr const char* nm_text = "positions given in nm, turned into angstrom";
@@ -107,4 +107,4 @@ Particles read_mol2(PackedFile& file, const ParticleRequest& request);
 ///   model's; numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -1,6 +1,6 @@
 #include "cli/input/formats/recognisers.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using std::string_view_literals::operator""sv;
@@ -39,4 +39,4 @@ Likeness looks_like_gsd(const FileStart& start) {
   return certain_if(start.little_endian(0) == magic && start.little_endian(4) == magic);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include "cli/input/formats/recognisers.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -157,4 +157,4 @@ Likeness looks_like_prmtop(const FileStart& start) {
   return certain_if(start.has("%VERSION") || start.has("%FLAG"));
 }
 
-}  // namespace parray
+}  // namespace parray::input

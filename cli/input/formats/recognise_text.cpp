@@ -4,7 +4,7 @@
 #include "cli/input/formats/recognisers.h"
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -117,4 +117,4 @@ Likeness looks_like_inpcrd(const FileStart& start) {
   return Likeness::likely;
 }
 
-}  // namespace parray
+}  // namespace parray::input

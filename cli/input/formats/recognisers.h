@@ -4,7 +4,7 @@
 
 /// What tells each format from the others, by its published description. Of a file that several
 /// claim, at most one is `likely` or better, as far as their texts can be told apart.
-namespace parray {
+namespace parray::input {
 
 // Text; recognise_text.cpp.
 Likeness looks_like_ply(const FileStart& start);
@@ -50,4 +50,4 @@ Likeness looks_like_hdf5(const FileStart& start);
 /// HOOMD-blue's general simulation data.
 Likeness looks_like_gsd(const FileStart& start);
 
-}  // namespace parray
+}  // namespace parray::input

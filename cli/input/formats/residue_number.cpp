@@ -3,7 +3,7 @@
 #include "cli/input/formats/atom_record.h"
 #include "common/base/ascii.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// All of `text`, in `base`.
@@ -47,4 +47,4 @@ std::optional<std::int32_t> residue_number_in(std::string_view text) {
   return static_cast<std::int32_t>(*value);
 }
 
-}  // namespace parray
+}  // namespace parray::input

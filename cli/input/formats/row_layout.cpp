@@ -7,7 +7,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 3> axes{"x", "y", "z"};
@@ -157,4 +157,4 @@ void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
   add_attributes(row, layout, place, columns);
 }
 
-}  // namespace parray
+}  // namespace parray::input

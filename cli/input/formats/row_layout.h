@@ -9,7 +9,7 @@
 
 #include "cli/input/particles/particle_columns.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Numbers of a row under a name: one column, or the length of the vector in three.
 struct NumberField {
@@ -61,4 +61,4 @@ void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
 /// Fails at `place` when x, y or z is missing, or a name that counts stands there twice.
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

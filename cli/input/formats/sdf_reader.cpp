@@ -13,7 +13,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string_view columns_of(std::string_view line, std::size_t start, std::size_t length) {
@@ -208,4 +208,4 @@ Particles read_sdf(PackedFile& file, const ParticleRequest& request) {
   return read_frame<SdfFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

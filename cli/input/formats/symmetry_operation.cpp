@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '.'; }
@@ -98,4 +98,4 @@ std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text) {
   return operation;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,9 @@
 #include <optional>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// Fractions to fractions: three rows of a 3 x 3 matrix, each with its translation behind it.
 using SymmetryOperation = std::array<double, 12>;
@@ -13,4 +15,4 @@ using SymmetryOperation = std::array<double, 12>;
 /// operations; nothing for any other text.
 std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 __extension__ using Wide = unsigned __int128;
@@ -184,4 +184,4 @@ std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
   return XtcUnpacker(packing, bytes, place).all();
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "cli/input/particles/file_place.h"
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What stands before the packed coordinates of a frame.
 struct XtcPacking {
@@ -31,4 +31,4 @@ struct XtcPacking {
 std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
                               const FilePlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view lammps_start = "Atoms. Timestep:";
@@ -161,4 +161,4 @@ std::optional<double> xyz_time(std::string_view comment) {
 
 bool is_lammps_comment(std::string_view comment) { return comment.starts_with(lammps_start); }
 
-}  // namespace parray
+}  // namespace parray::input

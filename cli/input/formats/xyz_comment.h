@@ -10,7 +10,7 @@
 /// The comment of a frame of XYZ, whose pairs KEY=VALUE make it extended XYZ: "Extended XYZ
 /// specification", github.com/libAtoms/extxyz. Values stand in quotes or brackets where they have
 /// blanks.
-namespace parray {
+namespace parray::input {
 
 /// How the rows of a frame look.
 struct XyzLayout {
@@ -33,4 +33,4 @@ std::optional<double> xyz_time(std::string_view comment);
 /// LAMMPS's own comment: its names are numbers of types, unless somebody has set others.
 bool is_lammps_comment(std::string_view comment);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
@@ -126,4 +126,4 @@ Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
   return read_frame<XyzFrames>(file, request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -1,6 +1,6 @@
 #include "cli/input/particles/alternatives.h"
 
-namespace parray {
+namespace parray::input {
 
 std::optional<AlternativeChoice> alternatives_from(std::string_view text) {
   using Rule = AlternativeChoice::Rule;
@@ -22,4 +22,4 @@ std::string text_of(const AlternativeChoice& choice) {
   return {choice.letter};
 }
 
-}  // namespace parray
+}  // namespace parray::input

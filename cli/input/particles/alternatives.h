@@ -5,7 +5,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// Which of an atom's alternative locations are read.
 struct AlternativeChoice {
@@ -26,4 +28,4 @@ std::optional<AlternativeChoice> alternatives_from(std::string_view text);
 /// The text that is read as this.
 std::string text_of(const AlternativeChoice& choice);
 
-}  // namespace parray
+}  // namespace parray::input

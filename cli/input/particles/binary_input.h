@@ -10,7 +10,7 @@
 
 #include "cli/input/particles/particle_input.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The number in the bytes at `from`; `swapped`: they are in the other order than this machine's.
 template <typename T>
@@ -79,4 +79,4 @@ class BinaryInput {
   bool swapped_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

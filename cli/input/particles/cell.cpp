@@ -6,7 +6,7 @@
 
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Exactly 0 for a right angle, which sin and cos of a rounded pi are not.
@@ -40,4 +40,4 @@ std::optional<ParticleCell> valid_cell(const ParticleCell& cell) {
   return cell;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// By atomic number, to uranium; 0 where there is no standard weight.
@@ -60,4 +60,4 @@ void take_elements_of_masses(const std::vector<double>& masses, Particles& parti
   particles.facts.notes.push_back(masses_note(guessed));
 }
 
-}  // namespace parray
+}  // namespace parray::input

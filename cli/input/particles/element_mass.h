@@ -5,7 +5,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Atomic numbers of particles that have these masses (unified atomic mass units); 0: no element.
 /// Masses are those of IUPAC, "Standard atomic weights of the elements 2021", as programs round
@@ -20,4 +20,4 @@ ParticleNote masses_note(std::uint64_t count);
 /// one for each of particles.types.names; NaN: unknown.
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 #include "cli/input/particles/srgb8.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Radii, angstrom, by source:
@@ -129,4 +129,4 @@ std::uint8_t atomic_number_of(std::string_view symbol) {
   return place ? numbers[*place] : 0;
 }
 
-}  // namespace parray
+}  // namespace parray::input

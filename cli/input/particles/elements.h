@@ -5,7 +5,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A chemical element as molecular pictures show it.
 struct Element {
@@ -24,4 +24,4 @@ const Element& element(std::uint8_t atomic_number);
 /// is none.
 std::uint8_t atomic_number_of(std::string_view symbol);
 
-}  // namespace parray
+}  // namespace parray::input

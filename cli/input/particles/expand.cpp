@@ -9,7 +9,7 @@
 #include "cli/input/particles/source_error.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Appends the particles of `source`; throws as the functions that it calls do.
@@ -51,4 +51,4 @@ void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, 
   file.particles.clear();
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
 /// order; `file.particles` is empty afterwards. `scene_path` is that of the scene file: the
@@ -13,4 +13,4 @@ namespace parray {
 /// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy".
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,7 +3,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 
 void FilePlace::fail(std::string_view problem) const {
   constexpr std::size_t longest_path = 4096;
@@ -13,4 +13,4 @@ void FilePlace::fail(std::string_view problem) const {
   throw InputError(message.append(": ").append(problem));
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// Where a reader stands in its file, for messages.
 struct FilePlace {
@@ -19,4 +21,4 @@ struct FilePlace {
   [[noreturn]] void fail(std::string_view problem) const;
 };
 
-}  // namespace parray
+}  // namespace parray::input

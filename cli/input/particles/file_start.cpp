@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 bool is_control(char c) {
@@ -46,4 +46,4 @@ std::uint32_t FileStart::big_endian(std::size_t at) const {
   return value << 24 | (value & 0xFF00) << 8 | (value >> 8 & 0xFF00) | value >> 24;
 }
 
-}  // namespace parray
+}  // namespace parray::input

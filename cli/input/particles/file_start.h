@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// The first bytes of a file, unpacked: what tells its format.
 class FileStart {
@@ -61,4 +63,4 @@ inline Likeness certain_if(bool condition) {
 
 using Recogniser = Likeness (*)(const FileStart& start);
 
-}  // namespace parray
+}  // namespace parray::input

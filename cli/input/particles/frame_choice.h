@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// Stands for a file's last frame.
 inline constexpr std::string_view last_frame_word = "last";
@@ -16,4 +18,4 @@ struct FrameChoice {
   friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Passes over at most `most` frames; returns how many there were.
@@ -105,4 +105,4 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request, const Ope
   return particles;
 }
 
-}  // namespace parray
+}  // namespace parray::input

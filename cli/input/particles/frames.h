@@ -8,7 +8,7 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The frames of a file, one after the other, from front to back. Each format that holds several
 /// has its own; all throw InputError as read_particles() does.
@@ -47,4 +47,4 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request) {
   return read_frame(file, request, [&] { return std::make_unique<Reader>(file, request); });
 }
 
-}  // namespace parray
+}  // namespace parray::input

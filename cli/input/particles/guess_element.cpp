@@ -8,7 +8,7 @@
 #include "cli/input/particles/residues.h"
 #include "common/base/ascii.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::uint8_t selenium = 34;
@@ -143,4 +143,4 @@ bool shows_flush_left(std::string_view residue, std::string_view name) {
          is_polymer_or_water(residue);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// What is known of an atom whose element the file does not say.
 struct AtomName {
@@ -24,4 +26,4 @@ std::uint8_t guess_element(const AtomName& atom);
 /// that the file does not keep that column for symbols of two letters ("CA  ALA", "C1  LIG").
 bool shows_flush_left(std::string_view residue, std::string_view name);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 
 void NameIndex::add(std::string_view name, const FilePlace& place) {
   // Neighbours mostly share chain and residue.
@@ -38,4 +38,4 @@ void NameIndex::drop_unused() {
 
 NameColumn NameIndex::finish() { return unnamed() ? NameColumn{} : std::move(column_); }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Builds a NameColumn, which keeps every name once.
 class NameIndex {
@@ -44,4 +44,4 @@ class NameIndex {
   std::unordered_map<std::string, std::uint32_t, Hash, std::equal_to<>> numbers_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

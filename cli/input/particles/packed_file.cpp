@@ -15,7 +15,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 struct Packing {
@@ -172,4 +172,4 @@ const FileStart& PackedFile::start() {
   return *start_;
 }
 
-}  // namespace parray
+}  // namespace parray::input

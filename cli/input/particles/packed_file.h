@@ -13,7 +13,7 @@
 #include "cli/input/particles/spool.h"
 #include "cli/input/particles/unpacker.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The bytes of a file that somebody wants to be read, from front to back and as often as needed.
 /// Data packed by gzip, bzip2, xz or zstd (told by their first bytes, not by the file's name) are
@@ -75,4 +75,4 @@ inline constexpr std::string_view standard_input_argument = "-";
 /// `path` without the extension of a packed file: "a.pdb" for "a.pdb.zst".
 std::filesystem::path unpacked_name(const std::filesystem::path& path);
 
-}  // namespace parray
+}  // namespace parray::input

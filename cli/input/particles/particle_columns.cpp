@@ -8,7 +8,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Appends without growing step by step where the final size is known.
@@ -158,4 +158,4 @@ Particles ParticleColumns::finish_frame() {
   return std::move(particles_);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// How a file writes colours.
 enum class ColorScale : std::uint8_t {
@@ -86,4 +86,4 @@ class ParticleColumns {
   std::optional<std::uint64_t> fraction_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

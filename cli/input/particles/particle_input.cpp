@@ -6,7 +6,7 @@
 
 #include "cli/input/particles/particle_text.h"
 
-namespace parray {
+namespace parray::input {
 
 ParticleInput::ParticleInput(PackedFile& file)
     : file_(&file), block_(4 * max_line_bytes), place_{file.name()} {}
@@ -98,4 +98,4 @@ std::optional<std::uint64_t> ParticleInput::bytes_left() const {
   return *size - std::min(*size, taken_);
 }
 
-}  // namespace parray
+}  // namespace parray::input

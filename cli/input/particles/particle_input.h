@@ -9,7 +9,7 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A file of particles as lines of text and, from where a header ends, as binary data. Holds one
 /// block of it.
@@ -76,4 +76,4 @@ class ParticleInput {
   FilePlace place_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

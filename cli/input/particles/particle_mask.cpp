@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 template <typename T>
@@ -30,4 +30,4 @@ void keep(Particles& particles, const ParticleMask& mask) {
   keep_in(particles.positions, mask);
 }
 
-}  // namespace parray
+}  // namespace parray::input

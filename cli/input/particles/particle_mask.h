@@ -5,7 +5,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// One byte a particle: 1 or 0.
 using ParticleMask = std::vector<std::uint8_t>;
@@ -13,4 +13,4 @@ using ParticleMask = std::vector<std::uint8_t>;
 /// Leaves only the particles of the mask, in their order.
 void keep(Particles& particles, const ParticleMask& mask);
 
-}  // namespace parray
+}  // namespace parray::input

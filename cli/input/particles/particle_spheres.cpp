@@ -15,7 +15,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using MaterialRule = ParticleMaterial::Rule;
@@ -287,4 +287,4 @@ void append_spheres(Particles particles, const ParticlePaint& paint, const Parti
   scene.materials = table.take();
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "common/scene/scene.h"
 
 /// One sphere a particle: where its surface and its radius come from.
-namespace parray {
+namespace parray::input {
 
 /// The rule that `automatic` stands for with these columns; `automatic` still where none of them
 /// helps. Any other rule stays as it is.
@@ -42,4 +42,4 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
 void append_spheres(Particles particles, const ParticlePaint& paint, const ParticleSource& source,
                     const MaterialNames& materials, Scene& scene, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 
 #include "cli/input/particles/elements.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 NameCounts counts_of(const NameColumn& column) {
@@ -109,4 +109,4 @@ Vec3d angles_of(const ParticleCell& cell) {
   return {angle_between(b, c), angle_between(a, c), angle_between(a, b)};
 }
 
-}  // namespace parray
+}  // namespace parray::input

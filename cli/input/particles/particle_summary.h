@@ -8,7 +8,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Names and how often each occurs, in the order in which the file first uses them.
 using NameCounts = std::vector<std::pair<std::string, std::uint64_t>>;
@@ -41,4 +41,4 @@ ParticleSummary summary_of(const Particles& particles);
 Vec3d lengths_of(const ParticleCell& cell);
 Vec3d angles_of(const ParticleCell& cell);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
@@ -92,4 +92,4 @@ std::uint64_t count_field(std::string_view text, const FilePlace& place) {
   return *count;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/particles/file_place.h"
 
 /// Words and numbers of text formats. Numbers do not depend on the locale.
-namespace parray {
+namespace parray::input {
 
 /// `text` without blanks (spaces and tabs) at its ends.
 std::string_view trimmed(std::string_view text);
@@ -37,4 +37,4 @@ double number_field(std::string_view text, std::string_view what, const FilePlac
 /// The number of particles that a file announces, 0 to limits::max_spheres.
 std::uint64_t count_field(std::string_view text, const FilePlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

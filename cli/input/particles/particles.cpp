@@ -3,7 +3,7 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/topology.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 const ParticleFormat& format_of(PackedFile& file) {
@@ -62,4 +62,4 @@ Particles read_names(const std::filesystem::path& path, const ParticleRequest& r
   return read(file, format_of(file), request);
 }
 
-}  // namespace parray
+}  // namespace parray::input

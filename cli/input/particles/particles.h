@@ -13,7 +13,7 @@
 #include "cli/input/particles/frame_choice.h"
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 class PackedFile;
 
@@ -105,4 +105,4 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request = {});
 /// them, all positions are 0.
 Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "cli/input/particles/elements.h"
 #include "common/base/ascii.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Names = std::unordered_set<std::string_view>;
@@ -179,4 +179,4 @@ bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8
   return is_dummy(name);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "common/rooms.h"
+
 /// What the names of residues and atoms of molecules say, whatever their letter case. The names are
 /// those that molecular simulation and crystallography use:
 ///
@@ -15,7 +17,7 @@
 /// EPW;
 /// - GROMACS Reference Manual, "Residue database" and "Virtual interaction sites": SOL, MW, MCH3;
 /// - OPLS-AA and GROMOS names where they differ: T4P, CYSH, LYSH.
-namespace parray {
+namespace parray::input {
 
 /// "HOH", "SOL", "TIP3", also of water models with virtual sites.
 bool is_water(std::string_view residue);
@@ -41,4 +43,4 @@ bool is_ion(std::string_view residue, std::string_view atom);
 /// atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -12,7 +12,7 @@
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads) {
@@ -78,4 +78,4 @@ void append_shown(ShownParticles shown, const std::filesystem::path& path,
                  threads);
 }
 
-}  // namespace parray
+}  // namespace parray::input

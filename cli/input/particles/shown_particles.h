@@ -7,7 +7,7 @@
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/scene_file.h"
 
-namespace parray {
+namespace parray::input {
 
 /// The particles of a file that are shown, and their colours where `color_by` asks for some.
 struct ShownParticles {
@@ -39,4 +39,4 @@ ParticleMaterial decided_material(const ParticleSource& source, const Particles&
 void append_shown(ShownParticles shown, const std::filesystem::path& path,
                   const ParticleSource& source, SceneFile& file, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

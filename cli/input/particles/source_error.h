@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A member of an item of `particles` asks for what its file cannot give. The text says what, not
 /// where: whoever knows the scene file or the option adds that.
@@ -21,4 +21,4 @@ class SourceError : public InputError {
   std::string key_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

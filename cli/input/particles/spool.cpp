@@ -13,7 +13,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ OpenFile spooled(const std::function<std::size_t(char* to, std::size_t bytes)>& 
   return file;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 
 #include "cli/input/particles/file_place.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What errno says.
 std::string last_system_error();
@@ -35,4 +35,4 @@ class OpenFile {
 OpenFile spooled(const std::function<std::size_t(char* to, std::size_t bytes)>& read,
                  const FilePlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

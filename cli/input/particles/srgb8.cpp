@@ -5,7 +5,7 @@
 
 #include "cli/output/picture/srgb.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::array<double, 256> linear_values() {
@@ -24,4 +24,4 @@ Vec3d linear_of_srgb8(const Vec3d& color) {
           values[static_cast<std::size_t>(color.z)]};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "cli/input/particles/file_place.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Order = std::vector<std::size_t>;  ///< for each particle, its place in the topology
@@ -104,4 +104,4 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   std::ranges::move(from.facts.notes, std::back_inserter(particles.facts.notes));
 }
 
-}  // namespace parray
+}  // namespace parray::input

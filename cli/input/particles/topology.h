@@ -4,7 +4,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Gives particles what the file `topology` says of the same atoms: elements, names, residues,
 /// radii and colours, and the numbers that the request wants. What it does not say stays. Where it
@@ -15,4 +15,4 @@ namespace parray {
 void take_topology(const std::filesystem::path& topology, const std::filesystem::path& file,
                    const ParticleRequest& request, Particles& particles);
 
-}  // namespace parray
+}  // namespace parray::input

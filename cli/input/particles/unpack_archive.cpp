@@ -4,7 +4,7 @@
 
 #include "cli/input/particles/unpacker.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Data packed by bzip2, xz or zstd, also in several streams one after the other. libarchive bounds
@@ -50,8 +50,8 @@ class Archive : public Unpacker {
 };
 
 }  // namespace
-}  // namespace parray
+}  // namespace parray::input
 
-extern "C" [[gnu::visibility("default")]] parray::Unpacker* parray_unpack(int file) {
-  return new parray::Archive(file);
+extern "C" [[gnu::visibility("default")]] parray::input::Unpacker* parray_unpack(int file) {
+  return new parray::input::Archive(file);
 }

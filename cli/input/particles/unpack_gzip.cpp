@@ -7,7 +7,7 @@
 
 #include "cli/input/particles/unpacker.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 class Gzip : public Unpacker {
@@ -62,4 +62,4 @@ class Gzip : public Unpacker {
 
 std::unique_ptr<Unpacker> unpack_gzip(int file) { return std::make_unique<Gzip>(file); }
 
-}  // namespace parray
+}  // namespace parray::input

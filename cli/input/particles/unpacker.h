@@ -5,11 +5,13 @@
 #include <string>
 #include <string_view>
 
+#include "common/rooms.h"
+
 /// Packed data, expanded from front to back. Of gzip by zlib, which compares the data's checksum
 /// (libarchive 3.6 passes it over); of all others by libarchive, in a module that is loaded for the
 /// first such file: it brings a dozen libraries, and no command is to wait for them that needs
 /// none. The seam between packed_file.cpp and unpack_archive.cpp, which is the module.
-namespace parray {
+namespace parray::input {
 
 class Unpacker {
  public:
@@ -31,4 +33,4 @@ std::unique_ptr<Unpacker> unpack_gzip(int file);
 using UnpackerEntry = Unpacker* (*)(int file);
 inline constexpr const char* unpacker_entry = "parray_unpack";
 
-}  // namespace parray
+}  // namespace parray::input

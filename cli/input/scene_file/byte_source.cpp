@@ -6,7 +6,7 @@
 #include "cli/input/scene_file/json_value.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 
 ByteSource::ByteSource(std::istream& stream, std::string file)
     : stream_(&stream), file_(std::move(file)), block_(std::size_t{1} << 16) {}
@@ -55,4 +55,4 @@ void ByteSource::fail_zero_byte() const {
   fail_at(file_, line_, "", "a NUL byte, which JSON text never has: save the file as UTF-8");
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,9 @@
 #include <string_view>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// The bytes of a stream, read once in blocks, with the number of the line that is being read.
 ///
@@ -102,4 +104,4 @@ class ByteIterator {
   ByteSource* source_ = nullptr;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -13,7 +13,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 1> sections{"cameras"};
@@ -139,4 +139,4 @@ Vec3d CameraPath::tangent(std::size_t key, Vec3d Camera::*member) const {
   return (1 / frames_between(before, after)) * (after.camera.*member - before.camera.*member);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Where a camera is at which frame: at a key as it is written there, between two keys along a
 /// curve through all of them.
@@ -42,4 +42,4 @@ class CameraPath {
   std::vector<Key> keys_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

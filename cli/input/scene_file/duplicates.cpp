@@ -10,7 +10,7 @@
 
 #include "common/base/bands.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 bool same_place(const Sphere& a, const Sphere& b) {
@@ -177,4 +177,4 @@ Duplicates remove_duplicates(Scene& scene, int threads) {
   return {repeats.size(), repeats.front().place, repeats.front().of};
 }
 
-}  // namespace parray
+}  // namespace parray::input

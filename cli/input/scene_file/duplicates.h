@@ -4,7 +4,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What remove_duplicates() left out. Places count from 0, in the order of the input.
 struct Duplicates {
@@ -25,4 +25,4 @@ struct Duplicates {
 /// About O(n); takes less than 32 bytes a sphere while it runs. The same for any number of threads.
 Duplicates remove_duplicates(Scene& scene, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view points_unit = "pt";
@@ -39,19 +39,21 @@ LineWidth line_width_from(std::string_view text) {
   if (text == "off") return {};
   const bool points = text.ends_with(points_unit);
   const std::string_view number = points ? text.substr(0, text.size() - points_unit.size()) : text;
-  return {points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
-          number_within(number, ranges::line_width,
-                        "pixels" + bounds_of(ranges::line_width) + ", or points, as 0.5pt")};
+  return {
+      points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
+      number_within(number, drawing_ranges::line_width,
+                    "pixels" + bounds_of(drawing_ranges::line_width) + ", or points, as 0.5pt")};
 }
 
 double depth_cue_from(std::string_view text) {
   if (text == "on") return usual_depth_cue;
   if (text == "off") return 0;
-  return number_within(text, ranges::depth_cue, "a share" + bounds_of(ranges::depth_cue));
+  return number_within(text, drawing_ranges::depth_cue,
+                       "a share" + bounds_of(drawing_ranges::depth_cue));
 }
 
 Finish FinishSection::over(const Finish& other) const {
   return {outline.value_or(other.outline), depth_cue.value_or(other.depth_cue)};
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "common/scene/number_range.h"
 
 /// What is done to a picture of a scene before it is looked at. EXR files keep what was traced.
-namespace parray {
+namespace parray::input {
 
 /// Of lines that are drawn.
 struct LineWidth {
@@ -19,7 +19,7 @@ struct LineWidth {
     points  ///< 72 of them are an inch of print
   };
   Unit unit = Unit::none;
-  double value = 0;  ///< of pixels and points; in ranges::line_width
+  double value = 0;  ///< of pixels and points; in drawing_ranges::line_width
 
   friend bool operator==(const LineWidth&, const LineWidth&) = default;
 };
@@ -33,10 +33,10 @@ struct Finish {
 
 inline constexpr double usual_depth_cue = 0.6;
 
-namespace ranges {
+namespace drawing_ranges {
 inline constexpr NumberRange line_width{0.1, 100};
 inline constexpr NumberRange depth_cue{0, 1};
-}  // namespace ranges
+}  // namespace drawing_ranges
 
 /// "on", "off", a number of pixels or, as "0.5pt", of points. Throws InputError.
 LineWidth line_width_from(std::string_view text);
@@ -52,4 +52,4 @@ struct FinishSection {
   [[nodiscard]] Finish over(const Finish& other) const;
 };
 
-}  // namespace parray
+}  // namespace parray::input

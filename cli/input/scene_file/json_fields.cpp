@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string text_of(NumberRange range) {
@@ -146,4 +146,4 @@ std::uint64_t JsonFields::integer(std::string_view key, IntegerRange range) cons
   return read_integer(any(key, text_of(range)), place_.at(key), range);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "common/math/vec.h"
 #include "common/scene/number_range.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Each reads `value`, which stands at `place`, as what its name says, or throws InputError that
 /// says what was expected there.
@@ -56,4 +56,4 @@ class JsonFields {
   const JsonPlace& place_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Json = nlohmann::json;
@@ -229,4 +229,4 @@ std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink&
   return handler.start_line();
 }
 
-}  // namespace parray
+}  // namespace parray::input

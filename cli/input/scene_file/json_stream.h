@@ -7,7 +7,7 @@
 
 #include "cli/input/scene_file/json_value.h"
 
-namespace parray {
+namespace parray::input {
 
 class ByteSource;
 
@@ -51,4 +51,4 @@ inline constexpr std::size_t max_json_values_per_delivery = 256;
 /// deeper than limits::max_json_depth, and whatever ByteSource refuses.
 std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -4,7 +4,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// What follows "syntax error while parsing X - ", without the token and what comes after it.
@@ -65,4 +65,4 @@ std::string describe_syntax_error(std::string_view what, std::string_view last_t
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

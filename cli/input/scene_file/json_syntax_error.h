@@ -3,7 +3,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// nlohmann's description of a syntax error as one of ours: "not JSON (REASON): REMEDY".
 ///
@@ -12,4 +14,4 @@ namespace parray {
 /// bytes.
 std::string describe_syntax_error(std::string_view what, std::string_view last_token);
 
-}  // namespace parray
+}  // namespace parray::input

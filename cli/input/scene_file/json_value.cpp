@@ -3,7 +3,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 
 std::string_view name_of(JsonKind kind) {
   switch (kind) {
@@ -56,4 +56,4 @@ void JsonPlace::fail(std::uint64_t line, std::string_view problem) const {
   fail_at(*file_, line, pointer(), problem);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,9 @@
 #include <string_view>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
 
@@ -68,4 +70,4 @@ class JsonPlace {
   std::size_t index_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace parray {
+namespace parray::input {
 std::string problem_with_label_text(std::string_view text, std::size_t longest) {
   if (text.empty()) return "empty: write what is to be shown";
   if (text.size() <= longest) return "";
@@ -24,4 +24,4 @@ std::string_view length_unit_of(std::string_view format) {
   return std::ranges::find(in_angstrom, format) != in_angstrom.end() ? "angstrom" : "";
 }
 
-}  // namespace parray
+}  // namespace parray::input

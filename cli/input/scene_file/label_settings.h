@@ -6,13 +6,13 @@
 
 #include "common/scene/number_range.h"
 
-namespace parray {
+namespace parray::input {
 
-namespace ranges {
+namespace drawing_ranges {
 inline constexpr NumberRange font_size{1, 200};     ///< points
 inline constexpr NumberRange dpi{10, 10000};        ///< pixels an inch
 inline constexpr NumberRange print_width{1, 5000};  ///< millimetres
-}  // namespace ranges
+}  // namespace drawing_ranges
 
 /// What is written on a picture once it is traced, and how large it is to be printed.
 struct LabelSettings {
@@ -22,9 +22,9 @@ struct LabelSettings {
   bool cell = false;        ///< outline of the particles' box or crystal cell, and the axes
   std::string text{};       ///< UTF-8, lines; empty: none
   std::string unit{};       ///< of lengths: "angstrom" or as it is to be written; empty: the file's
-  std::optional<double> font_size{};  ///< in ranges::font_size; usual_font_size
-  std::optional<double> dpi{};        ///< in ranges::dpi
-  std::optional<double> width_mm{};   ///< in ranges::print_width
+  std::optional<double> font_size{};  ///< in drawing_ranges::font_size; usual_font_size
+  std::optional<double> dpi{};        ///< in drawing_ranges::dpi
+  std::optional<double> width_mm{};   ///< in drawing_ranges::print_width
 
   /// Something is to be drawn.
   [[nodiscard]] bool any() const {
@@ -49,4 +49,4 @@ std::string_view unit_sign(std::string_view unit);
 /// known.
 std::string_view length_unit_of(std::string_view format);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 
 std::uint32_t MaterialNames::number_of(const std::string& name) {
   const auto [place, is_new] =
@@ -72,4 +72,4 @@ std::string MaterialNames::remedy_for_undefined(std::string_view name,
   return "did you mean '" + printable(nearest.best()) + "'?";
 }
 
-}  // namespace parray
+}  // namespace parray::input

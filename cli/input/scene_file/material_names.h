@@ -12,7 +12,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 struct NamedMaterial {
   std::string_view name;  ///< refers to the MaterialNames
@@ -61,4 +61,4 @@ class MaterialNames {
   std::vector<Entry> entries_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 
 std::size_t MaterialHash::operator()(const Material& material) const {
   std::uint64_t hash = static_cast<std::uint64_t>(material.type);
@@ -34,4 +34,4 @@ std::vector<Material> MaterialTable::take() {
   return std::exchange(materials_, {});
 }
 
-}  // namespace parray
+}  // namespace parray::input

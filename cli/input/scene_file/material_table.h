@@ -8,7 +8,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Equal for equal materials; the same on every machine.
 struct MaterialHash {
@@ -30,4 +30,4 @@ class MaterialTable {
   std::unordered_map<Material, std::uint32_t, MaterialHash> numbers_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

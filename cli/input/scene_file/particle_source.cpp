@@ -6,7 +6,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 ParticleRadius read_radius(const JsonValue& value, const JsonPlace& place) {
@@ -104,4 +104,4 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -13,7 +13,7 @@
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/select/particle_filter.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Where the surface of each particle comes from.
 struct ParticleMaterial {
@@ -82,4 +82,4 @@ std::string text_of(const ParticleRadius& radius);
 /// Throws InputError that names the place and the line in the scene file.
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
 
-}  // namespace parray
+}  // namespace parray::input

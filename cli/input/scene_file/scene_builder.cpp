@@ -15,7 +15,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 struct RequiredKey {
@@ -206,4 +206,4 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
                                   "': " + names_.remedy_for_undefined(names_.name_of(name)));
 }
 
-}  // namespace parray
+}  // namespace parray::input

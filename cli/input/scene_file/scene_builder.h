@@ -11,7 +11,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/style.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Builds a scene from the pieces of its JSON, in whichever of the two formats they come.
 ///
@@ -55,4 +55,4 @@ class SceneBuilder final : public JsonSink {
   MaterialTable table_;
 };
 
-}  // namespace parray
+}  // namespace parray::input

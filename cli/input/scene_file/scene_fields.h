@@ -10,7 +10,7 @@
 
 /// The descriptions of a scene file's sections: of each member its key, its rule, and the help of
 /// its option if it has one. They are made like those of settings.
-namespace parray {
+namespace parray::input {
 
 // Rules.
 struct Flag {};                          ///< a boolean; its option has no value
@@ -77,10 +77,10 @@ void finish_fields(F&& f, S&... s) {
      "Dark lines where spheres end before others that are farther away, so many pixels or, with "
      "--dpi, points (0.5pt) wide; on: a 450th of the picture's height",
      0, "on|off|WIDTH"},
-    LineWidthRange{ranges::line_width}, s.outline...);
+    LineWidthRange{drawing_ranges::line_width}, s.outline...);
   f({"depth_cue", "What is far fades into the background, the farthest by that share; on: 0.6", 0,
      "on|off|SHARE"},
-    ShareRange{ranges::depth_cue}, s.depth_cue...);
+    ShareRange{drawing_ranges::depth_cue}, s.depth_cue...);
 }
 
 template <typename F, typename... S>
@@ -101,15 +101,15 @@ void label_fields(F&& f, S&... s) {
      "axes x, y, z"},
     Flag{}, s.cell...);
   f({"text", "A text; \\n begins a new line", 0, "TEXT"}, LabelText{longest_label_text}, s.text...);
-  f({"font_size", "Size of letters in print, in points (default: 8)", 0, "PT"}, ranges::font_size,
-    s.font_size...);
+  f({"font_size", "Size of letters in print, in points (default: 8)", 0, "PT"},
+    drawing_ranges::font_size, s.font_size...);
   f({"width_mm",
      "Width of the picture in print: without --width it has as many pixels as --dpi says "
      "(default: 300)",
      0, "MM"},
-    ranges::print_width, s.width_mm...);
-  f({"dpi", "Pixels an inch in print, for sizes and the file's metadata", 0, "N"}, ranges::dpi,
-    s.dpi...);
+    drawing_ranges::print_width, s.width_mm...);
+  f({"dpi", "Pixels an inch in print, for sizes and the file's metadata", 0, "N"},
+    drawing_ranges::dpi, s.dpi...);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -16,7 +16,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::input {
 
 class PackedFile;
 
@@ -66,4 +66,4 @@ SceneFile read_scene_file(PackedFile& file, int threads = 1);
 /// The same from an open stream; `name` stands for the file in messages.
 SceneFile read_scene(std::istream& input, const std::string& name, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,11 +3,13 @@
 #include <array>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// The keys at the top level of a scene file.
 inline constexpr std::array<std::string_view, 11> scene_keys{
     "version",   "camera",    "image",   "render",    "style", "sky",
     "finishing", "materials", "spheres", "particles", "labels"};
 
-}  // namespace parray
+}  // namespace parray::input

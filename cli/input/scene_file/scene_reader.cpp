@@ -9,7 +9,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// A file, expanded if it is packed, as a stream.
@@ -64,4 +64,4 @@ SceneFile read_scene_file(const std::filesystem::path& path, int threads) {
   return read_scene_file(file, threads);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// Least sine of the angle between `up` and the view. Any nearer, and the last digits of `up`
@@ -242,4 +242,4 @@ NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

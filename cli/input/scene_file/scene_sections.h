@@ -15,7 +15,7 @@
 /// The sections of scene JSON v1, each from its JSON. What they take is what
 /// scenes/schema/scene.v1.schema.json says, and what a schema cannot say: cameras that look
 /// nowhere, images of too many pixels.
-namespace parray {
+namespace parray::input {
 
 /// Each throws InputError that names the place and the line in the file.
 void read_version(const JsonValue& value, const JsonPlace& place);
@@ -46,4 +46,4 @@ std::string problem_with(const Camera& camera);
 /// tan(vfov / 2), vfov in degrees.
 double tan_half_of(double vfov);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -13,7 +13,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 std::string json_text(std::string_view text) {
@@ -216,4 +216,4 @@ void write_scene(std::ostream& out, const SceneFile& file, const std::function<v
   particles.end("]}\n");
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), a sphere on a line. Numbers are the
 /// shortest that read back as themselves, so read_scene() of the text gives an equal scene and
@@ -17,4 +17,4 @@ namespace parray {
 /// looks at the stream's state. Throws InputError for a name of a file that is not UTF-8.
 void write_scene(std::ostream& out, const SceneFile& file, const std::function<void()>& poll);
 
-}  // namespace parray
+}  // namespace parray::input

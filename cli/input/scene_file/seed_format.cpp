@@ -9,7 +9,7 @@
 #include "common/base/suggest.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// {"x": 1, "y": 2, "z": 3}, or the same with other names.
@@ -73,4 +73,4 @@ SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -5,7 +5,7 @@
 #include "common/scene/number_range.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -114,4 +114,4 @@ std::optional<SphereText> next_sphere_text(std::string_view text) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// An item of the section `spheres` as most files write it.
 struct SphereText {
@@ -22,4 +22,4 @@ struct SphereText {
 /// say.
 std::optional<SphereText> next_sphere_text(std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::input

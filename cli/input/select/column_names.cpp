@@ -5,7 +5,7 @@
 #include "cli/input/select/number_source.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 
 const NameColumn& name_column(std::string_view word, const Particles& particles) {
   if (word == "type") return particles.types;
@@ -30,4 +30,4 @@ std::string columns_of(const Particles& particles) {
   return list_names(names);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -7,7 +7,7 @@
 #include "cli/input/particles/particles.h"
 
 /// The columns of particles as selections and messages call them.
-namespace parray {
+namespace parray::input {
 
 /// Of the words "type", "name", "resname" and "chain".
 const NameColumn& name_column(std::string_view word, const Particles& particles);
@@ -23,4 +23,4 @@ inline std::string particles_word(std::uint64_t count) {
 /// The columns that particles have: "elements, types and z"; positions are not spoken of.
 std::string columns_of(const Particles& particles);
 
-}  // namespace parray
+}  // namespace parray::input

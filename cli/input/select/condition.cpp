@@ -12,7 +12,7 @@
 #include "common/base/error.h"
 #include "common/math/real.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Kind = Expression::Kind;
@@ -270,4 +270,4 @@ bool Condition::in_ranges(double number) const {
   return after != ranges.begin() && number <= static_cast<double>(std::prev(after)->most);
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "cli/input/select/particle_classes.h"
 #include "cli/input/select/selection.h"
 
-namespace parray {
+namespace parray::input {
 
 /// An expression with the columns of particles that it asks about. Refers to both.
 class Condition {
@@ -51,4 +51,4 @@ class Condition {
   ParticleMask mask_;                                  ///< of all particles, where it is known
 };
 
-}  // namespace parray
+}  // namespace parray::input

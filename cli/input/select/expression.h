@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// Whole numbers from `least` to `most`, both included.
 struct WholeRange {
@@ -58,4 +60,4 @@ struct Expression {
   [[nodiscard]] bool is_number() const { return kind >= Kind::constant; }
 };
 
-}  // namespace parray
+}  // namespace parray::input

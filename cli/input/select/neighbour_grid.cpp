@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr int cell_bits = 21;
@@ -74,4 +74,4 @@ bool NeighbourGrid::near_in_row(const Vec3d& position, std::int64_t x, std::int6
   return false;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Points in cells of a regular grid, for the question whether one of them is near. Only cells that
 /// hold points take memory, so a few far away do not matter.
@@ -35,4 +35,4 @@ class NeighbourGrid {
   std::vector<Entry> entries_;  // by key: cells along x follow each other
 };
 
-}  // namespace parray
+}  // namespace parray::input

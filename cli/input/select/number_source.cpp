@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 9> own_numbers{"x",  "y",      "z",     "fx",   "fy",
@@ -107,4 +107,4 @@ std::vector<std::string> number_names(const Particles& particles) {
   return names;
 }
 
-}  // namespace parray
+}  // namespace parray::input

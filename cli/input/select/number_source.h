@@ -10,7 +10,7 @@
 
 #include "cli/input/particles/particles.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Numbers that particles have beside the file's numeric columns: x, y, z; fx, fy, fz, which are
 /// fractions of the cell along its edges a, b, c, or of the box around all centres where the file
@@ -43,4 +43,4 @@ class NumberSource {
 /// The names that of() knows, for messages.
 std::vector<std::string> number_names(const Particles& particles);
 
-}  // namespace parray
+}  // namespace parray::input

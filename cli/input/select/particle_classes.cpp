@@ -4,7 +4,7 @@
 
 #include "cli/input/particles/residues.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// What tells the class of a particle.
@@ -93,4 +93,4 @@ ParticleMask class_mask(ParticleClass wanted, const Particles& particles) {
   return mask;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr const char* hidden_by_default = "virtual";
@@ -187,4 +187,4 @@ void apply(const ParticleFilter& filter, Particles& particles, int threads) {
   shown.finish();
 }
 
-}  // namespace parray
+}  // namespace parray::input

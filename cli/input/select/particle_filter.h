@@ -9,7 +9,7 @@
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/json_fields.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What of a file's particles is shown; by default all but virtual sites.
 struct ParticleFilter {
@@ -39,4 +39,4 @@ std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 /// Throws UnknownNumber, and SourceError where the particles lack a column or none is left.
 void apply(const ParticleFilter& filter, Particles& particles, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -15,7 +15,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Kind = Expression::Kind;
@@ -155,4 +155,4 @@ std::string slice_as_selection(std::string_view text) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "cli/input/select/expression.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A number that the particles do not have is asked for.
 class UnknownNumber : public InputError {
@@ -60,4 +60,4 @@ class Selection {
 /// Throws InputError "problem: remedy".
 std::string slice_as_selection(std::string_view text);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -16,7 +16,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Kind = Expression::Kind;
@@ -417,4 +417,4 @@ Expression class_condition(std::string_view word, std::size_t column) {
   return is(word);
 }
 
-}  // namespace parray
+}  // namespace parray::input

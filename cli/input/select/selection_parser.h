@@ -6,7 +6,7 @@
 
 #include "cli/input/select/expression.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Longest text of a selection, in bytes, and its deepest nesting.
 inline constexpr std::size_t max_selection_bytes = std::size_t{1} << 20;
@@ -23,4 +23,4 @@ std::span<const std::string_view> selection_classes();
 /// A condition on the class `word`, one of selection_classes().
 Expression class_condition(std::string_view word, std::size_t column = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -9,7 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view blank_characters = " \t\n\r";
@@ -130,4 +130,4 @@ void SelectionScanner::fail_at_column(std::size_t column, const std::string& pro
   throw InputError("column " + std::to_string(column) + ": " + problem);
 }
 
-}  // namespace parray
+}  // namespace parray::input

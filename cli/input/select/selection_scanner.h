@@ -5,7 +5,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// The words, signs and numbers of a selection's text, from front to back. What is a word depends
 /// on whether names are being listed, so whoever reads asks for what may come. Blanks before it
@@ -56,4 +58,4 @@ class SelectionScanner {
   mutable std::size_t known_characters_ = 0;
 };
 
-}  // namespace parray
+}  // namespace parray::input

@@ -3,7 +3,7 @@
 #include "cli/input/particles/particle_text.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 /// False when the text is no end.
@@ -38,4 +38,4 @@ std::string text_of(const TextRange& range) {
   return end_text(range.low) + ":" + end_text(range.high);
 }
 
-}  // namespace parray
+}  // namespace parray::input

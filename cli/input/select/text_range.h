@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::input {
 
 /// One end of a range as somebody wrote it.
 struct RangeEnd {
@@ -29,4 +31,4 @@ std::optional<TextRange> text_range(std::string_view text);
 /// The text that is read as this.
 std::string text_of(const TextRange& range);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/bands.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr double filled = 0.85;  ///< part of the picture's width or height
@@ -95,4 +95,4 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
   return camera;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -8,7 +8,7 @@
 #include "common/scene/scene.h"
 
 /// Where the camera of a portrait stands, so that everything is in the picture.
-namespace parray {
+namespace parray::input {
 
 inline constexpr double portrait_vfov = 20;  ///< degrees: a long lens, so that near looks no larger
 
@@ -58,4 +58,4 @@ Extent extent_of(std::span<const Sphere> spheres, std::span<const Vec3d> points,
 Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projection,
                   double aspect);
 
-}  // namespace parray
+}  // namespace parray::input

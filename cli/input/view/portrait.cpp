@@ -9,7 +9,7 @@
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr std::string_view ground_name = "ground";
@@ -116,4 +116,4 @@ Portrait portrait_of(std::span<const Sphere> spheres, double aspect, const Viewi
   return portrait;
 }
 
-}  // namespace parray
+}  // namespace parray::input

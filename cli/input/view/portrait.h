@@ -9,7 +9,7 @@
 #include "cli/input/view/view.h"
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// How somebody wants portraits to be taken.
 struct Viewing {
@@ -66,4 +66,4 @@ inline constexpr Material portrait_plain{MaterialType::diffuse, {0.35, 0.48, 0.6
 Portrait portrait_of(std::span<const Sphere> spheres, double aspect, const Viewing& viewing = {},
                      const Subject& subject = {}, int threads = 1);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -15,7 +15,7 @@
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 void check(const std::string& problem) {
@@ -154,4 +154,4 @@ SceneFile with_reference(PortraitScene portrait, const std::string& file) {
   return out;
 }
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/portrait.h"
 
-namespace parray {
+namespace parray::input {
 
 /// Settings of a portrait unless options say otherwise: 1200 x 900, 256 samples, depth 10.
 RenderSettings portrait_settings();
@@ -40,4 +40,4 @@ PortraitScene portrait_scene(PackedFile& file, ParticleSource source,
 /// The same scene with its particles in the file again: `file` is its name for the scene file.
 SceneFile with_reference(PortraitScene portrait, const std::string& file);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -6,7 +6,7 @@
 
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 using Matrix = std::array<std::array<double, 3>, 3>;
@@ -131,4 +131,4 @@ double lattice_radius(std::span<const Sphere> spheres) {
   return std::max(limits::min_radius, square_root(12 * trace / v) / 2);
 }
 
-}  // namespace parray
+}  // namespace parray::input

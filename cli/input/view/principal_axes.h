@@ -4,7 +4,7 @@
 
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// A right-handed frame: right x up = back.
 struct Axes {
@@ -27,4 +27,4 @@ Axes principal_axes(std::span<const Sphere> spheres, bool leaning = true);
 /// them changes nothing but rounding, scaling scales. `spheres` is not empty.
 double lattice_radius(std::span<const Sphere> spheres);
 
-}  // namespace parray
+}  // namespace parray::input

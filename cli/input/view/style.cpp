@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 Sky even(double radiance) {
@@ -63,4 +63,4 @@ Finish finish_of(Style style) {
   return {};
 }
 
-}  // namespace parray
+}  // namespace parray::input

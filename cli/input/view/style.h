@@ -8,7 +8,7 @@
 #include "cli/input/scene_file/json_value.h"
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::input {
 
 /// What a portrait has around its particles, and how its picture is finished.
 enum class Style : std::uint8_t {
@@ -35,4 +35,4 @@ Sky sky_of(Style style);
 /// How pictures of the style are finished.
 Finish finish_of(Style style);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -10,7 +10,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::input {
 namespace {
 
 constexpr double flatness = 0.1;  ///< of the third extent to the second
@@ -154,4 +154,4 @@ Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule
   return {frame, dot(frame.back, up) >= least_sine ? up : frame.back};
 }
 
-}  // namespace parray
+}  // namespace parray::input

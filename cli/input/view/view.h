@@ -9,7 +9,7 @@
 #include "common/scene/scene.h"
 
 /// From where a portrait is taken.
-namespace parray {
+namespace parray::input {
 
 /// A side of the coordinate axes, z up, as OVITO names them. `front` looks along +y, with x to the
 /// right.
@@ -47,4 +47,4 @@ Axes axes_of(View view);
 /// - Others with z up and x to the right, from above and aside.
 Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule);
 
-}  // namespace parray
+}  // namespace parray::input

@@ -11,7 +11,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 constexpr double share_exponent = 0.55;
@@ -72,7 +72,7 @@ std::optional<Probed> probe_part(const PathTracer& tracer, const Scene& scene,
   const Effort began = effort_now();
   const Features features =
       trace_features(part, steady_part, scene, settings, settings.samples_per_pixel, threads);
-  const Denoised denoised = denoise(replicates_of(traced->state()), features, threads);
+  const Denoised denoised = denoise::denoise(replicates_of(traced->state()), features, threads);
   const double took = (effort_now() - began).wall;
   const double samples = settings.samples_per_pixel;
   const double all = static_cast<double>(whole.width) * whole.height;
@@ -118,4 +118,4 @@ std::string denoising_does_not_pay(const DenoisingWorth& worth) {
          " samples without it have " + formatted("%.2g", worth.undenoised);
 }
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -7,7 +7,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// Measured on some pixels of a picture.
 struct DenoisingProbe {
@@ -48,4 +48,4 @@ std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Sc
 /// One line, without an end: that denoising does not pay.
 std::string denoising_does_not_pay(const DenoisingWorth& worth);
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-namespace parray {
+namespace parray::plan {
 
 static double seconds_of(clockid_t clock) {
   timespec now{};
@@ -12,4 +12,4 @@ static double seconds_of(clockid_t clock) {
 
 Effort effort_now() { return {seconds_of(CLOCK_MONOTONIC), seconds_of(CLOCK_PROCESS_CPUTIME_ID)}; }
 
-}  // namespace parray
+}  // namespace parray::plan

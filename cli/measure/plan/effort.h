@@ -1,6 +1,8 @@
 #pragma once
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::plan {
 
 /// Time that something takes, in seconds: by the clock on the wall, and of all threads together.
 struct Effort {
@@ -15,4 +17,4 @@ struct Effort {
 /// Since some start: differences are what took place between two calls.
 Effort effort_now();
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -6,7 +6,7 @@
 
 #include "common/adaptive/allocation.h"
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 /// By how much a law may be off for each octave away from the most samples that were measured.
@@ -234,4 +234,4 @@ Forecast forecast_time(const PassCosts& costs, double seconds, double most_sampl
   return now;
 }
 
-}  // namespace parray
+}  // namespace parray::plan

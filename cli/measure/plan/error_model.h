@@ -8,7 +8,7 @@
 
 /// How the error of a picture falls as samples are added: measured at a few numbers of samples,
 /// foreseen at others. Samples are means per pixel; errors are RMSE in linear radiance.
-namespace parray {
+namespace parray::plan {
 
 /// What independent samples would do: E = s / sqrt(n) where every pixel has as many; less where
 /// they go to the pixels that are noisy.
@@ -136,4 +136,4 @@ struct PassCosts {
 /// matter to them.
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples);
 
-}  // namespace parray
+}  // namespace parray::plan

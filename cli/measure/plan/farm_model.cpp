@@ -8,7 +8,7 @@
 #include "cli/check/audit/replay.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::plan {
 
 FarmModel::FarmModel(const RenderSettings& settings, std::vector<double> speeds,
                      std::uint32_t threads)
@@ -32,4 +32,4 @@ double FarmModel::seconds(double wall, double samples, int passes) const {
   return passes * (result.seconds + (pass - replayed) / power);
 }
 
-}  // namespace parray
+}  // namespace parray::plan

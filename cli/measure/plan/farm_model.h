@@ -6,7 +6,7 @@
 #include "common/scene/settings.h"
 #include "common/schedule/chunk_sizer.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// Who is to trace: how long passes take there that take so long here. None: this machine.
 class FarmModel {
@@ -31,4 +31,4 @@ class FarmModel {
   std::uint32_t threads_ = 1;
 };
 
-}  // namespace parray
+}  // namespace parray::plan

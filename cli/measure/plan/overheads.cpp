@@ -17,7 +17,7 @@
 #include "common/schedule/work_plan.h"
 #include "coordinator/leases/result_collector.h"
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 namespace fs = std::filesystem;
@@ -105,4 +105,4 @@ Effort finish(const DirectRender& picture, const fs::path& extension) {
   return effort_now() - began;
 }
 
-}  // namespace parray
+}  // namespace parray::plan

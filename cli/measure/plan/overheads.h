@@ -5,7 +5,7 @@
 #include "cli/farm/direct_render.h"
 #include "cli/measure/plan/effort.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// From now on large pieces of memory come from the system and go back to it: a render begins with
 /// none, and pays for the first touch of each.
@@ -22,4 +22,4 @@ Collecting effort_of_collecting(const Framebuffer& traced);
 /// this extension in the system's directory for temporary files. Throws RunError.
 Effort finish(const DirectRender& picture, const std::filesystem::path& extension);
 
-}  // namespace parray
+}  // namespace parray::plan

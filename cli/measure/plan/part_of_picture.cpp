@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 /// `count` stretches of `side` places each, spread evenly over `size` places.
@@ -104,4 +104,4 @@ void PartOfPicture::add_sky_samples(const PixelRun& run, const RunSamples& sampl
   });
 }
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -5,7 +5,7 @@
 
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// Tiles of a picture, spread evenly over it and put side by side as a smaller picture, whose
 /// pixels are the picture's own: their samples, noise and cost.
@@ -46,4 +46,4 @@ class PartOfPicture final : public PathTracer {
   std::vector<std::uint32_t> row_;
 };
 
-}  // namespace parray
+}  // namespace parray::plan

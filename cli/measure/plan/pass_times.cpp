@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parray {
+namespace parray::plan {
 
 static constexpr double least_doubt = 0.05;
 /// What is left for samples of a pass's time, at least.
@@ -61,4 +61,4 @@ Effort sample_effort(std::span<const TracedPass> passes, Effort pass) {
                 std::max(rest.cpu, least_share * all.cpu)};
 }
 
-}  // namespace parray
+}  // namespace parray::plan

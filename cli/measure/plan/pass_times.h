@@ -4,7 +4,7 @@
 
 #include "cli/measure/plan/effort.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// A pass that was traced.
 struct TracedPass {
@@ -27,4 +27,4 @@ FittedPassTimes fit_pass_times(std::span<const TracedPass> passes);
 /// A sample's, of passes that have the same `pass`.
 Effort sample_effort(std::span<const TracedPass> passes, Effort pass);
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -12,7 +12,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_ranges.h"
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 constexpr double most_samples = limits::max_samples_per_pixel;
@@ -279,4 +279,4 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
   return all;
 }
 
-}  // namespace parray
+}  // namespace parray::plan

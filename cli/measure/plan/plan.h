@@ -6,7 +6,7 @@
 #include "cli/measure/plan/farm_model.h"
 #include "cli/measure/plan/probe.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// What the user asks for: one of the first two is > 0.
 struct PlanGoal {
@@ -47,4 +47,4 @@ double normal_quantile(double p);
 std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,
                             Effort load, const FarmModel& farm = {});
 
-}  // namespace parray
+}  // namespace parray::plan

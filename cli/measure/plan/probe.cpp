@@ -20,7 +20,7 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "common/trace/tracer.h"
 
-namespace parray {
+namespace parray::plan {
 namespace {
 
 // Samples a pixel.
@@ -440,4 +440,4 @@ std::optional<Probe> probe(const ProbeRequest& request, const std::atomic<bool>&
   }
 }
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -11,7 +11,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::plan {
 
 /// What to find out, and how long that may take.
 struct ProbeRequest {
@@ -55,4 +55,4 @@ struct Probe {
 /// RunError.
 std::optional<Probe> probe(const ProbeRequest& request, const std::atomic<bool>& stop);
 
-}  // namespace parray
+}  // namespace parray::plan

@@ -35,7 +35,7 @@ DenoisedRender Bench::denoise(const RenderSettings& settings, const DirectRender
   const Features features =
       trace_features(*tracer, scene_, settings, samples, threads_, check_interrupted);
   Denoised denoised =
-      parray::denoise(replicates_of(state), features, threads_, settings.isa, check_interrupted);
+      denoise::denoise(replicates_of(state), features, threads_, settings.isa, check_interrupted);
   return {std::move(denoised), effort_now() - began};
 }
 

@@ -6,7 +6,7 @@
 
 #include "common/adaptive/pixel_noise.h"
 
-namespace parray {
+namespace parray::tradeoff {
 namespace {
 
 /// Half differences of replicates, with what the variance of the mean square needs.
@@ -112,4 +112,4 @@ ErrorIntervals::ErrorIntervals(const FramebufferView& state, const ErrorEstimate
   }
 }
 
-}  // namespace parray
+}  // namespace parray::tradeoff

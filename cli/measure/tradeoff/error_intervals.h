@@ -5,7 +5,7 @@
 
 #include "common/adaptive/error_estimate.h"
 
-namespace parray {
+namespace parray::tradeoff {
 
 /// Shares of intervals that are asked to hold, and half the width of each in standard deviations of
 /// a normal.
@@ -47,4 +47,4 @@ class ErrorIntervals {
   std::array<Interval, 5> rmse_{};
 };
 
-}  // namespace parray
+}  // namespace parray::tradeoff

@@ -3,6 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Where the names of points in a plot can stand without covering each other. Pure functions.
 namespace parray::tradeoff {
 

@@ -11,7 +11,7 @@
 #include "common/math/float_mode.h"
 #include "common/trace/isa.h"
 
-namespace parray {
+namespace parray::denoise {
 namespace {
 
 // What the kernels count on.
@@ -316,4 +316,4 @@ Denoised denoise(const Replicates& replicates, const Features& features, int thr
   return Denoiser(replicates, features, threads, isa, between_bands).run();
 }
 
-}  // namespace parray
+}  // namespace parray::denoise

@@ -28,7 +28,7 @@
 /// the square error of D, the bias of the filter included, and three terms whose mean is 0. (Of one
 /// factor in the noise, which all pixels decide together, that is true but for one part in their
 /// number.)
-namespace parray {
+namespace parray::denoise {
 
 struct Denoised {
   std::vector<float> rgb;  ///< linear radiance, 3 values a pixel, by image row
@@ -46,4 +46,4 @@ struct Denoised {
 Denoised denoise(const Replicates& replicates, const Features& features, int threads,
                  Isa isa = Isa::automatic, const std::function<void()>& between_bands = {});
 
-}  // namespace parray
+}  // namespace parray::denoise

@@ -7,7 +7,7 @@
 
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::denoise {
 namespace {
 
 /// Depth, in distances from the eye to what it looks at, below which nothing is told apart.
@@ -249,4 +249,4 @@ Features trace_features(const PathTracer& tracer, const PathTracer& steady, cons
   return rows.take();
 }
 
-}  // namespace parray
+}  // namespace parray::denoise

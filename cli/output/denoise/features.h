@@ -11,7 +11,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::denoise {
 
 /// What the camera rays of a pixel meet, in the mean: albedo (R, G, B), normal (x, y, z, on the
 /// side that the ray comes from), and one over the depth, scaled so that it varies by about 1 over
@@ -56,4 +56,4 @@ Features trace_features(const PathTracer& tracer, const PathTracer& steady, cons
 std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
                                           const RenderSettings& settings);
 
-}  // namespace parray
+}  // namespace parray::denoise

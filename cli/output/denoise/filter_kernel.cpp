@@ -5,11 +5,11 @@
 #include "common/math/lanes.h"
 #include PARRAY_LANES
 
-namespace parray::PARRAY_ISA {
+namespace parray::denoise::PARRAY_ISA {
 namespace {
 
-using Float = FloatLanes;
-using Double = DoubleLanes;
+using Float = math::PARRAY_ISA::FloatLanes;
+using Double = math::PARRAY_ISA::DoubleLanes;
 
 constexpr int features = filter_features;
 constexpr int terms = features + 1;  ///< a constant and the slopes
@@ -300,4 +300,4 @@ void filter_tile(const FilterPlanes& planes, int x, int y, float* scratch) {
   }
 }
 
-}  // namespace parray::PARRAY_ISA
+}  // namespace parray::denoise::PARRAY_ISA

@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/rooms.h"
+
 /// The inner loops of the filter: a weighted linear regression of the radiance around a pixel on
 /// its features, as cli/output/denoise/denoise.h describes it. Compiled once for each instruction
 /// set, in a namespace of its own; the same bits from each, because no lane knows of another.
-namespace parray {
+namespace parray::denoise {
 
 /// How far the window reaches, and the patches that are compared.
 inline constexpr int filter_reach = 4;
@@ -52,4 +54,4 @@ PARRAY_DECLARE_FILTER(neon)
 
 #undef PARRAY_DECLARE_FILTER
 
-}  // namespace parray
+}  // namespace parray::denoise

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parray {
+namespace parray::denoise {
 
 void Plane::repeat_border() {
   for (std::size_t y = 0; y < height_; ++y) {
@@ -21,4 +21,4 @@ void Plane::repeat_border() {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::denoise

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::denoise {
 
 /// One number for each pixel of a picture, and for a margin around it, so that windows around whole
 /// tiles of pixels may be read, the last ones too. The margin repeats the picture's border once
@@ -39,4 +41,4 @@ class Plane {
   std::vector<float> values_;
 };
 
-}  // namespace parray
+}  // namespace parray::denoise

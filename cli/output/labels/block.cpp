@@ -8,7 +8,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -275,4 +275,4 @@ std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, doub
   return placed;
 }
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -8,7 +8,7 @@
 #include "cli/output/labels/camera_film.h"
 #include "cli/output/labels/canvas.h"
 
-namespace parray {
+namespace parray::labels {
 
 enum class Corner : std::uint8_t { top_left, top_right, bottom_left, bottom_right };
 
@@ -60,4 +60,4 @@ struct Placed {
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,
                             double margin, double gap);
 
-}  // namespace parray
+}  // namespace parray::labels

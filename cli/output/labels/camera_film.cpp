@@ -1,6 +1,6 @@
 #include "cli/output/labels/camera_film.h"
 
-namespace parray {
+namespace parray::labels {
 
 CameraFilm::CameraFilm(const Camera& camera, double width, double height)
     : origin_(camera.look_from),
@@ -28,4 +28,4 @@ Point CameraFilm::shown(const Vec3d& seen) const {
   return {width_ / 2 + scale * seen.x, height_ / 2 - scale * seen.y};
 }
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -6,7 +6,7 @@
 #include "common/math/vec.h"
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::labels {
 
 /// Where a camera, its lens left aside, shows points of the scene: the inverse of
 /// common/trace/integrator/camera_rays.h.
@@ -40,4 +40,4 @@ class CameraFilm {
   bool perspective_;
 };
 
-}  // namespace parray
+}  // namespace parray::labels

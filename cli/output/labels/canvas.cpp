@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 constexpr double halo_strength = 0.75;
@@ -111,4 +111,4 @@ void Pen::draw_on(Canvas& canvas) const {
   canvas.paint(ink_, ink.color);
 }
 
-}  // namespace parray
+}  // namespace parray::labels

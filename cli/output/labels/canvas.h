@@ -9,7 +9,7 @@
 #include "common/image/image.h"
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::labels {
 
 /// A background is light whose mean cube root of luminance, which is what CIE lightness goes by, is
 /// above this: a lightness of 50.
@@ -84,4 +84,4 @@ class Pen {
 /// How far halos reach around what is drawn, for an em of `size` pixels.
 double halo_width(double size);
 
-}  // namespace parray
+}  // namespace parray::labels

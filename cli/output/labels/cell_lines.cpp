@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 /// A pixel under a line, and how much of it the line covers.
@@ -185,4 +185,4 @@ void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const Camera
   draw(width, ink.color, 1);
 }
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -9,7 +9,7 @@
 #include "cli/output/labels/canvas.h"
 
 /// The outline of a box or crystal cell, hidden where something is nearer.
-namespace parray {
+namespace parray::labels {
 
 /// What tells which parts of a line are hidden, one value a pixel; empty: nothing hides.
 struct DepthMap {
@@ -42,4 +42,4 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 
-}  // namespace parray
+}  // namespace parray::labels

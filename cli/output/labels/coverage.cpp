@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 /// How much of [i, i + 1] lies in [begin, end].
@@ -100,4 +100,4 @@ Coverage Coverage::grown(double radius) const {
 
 double Coverage::area() const { return std::accumulate(values_.begin(), values_.end(), 0.0); }
 
-}  // namespace parray
+}  // namespace parray::labels

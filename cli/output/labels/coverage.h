@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Shapes as the share of each pixel that they cover. Pixel (x, y) reaches from x to x + 1 and from
 /// y to y + 1; x to the right, y downwards.
-namespace parray {
+namespace parray::labels {
 
 struct Point {
   double x = 0;
@@ -71,4 +73,4 @@ class Coverage {
 /// How much of a line of that width covers a pixel whose centre is `distance` away from its middle.
 double line_share(double distance, double width);
 
-}  // namespace parray
+}  // namespace parray::labels

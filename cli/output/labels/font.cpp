@@ -12,7 +12,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 constexpr double units = 64;  // FreeType's parts of a pixel
@@ -129,4 +129,4 @@ void Font::check(std::string_view text, const std::string& what) const {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -7,7 +7,7 @@
 
 #include "cli/output/labels/coverage.h"
 
-namespace parray {
+namespace parray::labels {
 
 /// DejaVu Sans, where Debian's fonts-dejavu-core puts it.
 inline constexpr const char* label_font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
@@ -48,4 +48,4 @@ class Font {
   double size_;
 };
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -9,7 +9,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 constexpr double points_an_inch = 72;
@@ -146,4 +146,4 @@ void Labels::draw(Image& image, std::vector<float>& alpha, const DepthMap& map) 
   }
 }
 
-}  // namespace parray
+}  // namespace parray::labels

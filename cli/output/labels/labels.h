@@ -12,7 +12,7 @@
 #include "common/image/image.h"
 #include "common/scene/scene.h"
 
-namespace parray {
+namespace parray::labels {
 
 /// All that labels are made from.
 struct LabelContent {
@@ -55,4 +55,4 @@ class Labels {
   std::unique_ptr<const Parts> parts_;
 };
 
-}  // namespace parray
+}  // namespace parray::labels

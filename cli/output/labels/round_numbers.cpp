@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string_view>
 
-namespace parray {
+namespace parray::labels {
 namespace {
 
 constexpr std::array<double, 4> steps = {1, 2, 5, 10};
@@ -79,4 +79,4 @@ std::string power_of_ten(int exponent) {
   return text;
 }
 
-}  // namespace parray
+}  // namespace parray::labels

@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// Numbers that people read at a glance: 1, 2 or 5 times a power of ten.
-namespace parray {
+namespace parray::labels {
 
 /// The largest of them that is not above `value`, which is > 0 and finite.
 double round_below(double value);
@@ -25,4 +27,4 @@ Ticks ticks_between(double low, double high, int most);
 /// "10" and a superscript.
 std::string power_of_ten(int exponent);
 
-}  // namespace parray
+}  // namespace parray::labels

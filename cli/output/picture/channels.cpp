@@ -7,7 +7,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 constexpr std::array<std::string_view, 7> aov_names{"depth", "normal",  "albedo",    "sphere",
@@ -44,4 +44,4 @@ std::string text_of(const Aovs& aovs) {
   return text;
 }
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -7,7 +7,9 @@
 #include <variant>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::picture {
 
 /// A named extra channel of a picture: one value a pixel, top row first. What counts or names
 /// something is a whole number: a float is exact up to 2^24 only, and there are scenes of 50
@@ -40,4 +42,4 @@ Aovs aovs_from(std::string_view names);
 /// The opposite, in one order.
 std::string text_of(const Aovs& aovs);
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -6,7 +6,7 @@
 
 #include "cli/output/picture/srgb.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 constexpr std::array<std::string_view, 8> map_names{
@@ -168,4 +168,4 @@ Vec3d color_of_unknown(ColorMap map) {
   return map == ColorMap::grey ? Vec3d{0.6038, 0.1912, 0.3864} : Vec3d{0.5, 0.5, 0.5};
 }
 
-}  // namespace parray
+}  // namespace parray::picture

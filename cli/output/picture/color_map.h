@@ -7,7 +7,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::picture {
 
 /// Colours for numbers, from low to high, in which equal steps of the number look alike.
 enum class ColorMap : std::uint8_t {
@@ -45,4 +45,4 @@ Vec3d color_at(ColorMap map, double share);
 /// another colour.
 Vec3d color_of_unknown(ColorMap map);
 
-}  // namespace parray
+}  // namespace parray::picture

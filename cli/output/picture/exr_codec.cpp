@@ -30,7 +30,7 @@
 #include "cli/output/picture/image_limits.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 constexpr std::array<const char*, 3> rgb_names = {"R", "G", "B"};
@@ -268,4 +268,4 @@ extern "C" [[gnu::visibility("default")]] const ExrCodec* parray_exr_codec() {
   return &codec;
 }
 
-}  // namespace parray
+}  // namespace parray::picture

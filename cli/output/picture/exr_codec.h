@@ -8,7 +8,7 @@
 /// EXR files, by OpenEXR: a module that is loaded when the first is read or written, because its
 /// libraries take ten milliseconds that no other command is to wait for. The seam between
 /// image_file.cpp, which everybody links, and exr_codec.cpp, which is the module.
-namespace parray {
+namespace parray::picture {
 
 struct ExrCodec {
   /// Empty, or why the file could not be written. Arguments as write_image() has checked them;
@@ -26,4 +26,4 @@ struct ExrCodec {
 using ExrCodecEntry = const ExrCodec* (*)();
 inline constexpr const char* exr_codec_entry = "parray_exr_codec";
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -8,7 +8,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 /// 0 at the end of the file.
@@ -52,4 +52,4 @@ void check_exr_attributes(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::picture

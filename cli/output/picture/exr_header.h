@@ -2,7 +2,9 @@
 
 #include <filesystem>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::picture {
 
 /// Refuses an EXR file with an attribute that is longer than the rest of the file: OpenEXR takes,
 /// and clears, as much memory as the attribute's size says before it reads it, up to 2 GiB.
@@ -12,4 +14,4 @@ namespace parray {
 /// Format: https://openexr.com/en/latest/OpenEXRFileLayout.html
 void check_exr_attributes(const std::filesystem::path& path);
 
-}  // namespace parray
+}  // namespace parray::picture

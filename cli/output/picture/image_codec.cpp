@@ -16,7 +16,7 @@
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 /// Pictures are written while no core is idle, or by small clients: a pool only costs.
@@ -156,4 +156,4 @@ extern "C" [[gnu::visibility("default")]] const ImageCodec* parray_image_codec()
   return &codec;
 }
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -9,7 +9,7 @@
 /// Every kind of picture but EXR and PNG, by OpenImageIO: a module that is loaded when the first is
 /// read or written, because the library brings 260 others. The seam between image_file.cpp, which
 /// everybody links, and image_codec.cpp, which is the module.
-namespace parray {
+namespace parray::picture {
 
 /// Kinds that can be written.
 enum class OtherKind : std::uint8_t { tiff, jpeg, jpeg2000 };
@@ -38,4 +38,4 @@ struct ImageCodec {
 using ImageCodecEntry = const ImageCodec* (*)();
 inline constexpr const char* image_codec_entry = "parray_image_codec";
 
-}  // namespace parray
+}  // namespace parray::picture

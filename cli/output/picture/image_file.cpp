@@ -21,7 +21,7 @@
 #include "common/base/module.h"
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -207,4 +207,4 @@ ImageFile read_image(const fs::path& path) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::picture

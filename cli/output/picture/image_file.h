@@ -8,7 +8,7 @@
 #include "cli/output/picture/image_metadata.h"
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::picture {
 
 /// Throws InputError unless an image can be written to `path`: the extension is one that
 /// write_image() knows (.exr, .png, .tif, .tiff, .jpg, .jpeg or .jp2, in either case) and the place
@@ -69,4 +69,4 @@ ImageFile read_image(const std::filesystem::path& path);
 std::string image_library_version();
 std::string exr_library_version();
 
-}  // namespace parray
+}  // namespace parray::picture

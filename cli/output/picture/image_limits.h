@@ -8,7 +8,7 @@
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 
-namespace parray {
+namespace parray::picture {
 
 /// Throws InputError "FILE: reason" if a picture is too large to be read. `channels` counts all
 /// channels, R, G and B included; each takes four bytes a pixel.
@@ -31,4 +31,4 @@ inline void check_image_limits(const std::string& path, std::uint64_t width, std
   }
 }
 
-}  // namespace parray
+}  // namespace parray::picture

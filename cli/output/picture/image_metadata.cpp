@@ -5,7 +5,7 @@
 
 #include "common/base/printable.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 /// Up to here every whole number is a double.
@@ -79,4 +79,4 @@ std::optional<double> real_in(const ImageMetadata& metadata, std::string_view na
   return std::get<double>(*value);
 }
 
-}  // namespace parray
+}  // namespace parray::picture

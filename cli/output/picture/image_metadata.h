@@ -8,7 +8,9 @@
 #include <variant>
 #include <vector>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::picture {
 
 /// Text, a whole number, or a real one.
 using MetadataValue = std::variant<std::string, std::uint64_t, double>;
@@ -33,4 +35,4 @@ std::optional<std::string> text_in(const ImageMetadata& metadata, std::string_vi
 std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name);
 
-}  // namespace parray
+}  // namespace parray::picture

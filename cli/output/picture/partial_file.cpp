@@ -10,7 +10,7 @@
 
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ void write_text_file(const fs::path& path, const std::string& text) {
   write_file(path, [&](std::ostream& out) { out << text; });
 }
 
-}  // namespace parray
+}  // namespace parray::picture

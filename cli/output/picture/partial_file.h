@@ -5,7 +5,9 @@
 #include <ostream>
 #include <string>
 
-namespace parray {
+#include "common/rooms.h"
+
+namespace parray::picture {
 
 /// Throws InputError unless a file can be made at `path`: its directory exists and may be written
 /// to, and what is there now, if anything, is a plain file. Meant for before the work whose result
@@ -46,4 +48,4 @@ void write_file(const std::filesystem::path& path, const std::function<void(std:
 /// Writes `text` to `path`, all of it or nothing. Throws RunError "writing FILE: reason".
 void write_text_file(const std::filesystem::path& path, const std::string& text);
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -25,7 +25,7 @@
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 /// libpng's writer. A step that fails jumps back into attempt(), so steps hold nothing that would
@@ -310,4 +310,4 @@ void check_png_chunks(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -8,7 +8,7 @@
 #include "cli/output/picture/image_file.h"
 #include "common/image/image.h"
 
-namespace parray {
+namespace parray::picture {
 
 /// Writes srgb_bytes() of an image, or, with `alpha` of every pixel, transparent_bytes() of it, as
 /// a PNG file with an sRGB chunk of intent 0 (perceptual), and `metadata`, which is text
@@ -30,4 +30,4 @@ ImageFile read_png(const std::string& path);
 /// Format: https://www.w3.org/TR/png-3/#5Chunk-layout
 void check_png_chunks(const std::filesystem::path& path);
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 /// Floats from `lowest`, below which the code is 0, to 1, in groups of like leading bits, each so
@@ -64,4 +64,4 @@ std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
   return bytes;
 }
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -6,8 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "common/rooms.h"
+
 /// The sRGB transfer curve, IEC 61966-2-1.
-namespace parray {
+namespace parray::picture {
 
 /// Linear value in [0, 1] to encoded value in [0, 1].
 inline double srgb_encode(double linear) {
@@ -29,4 +31,4 @@ inline std::uint8_t srgb_byte(float linear) {
 /// srgb_byte() of each, by a table.
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear);
 
-}  // namespace parray
+}  // namespace parray::picture

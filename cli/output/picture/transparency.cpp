@@ -7,7 +7,7 @@
 #include "common/base/sha256.h"
 #include "common/image/lattice.h"
 
-namespace parray {
+namespace parray::picture {
 namespace {
 
 std::uint8_t alpha_byte(float alpha) {
@@ -84,4 +84,4 @@ std::vector<std::uint8_t> png_bytes(const Image& image, const Channels& channels
   return alpha.empty() ? srgb_bytes(image.rgb) : transparent_bytes(image.rgb, alpha);
 }
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -14,7 +14,7 @@
 /// Pictures without their background. Alpha of a pixel is the share of its camera rays that meet
 /// something, and its colour is premultiplied: what the samples of these rays add to its mean
 /// (Porter and Duff, "Compositing digital images", SIGGRAPH 1984; the convention of OpenEXR).
-namespace parray {
+namespace parray::picture {
 
 /// The channel that holds alpha, as EXR has it.
 inline constexpr const char* alpha_channel = "A";
@@ -52,4 +52,4 @@ std::vector<std::uint8_t> transparent_bytes(std::span<const float> rgb,
 /// srgb_bytes().
 std::vector<std::uint8_t> png_bytes(const Image& image, const Channels& channels);
 
-}  // namespace parray
+}  // namespace parray::picture

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parray {
+namespace parray::postprocess {
 namespace {
 
 /// True when it holds of a pixel and of those left, right, above and below of it.
@@ -83,4 +83,4 @@ void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, cons
   }
 }
 
-}  // namespace parray
+}  // namespace parray::postprocess

@@ -8,7 +8,7 @@
 #include "common/scene/scene.h"
 
 /// Depth cueing: what is far fades into the background.
-namespace parray {
+namespace parray::postprocess {
 
 /// What is seen of a scene, pixel by pixel, as cli/output/channel_tracing.h has it.
 struct SeenSpheres {
@@ -48,4 +48,4 @@ Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene&
 void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, const DepthFade& fade,
           const Vec3d& background);
 
-}  // namespace parray
+}  // namespace parray::postprocess

@@ -8,7 +8,7 @@
 #include "cli/output/labels/camera_film.h"
 #include "common/base/bands.h"
 
-namespace parray {
+namespace parray::postprocess {
 namespace {
 
 constexpr std::uint32_t sky = UINT32_MAX;
@@ -264,4 +264,4 @@ void draw_ink(Image& image, std::vector<float>& alpha, const std::vector<float>&
   }
 }
 
-}  // namespace parray
+}  // namespace parray::postprocess

@@ -7,7 +7,7 @@
 #include "common/scene/scene.h"
 
 /// Lines where spheres end before something that is farther away, as illustrators draw them.
-namespace parray {
+namespace parray::postprocess {
 
 /// Almost black, linear RGB.
 inline constexpr Vec3d outline_ink{0.01, 0.01, 0.01};
@@ -31,4 +31,4 @@ std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint
 void draw_ink(Image& image, std::vector<float>& alpha, const std::vector<float>& shares,
               const Vec3d& ink = outline_ink);
 
-}  // namespace parray
+}  // namespace parray::postprocess

@@ -4,7 +4,7 @@
 
 #include "cli/output/picture/transparency.h"
 
-namespace parray {
+namespace parray::postprocess {
 namespace {
 
 template <typename Value>
@@ -49,4 +49,4 @@ ShownPicture finished_picture(const Picture& picture, const Finishing& finishing
   return shown;
 }
 
-}  // namespace parray
+}  // namespace parray::postprocess

@@ -11,7 +11,7 @@
 
 /// What is done to a picture after it was traced, in files that are looked at (PNG). EXR files keep
 /// what was traced, and so do `image_sha256` and the picture itself.
-namespace parray {
+namespace parray::postprocess {
 
 /// A picture to be drawn on: a copy of what was traced.
 struct ShownPicture {
@@ -46,4 +46,4 @@ std::string names_of(const Finishing& finishing);
 /// The picture with all steps applied; without steps as it was traced.
 ShownPicture finished_picture(const Picture& picture, const Finishing& finishing);
 
-}  // namespace parray
+}  // namespace parray::postprocess

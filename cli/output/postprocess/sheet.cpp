@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parray {
+namespace parray::postprocess {
 namespace {
 
 std::uint64_t side(std::uint32_t count, std::uint32_t pixels, std::uint32_t gap) {
@@ -66,4 +66,4 @@ Image sheet_of(const std::vector<ShownPicture>& pictures, const SheetLayout& lay
   return sheet;
 }
 
-}  // namespace parray
+}  // namespace parray::postprocess

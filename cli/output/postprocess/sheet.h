@@ -7,7 +7,7 @@
 #include "common/image/image.h"
 
 /// Several pictures of one size in one.
-namespace parray {
+namespace parray::postprocess {
 
 /// Rows from the top, each from the left; the last may have fewer.
 struct SheetLayout {
@@ -28,4 +28,4 @@ std::uint64_t sheet_height(const SheetLayout& layout, std::uint32_t height);
 /// under what is transparent.
 Image sheet_of(const std::vector<ShownPicture>& pictures, const SheetLayout& layout);
 
-}  // namespace parray
+}  // namespace parray::postprocess

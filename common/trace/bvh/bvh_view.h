@@ -9,7 +9,7 @@
 ///
 /// `Store` is the type that spheres and boxes are stored in; `W`, the width of a node and of a
 /// block, is the number of `Store` lanes that the instruction set has.
-namespace parray {
+namespace parray::trace {
 
 /// Up to W spheres side by side. Lanes without a sphere hold NaN, which no ray meets.
 template <typename Store, int W>
@@ -68,4 +68,4 @@ struct BvhView {
   Store extent = 0;                ///< largest coordinate of the tree's spheres, radii included
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 /// Levels of the tree whose left sides are tasks of their own.
@@ -99,4 +99,4 @@ template class Collapse<float, 16>;
 template class Collapse<double, 4>;
 template class Collapse<double, 8>;
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -7,7 +7,7 @@
 
 #include "common/trace/bvh/sah_builder.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// How a binary tree becomes one whose nodes have up to W children: the nodes to keep, chosen so
 /// that the sum of their areas and their leaves', what a random ray is expected to step on, is the
@@ -44,4 +44,4 @@ class Collapse {
   std::unique_ptr<Shares[]> shares_;  ///< by node; those of leaves are never touched
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,7 +6,7 @@
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/ray_columns.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// The nearest crossing of each ray so far, made nearer by lanes of spheres at a time. `L` are
 /// lanes of the real type.
@@ -68,4 +68,4 @@ class NearestCrossings {
   Queries<Real, Store>& queries_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -9,7 +9,7 @@
 /// Rays as traversal reads them, column by column, so that lanes load and store them, and its
 /// scratch memory. Columns have room for a whole vector beyond the last ray. Nothing is
 /// initialised.
-namespace parray {
+namespace parray::trace {
 
 inline constexpr std::uint32_t most_rays = 1024;              ///< that are traced side by side
 inline constexpr std::uint32_t column_size = most_rays + 16;  ///< whole vectors are read
@@ -107,4 +107,4 @@ struct TraversalSpace {
   alignas(64) std::uint32_t stack_child[stack_entries];
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -7,7 +7,7 @@
 
 /// Rays that go through a tree side by side, taking their steps by turns, and their distances to
 /// the planes of its boxes.
-namespace parray {
+namespace parray::trace {
 
 /// Rays of a group that wait for a step of one kind, each with the child that it is to enter.
 struct Waiting {
@@ -77,4 +77,4 @@ struct Slab {
   }
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -9,7 +9,7 @@
 #include "common/base/bands.h"
 #include "common/math/vec4.h"
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 constexpr std::size_t bin_count = 16;
@@ -469,4 +469,4 @@ BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::
 template BinaryTree<float> build_binary_tree(std::span<BuildSphere<float>>, std::uint32_t, int);
 template BinaryTree<double> build_binary_tree(std::span<BuildSphere<double>>, std::uint32_t, int);
 
-}  // namespace parray
+}  // namespace parray::trace

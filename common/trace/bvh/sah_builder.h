@@ -8,7 +8,7 @@
 
 #include "common/math/vec.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// A sphere as the builder moves it about.
 template <typename Store>
@@ -52,4 +52,4 @@ template <typename Store>
 BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
                                     int threads);
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -15,7 +15,7 @@
 /// grow by 32 u X: what is left, 4 u X, is more than squaring loses, 7 u / 2 of a radius below X.
 /// The foot is off by less than 20 u X. Radii are above 1e-15 and lengths below 1e15 (limits.h):
 /// their squares are finite and lose no bits.
-namespace parray {
+namespace parray::trace {
 
 /// Rays i, i + 1, ... of a vector. `reach`: the largest coordinates of their origins; `extent`: of
 /// the tree's spheres.
@@ -55,4 +55,4 @@ PARRAY_INLINE std::uint32_t may_enter(const ScreenColumns<typename B::Scalar>& r
   return bits_of((square <= radius * radius) & (B(rays.behind[i]) <= along));
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -14,7 +14,7 @@
 /// step waits for the outcome of the one before (no mispredicted branch, no cache miss in sight).
 /// Source for traversal by octant order and compaction instead of sorting: Fuetterling, Lojewski,
 /// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017.
-namespace parray {
+namespace parray::trace {
 
 /// `L` are lanes of the real type, `B` lanes of the stored one.
 template <typename L, typename B>
@@ -480,4 +480,4 @@ class Traversal {
   Space& space_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 /// Spheres this many times larger than the median one stand outside the tree.
@@ -239,4 +239,4 @@ template class WideBvh<float, 16>;
 template class WideBvh<double, 4>;
 template class WideBvh<double, 8>;
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -8,7 +8,7 @@
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/collapse.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// The spheres of a scene in blocks of W, and a tree of W-wide nodes over the blocks.
 ///
@@ -108,4 +108,4 @@ class WideBvh {
   Store extent_ = 0;  ///< see BvhView
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,7 +6,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::trace {
 
 class PathTracer;
 
@@ -58,4 +58,4 @@ class Accelerator {
   Vec3d origin_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -7,7 +7,7 @@
 #include "common/trace/integrator/random.h"
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Unit vectors along the picture's sides, and back towards whoever looks at it.
 struct CameraAxes {
@@ -109,4 +109,4 @@ struct SkyGradient {
   Vec3<Real> rise;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,8 +6,11 @@
 #include "common/trace/integrator/wavefront.h"
 #include PARRAY_LANES
 
-namespace parray::PARRAY_ISA {
+namespace parray::trace::PARRAY_ISA {
 namespace {
+
+using math::PARRAY_ISA::DoubleLanes;
+using math::PARRAY_ISA::FloatLanes;
 
 template <typename L, typename B, typename SceneTables>
 PARRAY_INLINE void trace_batch(const SceneTables& scene, const SampleBatch& batch, PixelSums* row,
@@ -78,4 +81,4 @@ void find(const KernelScene<double, double, double_width>& scene,
   find_all<DoubleLanes, DoubleLanes>(scene, space);
 }
 
-}  // namespace parray::PARRAY_ISA
+}  // namespace parray::trace::PARRAY_ISA

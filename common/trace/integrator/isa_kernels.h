@@ -15,7 +15,7 @@
 /// that finds the next surface: for each of `space.paths` it sets t, slot and leaving of
 /// `space.queries`; with `features.sides`, paths.normal and paths.inside count too.
 #define PARRAY_DECLARE_KERNELS(isa, float_lanes, double_lanes)                                    \
-  namespace parray::isa {                                                                         \
+  namespace parray::trace::isa {                                                                  \
   inline constexpr int float_width = float_lanes;                                                 \
   inline constexpr int double_width = double_lanes;                                               \
   void trace(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,       \

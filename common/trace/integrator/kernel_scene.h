@@ -12,7 +12,7 @@
 ///
 /// `Real` is what a path is computed in, `Store` what spheres and boxes are stored in: float float
 /// is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
-namespace parray {
+namespace parray::trace {
 
 /// A sphere's material: its surface's MaterialType in the low bits, and the surface's number.
 struct MaterialRef {
@@ -77,4 +77,4 @@ struct BatchRadiance {
   alignas(64) double of[SampleBatch::most][4];
 };
 
-}  // namespace parray
+}  // namespace parray::trace

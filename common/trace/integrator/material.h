@@ -5,7 +5,7 @@
 #include "common/trace/integrator/random.h"
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// A material as the kernel reads it: a row of eight numbers, so that lanes can gather from it.
 /// `Real` is a scalar, or lanes of one: then each lane has a material of its own.
@@ -129,4 +129,4 @@ Scattering<Real> scatter(const MaterialParameters<Real>& surface, const Vec3<Rea
   return {Event::reflected, scatter_diffuse(m, u)};
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -1,6 +1,6 @@
 #include "common/trace/integrator/nonfinite.h"
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 std::uint64_t nonfinite_samples(const PathTracer& tracer, const PixelRun& pixel,
@@ -32,4 +32,4 @@ std::vector<ExcludedSamples> locate_nonfinite(const PathTracer& tracer, const Pi
   return found;
 }
 
-}  // namespace parray
+}  // namespace parray::trace

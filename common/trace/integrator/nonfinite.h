@@ -6,7 +6,7 @@
 #include "common/image/cell_records.h"
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Which samples of a run of pixels were not finite, by tracing it again, a pixel at a time: for
 /// runs whose counts say that there are some, which no correct tracer's ever do. `samples` has a
@@ -14,4 +14,4 @@ namespace parray {
 std::vector<ExcludedSamples> locate_nonfinite(const PathTracer& tracer, const PixelRun& run,
                                               std::span<const SampleRange> samples);
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,7 +6,7 @@
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/sphere_search.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// All that a path meets. Immutable; shared by all threads, and by all pictures of the scene.
 template <typename Real>
@@ -104,4 +104,4 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& end
   return {};  // longer than max_depth: counts as dark
 }
 
-}  // namespace parray
+}  // namespace parray::trace

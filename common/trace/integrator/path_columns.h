@@ -6,7 +6,7 @@
 #include "common/trace/integrator/kernel_scene.h"
 
 /// The scratch memory of a batch: what is known of each path, in columns. Nothing is initialised.
-namespace parray {
+namespace parray::trace {
 
 /// Paths that go on, each with its next ray.
 template <typename Real>
@@ -59,4 +59,4 @@ PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene, 
   return head;
 }
 
-}  // namespace parray
+}  // namespace parray::trace

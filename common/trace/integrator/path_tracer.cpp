@@ -3,7 +3,7 @@
 #include "common/scene/origin.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 
-namespace parray {
+namespace parray::trace {
 
 Accelerator::Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
                          const BuildOptions& options)
@@ -26,4 +26,4 @@ std::unique_ptr<PathTracer> make_general_path_tracer(std::shared_ptr<const Accel
   return made.tracer(std::move(accelerator), camera, picture, true);
 }
 
-}  // namespace parray
+}  // namespace parray::trace

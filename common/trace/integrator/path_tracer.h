@@ -13,7 +13,7 @@
 #include "common/trace/integrator/accelerator.h"
 #include "common/trace/ray.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// A horizontal run of pixels, columns [x_begin, x_end) of row y.
 struct PixelRun {
@@ -116,4 +116,4 @@ inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, std::u
   add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, sample, pixel, counts);
 }
 
-}  // namespace parray
+}  // namespace parray::trace

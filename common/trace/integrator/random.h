@@ -6,7 +6,7 @@
 #include "common/math/sobol.h"
 #include "common/scene/settings.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// What a block of random numbers is for. Part of a number's address: values must not change.
 enum class Purpose : std::uint32_t {
@@ -117,4 +117,4 @@ class RandomAddress {
 
 using SampleRandom = RandomAddress<std::uint32_t>;
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -11,7 +11,7 @@
 
 /// Adding the samples of a batch to their pixels: what PixelSums::add() does, with the channels of
 /// a sample side by side.
-namespace parray {
+namespace parray::trace {
 
 /// Red, green, blue, and 0, in the fixed point of RadianceScale.
 using FixedColor = std::uint64_t __attribute__((vector_size(32)));
@@ -108,4 +108,4 @@ PARRAY_INLINE void add_samples(const SampleBatch& batch, const BatchRadiance& ra
   counts.samples += batch.count;
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -12,7 +12,7 @@
 #include "common/trace/sphere.h"
 
 /// What all accelerators and tracers make of a scene alike.
-namespace parray {
+namespace parray::trace {
 
 /// A sphere as an accelerator stores it, relative to `origin`.
 template <typename Store>
@@ -64,4 +64,4 @@ void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>
   first.normal = vec_cast<double>(hit.leaving ? -outward : outward);
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 /// Tiles of a picture at most, and entries of all tiles for each sphere: more would cost memory,
@@ -113,4 +113,4 @@ StartTable StartSpheres::table() const {
   return table;
 }
 
-}  // namespace parray
+}  // namespace parray::trace

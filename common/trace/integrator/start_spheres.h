@@ -12,7 +12,7 @@
 
 /// Which spheres a path may begin inside of. Each sample decides for itself, by the numbers that
 /// the spheres are stored as; here are those that it has to ask.
-namespace parray {
+namespace parray::trace {
 
 /// Pixels, both ends included.
 struct PixelBox {
@@ -100,4 +100,4 @@ class StartSpheres {
   std::vector<std::uint32_t> numbers_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

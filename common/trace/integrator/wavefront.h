@@ -10,7 +10,7 @@
 /// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
 /// the same type of material, a vector at a time. Every path goes through the same arithmetic as
 /// trace_sample() of path.h does, to the bit.
-namespace parray {
+namespace parray::trace {
 
 /// `L` are lanes of the real type, `B` lanes of the stored one, `D` lanes of double; `InsideStack`:
 /// paths can be inside something (KernelFeatures).
@@ -338,4 +338,4 @@ class Wavefront {
   Space& space_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -16,7 +16,7 @@
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/isa.h"
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 /// What the materials alone call for.
@@ -254,4 +254,4 @@ std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene
   }
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -4,7 +4,7 @@
 
 #include "common/trace/integrator/path_tracer.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// The accelerator whose tracers are the kernels of an instruction set, which this machine has:
 /// linear search or the tree. Fewer than 2^26 spheres; memory is in proportion to them.
@@ -19,4 +19,4 @@ std::unique_ptr<PathTracer> make_general_path_tracer(std::shared_ptr<const Accel
                                                      const Camera& camera,
                                                      const PictureSettings& picture);
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -5,7 +5,7 @@
 
 #include "common/trace/sphere_search.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Linear search: every sphere for every ray. The oracle of the other accelerators, and the
 /// fastest for a handful of spheres.
@@ -26,4 +26,4 @@ class Linear {
   std::vector<SphereShape<Real>> spheres_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

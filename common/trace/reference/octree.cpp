@@ -5,7 +5,7 @@
 
 #include "common/trace/reference/octree_build.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// A ray prepared for the tests of cells: plane origins moved outward by its share of the margins.
 template <typename Real>
@@ -84,4 +84,4 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
 template class Octree<float>;
 template class Octree<double>;
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -7,7 +7,7 @@
 
 #include "common/trace/sphere_search.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// The accelerator of the program that ParRay started from: an octree whose cells are bounded by
 /// seven pairs of parallel planes, searched best first. Kept to repeat that program's comparison
@@ -80,4 +80,4 @@ class Octree {
 extern template class Octree<float>;
 extern template class Octree<double>;
 
-}  // namespace parray
+}  // namespace parray::trace

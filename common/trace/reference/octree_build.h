@@ -9,7 +9,7 @@
 #include "common/math/largest_component.h"
 #include "common/trace/reference/octree.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// Components along x, y, z and the diagonals (1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1).
 template <typename Real>
@@ -204,4 +204,4 @@ Octree<Real>::Octree(const std::vector<SphereShape<Real>>& spheres) {
   }
 }
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -8,7 +8,7 @@
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// One path after the other, by any search of sphere_search.h. What it computes is what every other
 /// tracer has to compute, to the bit. `S` outlives it, and so does `scene`: `self` owns both.
@@ -132,4 +132,4 @@ class ScalarAccelerator final : public Accelerator {
   S search_;
 };
 
-}  // namespace parray
+}  // namespace parray::trace

@@ -6,7 +6,7 @@
 #include "common/base/sha256.h"
 #include "common/math/float_mode.h"
 
-namespace parray {
+namespace parray::trace {
 namespace {
 
 Scene built_in_scene() {
@@ -61,4 +61,4 @@ std::string trace_fingerprint(const TracerMaker& make) {
   return sha256_hex(std::as_bytes(std::span(sums)));
 }
 
-}  // namespace parray
+}  // namespace parray::trace

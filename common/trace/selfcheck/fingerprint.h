@@ -7,7 +7,7 @@
 
 #include "common/trace/tracer.h"
 
-namespace parray {
+namespace parray::trace {
 
 /// SHA-256 of a small built-in picture, with every material, a lens and nested glass, traced with
 /// every sampler in every precision: two builds that agree on it trace the same bits. Takes a few
@@ -24,4 +24,4 @@ using TracerMaker = std::function<std::unique_ptr<PathTracer>(const Scene&, cons
 /// The same picture by tracers of `make`. Throws what it throws.
 std::string trace_fingerprint(const TracerMaker& make);
 
-}  // namespace parray
+}  // namespace parray::trace

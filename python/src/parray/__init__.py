@@ -8,7 +8,7 @@ from .program import find_program, render, render_async
 from .progress import Progress
 from .srgb import srgb_to_linear
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Error",
     "Farm",

@@ -1,6 +1,7 @@
 #include "tests/experiments/simulation/costs.h"
 
 #include "common/base/error.h"
+#include "tests/support/rooms.h"
 
 namespace parray::simulation {
 

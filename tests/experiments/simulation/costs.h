@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 /// What things cost in a simulated job. Seconds and bytes a second throughout.
 namespace parray::simulation {
 

@@ -6,6 +6,7 @@
 #include <queue>
 
 #include "common/schedule/chunk_policy.h"
+#include "tests/support/rooms.h"
 
 namespace parray::simulation {
 namespace {

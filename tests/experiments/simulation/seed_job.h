@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/experiments/simulation/sim_job.h"
+#include "tests/support/rooms.h"
 
 namespace parray::simulation {
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "tests/support/rooms.h"
+
 namespace parray::simulation {
 namespace {
 

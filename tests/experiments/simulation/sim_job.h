@@ -12,6 +12,7 @@
 #include "tests/experiments/simulation/costs.h"
 #include "tests/experiments/simulation/sim_team.h"
 #include "tests/experiments/simulation/sim_window.h"
+#include "tests/support/rooms.h"
 #include "worker/lease_runner.h"
 #include "worker/window_source.h"
 

@@ -9,6 +9,8 @@
 #include <queue>
 #include <random>
 
+#include "tests/support/rooms.h"
+
 namespace parray::simulation {
 
 std::vector<double> cell_costs(const WorkPlan& plan, const std::vector<double>& row_seconds,

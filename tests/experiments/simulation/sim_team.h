@@ -8,6 +8,7 @@
 #include "common/schedule/work_plan.h"
 #include "tests/experiments/simulation/sim_window.h"
 #include "tests/experiments/simulation/spent.h"
+#include "tests/support/rooms.h"
 #include "worker/team.h"
 
 namespace parray::simulation {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "tests/support/rooms.h"
+
 namespace parray::simulation {
 
 Time Resource::book(Time from, double seconds) {

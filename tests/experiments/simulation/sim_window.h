@@ -10,6 +10,7 @@
 #include "proto/clock.h"
 #include "proto/window.h"
 #include "tests/experiments/simulation/costs.h"
+#include "tests/support/rooms.h"
 
 namespace parray::simulation {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "tests/support/rooms.h"
+
 namespace parray::simulation {
 
 /// Seconds of all cores of a rank, by what they did.

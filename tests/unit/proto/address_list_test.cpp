@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "common/base/error.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 

@@ -15,6 +15,7 @@
 #include "proto/messages.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
 
 namespace parray {

@@ -15,6 +15,7 @@
 #include "common/scene/limits.h"
 #include "proto/control_frame.h"
 #include "tests/support/protocol_table.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
 
 namespace parray {

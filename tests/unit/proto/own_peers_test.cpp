@@ -9,6 +9,8 @@
 
 #include <csignal>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

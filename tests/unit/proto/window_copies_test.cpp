@@ -6,6 +6,7 @@
 
 #include "coordinator/leases/window_collector.h"
 #include "tests/support/collector_rig.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 

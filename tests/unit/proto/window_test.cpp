@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

@@ -16,6 +16,7 @@
 #include "common/math/float_mode.h"
 #include "common/trace/isa.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/window_rig.h"
 #include "worker/cell_tracer.h"

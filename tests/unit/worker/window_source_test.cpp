@@ -11,6 +11,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/source_rig.h"
 
 namespace parray::test {

@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/trace/tracer.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
 
@@ -67,7 +68,7 @@ const std::vector<std::uint32_t>& spheres_of(const Channels& channels) {
 Channels trace_channels(const Scene& scene, const RenderSettings& settings, const Aovs& wanted,
                         int threads, const std::function<void()>& between_bands = {}) {
   const auto tracer = make_path_tracer(scene, settings, {threads});
-  return parray::trace_channels(*tracer, scene, settings, wanted, threads, between_bands);
+  return output::trace_channels(*tracer, scene, settings, wanted, threads, between_bands);
 }
 
 /// All values are `expected` within `tolerance`.

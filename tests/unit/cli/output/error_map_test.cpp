@@ -13,6 +13,7 @@
 
 #include "cli/output/labels/font.h"
 #include "cli/output/text.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

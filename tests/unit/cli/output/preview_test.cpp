@@ -7,6 +7,7 @@
 
 #include "cli/output/picture/image_file.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/window_rig.h"
 

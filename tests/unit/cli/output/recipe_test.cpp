@@ -8,6 +8,7 @@
 #include "common/base/error.h"
 #include "proto/messages.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cli/scene_sandbox/confinement.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray {

@@ -15,6 +15,7 @@
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/base/cpu_count.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
@@ -29,7 +30,7 @@ bool in_time(std::size_t byte_of_record) {
 
 TEST_CASE("one changed bit anywhere but in the time changes the digest of that cell alone") {
   Dice dice(3);
-  const std::size_t record_bytes = parray::record_bytes(5);
+  const std::size_t record_bytes = image::record_bytes(5);
   auto records = random_records(dice, 3 * record_bytes);
   const auto before = cell_digests(records, record_bytes);
   REQUIRE(before.size() == 3);

@@ -13,6 +13,7 @@
 #include "common/image/image.h"
 #include "common/trace/integrator/random.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

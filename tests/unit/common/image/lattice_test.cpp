@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 namespace {
 

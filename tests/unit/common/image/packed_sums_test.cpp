@@ -15,6 +15,7 @@
 
 #include "common/base/bytes.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -1,12 +1,14 @@
 /// Compiled once for each instruction set, as isa_kernels.cpp is.
 #include "tests/support/lane_operations.h"
 
+#include "tests/support/rooms.h"
+
 #include PARRAY_LANES
 
 namespace parray::test::PARRAY_ISA {
 
-using parray::PARRAY_ISA::DoubleLanes;
-using parray::PARRAY_ISA::FloatLanes;
+using parray::math::PARRAY_ISA::DoubleLanes;
+using parray::math::PARRAY_ISA::FloatLanes;
 
 void operate(const LaneInputs<float>& in, LaneResults<float>& out) {
   operate_on_reals<FloatLanes>(in, out);

@@ -15,6 +15,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/lane_operations.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 
 /// Lanes of every instruction set against the scalar operations of this file, which is compiled for
 /// none.
@@ -255,7 +256,7 @@ LanesOfIsa<T> lanes_of_isa(Isa isa) {
   switch (isa) {
 #define PARRAY_LANES_OF(isa) \
   case Isa::isa:             \
-    return {isa::operate, single ? parray::isa::float_width : parray::isa::double_width};
+    return {test::isa::operate, single ? trace::isa::float_width : trace::isa::double_width};
     PARRAY_FOR_EACH_ISA(PARRAY_LANES_OF)
 #undef PARRAY_LANES_OF
     default:

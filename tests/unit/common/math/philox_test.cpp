@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/trace/integrator/random.h"
+#include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
 namespace parray {

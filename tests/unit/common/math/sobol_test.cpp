@@ -10,6 +10,7 @@
 
 #include "common/trace/integrator/random.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
 namespace parray {

@@ -9,6 +9,7 @@
 #include "common/process/command_line.h"
 #include "common/process/help_text.h"
 #include "common/process/manual_page.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

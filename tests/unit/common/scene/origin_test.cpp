@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

@@ -17,6 +17,7 @@
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

@@ -7,6 +7,7 @@
 #include "common/base/bytes.h"
 #include "common/scene/scene_bytes.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

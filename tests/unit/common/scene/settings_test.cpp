@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

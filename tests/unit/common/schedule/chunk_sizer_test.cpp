@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 /// What the policies say: schedule_test.cpp. Here: what they are asked.
@@ -29,7 +30,7 @@ ChunkSizer sizer(SchedulePolicy policy, LeaseLength length = {0.002, 1}) {
 }
 
 /// `workers` of one thread, all measured at the same speed.
-FarmSpeed farm(std::uint32_t workers, double each) {
+FarmSpeed speeds_of(std::uint32_t workers, double each) {
   return {each * workers, workers, workers, workers};
 }
 
@@ -70,7 +71,8 @@ TEST_CASE("leases by speed last between the shortest and the longest time, but f
   const ChunkSizer weighted = sizer(SchedulePolicy::weighted, {0.01, 0.5});
   for (const double speed : {1e5, 1e6, 1e7}) {
     const auto length = [&](std::uint32_t workers, std::uint64_t remaining) {
-      return static_cast<double>(weighted.cells({1, speed}, farm(workers, speed), remaining, 0)) *
+      return static_cast<double>(
+                 weighted.cells({1, speed}, speeds_of(workers, speed), remaining, 0)) *
              cell_samples / speed;
     };
     const double cell = cell_samples / speed;
@@ -102,7 +104,7 @@ TEST_CASE("policies for whole rows deal out whole rows") {
        {SchedulePolicy::static_split, SchedulePolicy::guided, SchedulePolicy::factoring}) {
     std::uint64_t remaining = 200 * row;
     for (std::uint64_t step = 0; remaining > 0; ++step) {
-      const std::uint64_t cells = sizer(policy).cells({2, 0}, farm(3, 0), remaining, step);
+      const std::uint64_t cells = sizer(policy).cells({2, 0}, speeds_of(3, 0), remaining, step);
       CHECK(cells % row == 0);
       remaining -= cells;
     }

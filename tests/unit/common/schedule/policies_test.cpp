@@ -7,6 +7,7 @@
 #include "common/schedule/chunk_policy.h"
 #include "common/schedule/row_order.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

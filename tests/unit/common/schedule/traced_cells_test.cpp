@@ -11,6 +11,7 @@
 #include "common/base/bytes.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

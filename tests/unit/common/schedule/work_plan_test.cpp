@@ -13,6 +13,7 @@
 #include "coordinator/jobs/job_picture.h"
 #include "proto/window.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

@@ -10,6 +10,7 @@
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
 

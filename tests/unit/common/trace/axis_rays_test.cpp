@@ -13,6 +13,7 @@
 #include "common/trace/bvh/ray_groups.h"
 #include "common/trace/reference/linear.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

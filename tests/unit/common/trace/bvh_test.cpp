@@ -11,6 +11,7 @@
 #include "common/scene/limits.h"
 #include "common/trace/reference/linear.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/rooms.h"
 
 /// What lanes of every instruction set find, with the tree and without, against linear search by
 /// the scalar functions, bit by bit.

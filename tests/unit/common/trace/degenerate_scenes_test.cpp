@@ -10,6 +10,7 @@
 #include "common/math/float_mode.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 /// Scenes that a careless accelerator divides for ever, or takes memory without bound for.
 namespace parray::test {

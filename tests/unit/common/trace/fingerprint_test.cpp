@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 
 // For every compiler, optimisation level and sanitizer. When a change to the tracer changes the

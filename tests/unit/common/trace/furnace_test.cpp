@@ -13,6 +13,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/lane_accelerator.h"
 #include "tests/support/reference_tracer.h"
+#include "tests/support/rooms.h"
 
 /// Scenes whose every sample is known exactly.
 namespace parray {
@@ -42,7 +43,7 @@ struct Picture {
   }
 };
 
-Picture trace(const Scene& scene, const RenderSettings& settings) {
+Picture traced(const Scene& scene, const RenderSettings& settings) {
   const auto tracer = make_path_tracer(scene, settings);
   Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height),
                   {},
@@ -77,7 +78,7 @@ void for_all_kernels(const Scene& scene, const RenderSettings& settings, Check c
          {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
       CAPTURE(name_of(precision));
       CAPTURE(name_of(accelerator));
-      const Picture picture = trace(scene, small(settings, precision, accelerator));
+      const Picture picture = traced(scene, small(settings, precision, accelerator));
       CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
       CHECK(picture.counts.nonfinite == 0);
       check(picture);
@@ -284,7 +285,7 @@ TEST_CASE("a sample that is not a number is counted and adds nothing, even under
   Scene scene = under_white_sky();
   scene.camera.aperture = 1;
   scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
-  const Picture picture = trace(scene, small({}, Precision::f32, AcceleratorKind::linear));
+  const Picture picture = traced(scene, small({}, Precision::f32, AcceleratorKind::linear));
   CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
   CHECK(picture.counts.nonfinite == picture.counts.samples);
   CHECK(picture.pixels_other_than(0) == 0);

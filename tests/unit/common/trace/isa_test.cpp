@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray::test {

@@ -15,6 +15,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/reference_tracer.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 /// The lane kernels' sums against those of the scalar reference, to the last bit.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
 namespace parray {

@@ -13,6 +13,7 @@
 #include "common/image/image.h"
 #include "common/trace/tracer.h"
 #include "coordinator/jobs/report.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 #include "worker/cell_tracer.h"
 

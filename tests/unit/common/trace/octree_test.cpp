@@ -7,6 +7,7 @@
 
 #include "common/scene/limits.h"
 #include "tests/support/accelerator_trials.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

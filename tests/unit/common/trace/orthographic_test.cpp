@@ -13,6 +13,7 @@
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
 

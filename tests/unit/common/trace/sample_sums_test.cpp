@@ -8,6 +8,7 @@
 
 #include "common/trace/integrator/path_tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -13,6 +13,7 @@
 #include "common/trace/integrator/random.h"
 #include "common/trace/tracer.h"
 #include "tests/support/owen_tree.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/statistics.h"
 

@@ -12,6 +12,7 @@
 #include "common/math/lanes_scalar.h"
 #include "common/trace/sphere.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

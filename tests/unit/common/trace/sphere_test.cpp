@@ -8,6 +8,7 @@
 
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_cases.h"
 
 namespace parray {

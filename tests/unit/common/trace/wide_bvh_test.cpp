@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
 #include "tests/support/thorny_spheres.h"
 
 namespace parray::test {

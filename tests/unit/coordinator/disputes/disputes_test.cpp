@@ -12,6 +12,7 @@
 #include "coordinator/disputes/referee_budget.h"
 #include "coordinator/disputes/referee_desk.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/sim_referee.h"
 

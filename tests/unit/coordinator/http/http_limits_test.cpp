@@ -15,6 +15,7 @@
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
 #include "coordinator/loop/submit_token.h"
+#include "tests/support/rooms.h"
 
 namespace parray::http {
 namespace {

@@ -17,6 +17,7 @@
 #include "coordinator/http/webhooks.h"
 #include "proto/joined_link.h"
 #include "proto/tokens.h"
+#include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray::test {
 namespace {
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

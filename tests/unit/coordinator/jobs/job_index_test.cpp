@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

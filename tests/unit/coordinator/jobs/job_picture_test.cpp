@@ -12,6 +12,7 @@
 #include "common/scene/limits.h"
 #include "tests/support/dice.h"
 #include "tests/support/faulty_team.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

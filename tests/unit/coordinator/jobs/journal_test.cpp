@@ -11,6 +11,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "coordinator/jobs/work_map.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "coordinator/leases/lease_table.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 /// Random histories of a lease table against a model that keeps a state for every single cell.
 namespace parray {

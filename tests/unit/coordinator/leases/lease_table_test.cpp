@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 /// Each arrow of the picture "A lease" in proto/PROTOCOL.md, and the bounds around it.
 /// Histories of many steps: lease_history_test.cpp.
 namespace parray {

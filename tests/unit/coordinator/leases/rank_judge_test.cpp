@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/faulty_team.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

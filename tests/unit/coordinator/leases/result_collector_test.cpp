@@ -8,6 +8,7 @@
 
 #include "tests/support/dice.h"
 #include "tests/support/faulty_team.h"
+#include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
 namespace parray {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/collector_rig.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 

@@ -14,6 +14,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/crash_store.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 
 TEST_CASE("a client has few large answers under way, and all clients together so many bytes") {

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

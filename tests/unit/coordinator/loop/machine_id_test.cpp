@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

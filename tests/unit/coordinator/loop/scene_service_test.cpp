@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

@@ -15,6 +15,7 @@
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_disk.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/standby_line.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"

@@ -5,10 +5,11 @@
 
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
-#include "coordinator/replica/lineage.h"
 #include "coordinator/store/disk_store.h"
+#include "coordinator/store/lineage.h"
 #include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
+#include "tests/support/rooms.h"
 #include "tests/support/standby_line.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"

@@ -12,6 +12,7 @@
 #include "coordinator/store/state_tools.h"
 #include "tests/support/faulty_disk.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
 

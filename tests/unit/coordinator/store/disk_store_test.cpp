@@ -9,6 +9,7 @@
 #include "common/base/error.h"
 #include "coordinator/store/schema.h"
 #include "tests/support/crash_store.h"
+#include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
 

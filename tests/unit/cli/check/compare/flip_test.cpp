@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "cli/check/compare/difference_image.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -21,6 +21,7 @@
 #include "common/base/error.h"
 #include "tests/support/dice.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 /// Colours of particles by what they are and by their numbers, and the keys of a scene that ask for

@@ -7,6 +7,7 @@
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_spheres.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

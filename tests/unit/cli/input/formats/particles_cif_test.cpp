@@ -6,6 +6,7 @@
 
 #include "cli/input/formats/symmetry_operation.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -6,6 +6,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_particles.h"
 #include "tests/support/sample_trajectories.h"
 

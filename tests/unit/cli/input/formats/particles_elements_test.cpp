@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/input/particles/elements.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "tests/support/memory.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

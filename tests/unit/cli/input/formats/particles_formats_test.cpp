@@ -9,6 +9,7 @@
 #include "cli/output/picture/srgb.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

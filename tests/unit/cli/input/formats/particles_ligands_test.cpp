@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/support/molecule_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

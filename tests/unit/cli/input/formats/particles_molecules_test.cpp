@@ -7,6 +7,7 @@
 
 #include "cli/input/particles/elements.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

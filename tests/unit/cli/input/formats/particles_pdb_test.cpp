@@ -7,6 +7,7 @@
 
 #include "cli/input/formats/atom_record.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_trajectories.h"
 
 namespace parray {

@@ -6,6 +6,7 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/residues.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

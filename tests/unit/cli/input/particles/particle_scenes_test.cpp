@@ -10,6 +10,7 @@
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 /// The section `particles` of a scene: which spheres it adds, and what it refuses.

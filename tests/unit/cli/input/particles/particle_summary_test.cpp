@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

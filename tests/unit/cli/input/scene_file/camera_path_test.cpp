@@ -7,6 +7,7 @@
 
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray::test {

@@ -11,6 +11,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/scene_bytes.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray::test {

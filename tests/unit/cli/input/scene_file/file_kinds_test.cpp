@@ -16,6 +16,7 @@
 #include "common/scene/scene_bytes.h"
 #include "tests/support/memory.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_particles.h"
 
 namespace parray {

@@ -10,6 +10,7 @@
 #include "cli/input/view/style.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 /// What scene files say of style and finishing.
 namespace parray {

@@ -21,6 +21,7 @@
 #include "common/scene/scene_bytes.h"
 #include "tests/support/dice.h"
 #include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

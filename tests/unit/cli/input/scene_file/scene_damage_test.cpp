@@ -12,6 +12,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -10,6 +10,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

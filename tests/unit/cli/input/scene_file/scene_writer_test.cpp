@@ -14,6 +14,7 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
 namespace parray {

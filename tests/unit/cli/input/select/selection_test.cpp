@@ -16,6 +16,7 @@
 #include "common/base/printable.h"
 #include "tests/support/dice.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 /// The language of selections: what it means, by examples and against brute force, and what it
 /// refuses.

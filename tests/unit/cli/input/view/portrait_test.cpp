@@ -12,6 +12,7 @@
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
 /// What a portrait promises, whatever it is of.

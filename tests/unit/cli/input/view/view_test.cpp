@@ -9,6 +9,7 @@
 #include "cli/input/view/portrait.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
 /// From where portraits are taken.

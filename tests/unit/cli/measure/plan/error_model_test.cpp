@@ -8,6 +8,7 @@
 
 #include "common/adaptive/passes.h"
 #include "common/image/radiance_scale.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

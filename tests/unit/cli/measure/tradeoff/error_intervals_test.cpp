@@ -7,6 +7,7 @@
 
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

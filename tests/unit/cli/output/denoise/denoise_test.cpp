@@ -13,6 +13,7 @@
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
+#include "tests/support/rooms.h"
 
 namespace parray::test {
 namespace {

@@ -17,6 +17,7 @@
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

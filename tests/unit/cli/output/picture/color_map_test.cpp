@@ -10,6 +10,7 @@
 
 #include "cli/input/color/category_colors.h"
 #include "cli/output/picture/srgb.h"
+#include "tests/support/rooms.h"
 
 /// Colour maps rise evenly; colours of categories are told apart by people with any colour vision.
 namespace parray {

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "tests/support/rooms.h"
+
 namespace parray {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 
 namespace parray {
 namespace {

@@ -15,6 +15,7 @@
 #include "cli/output/picture/srgb.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/tracers.h"

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "tests/support/rooms.h"
+
 /// Several pictures in one.
 namespace parray {
 namespace {

@@ -6,10 +6,17 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/replica/ask.h"
 #include "coordinator/store/store.h"
 
-namespace parray {
+namespace parray::store {
+
+/// Where a store stands. Of one history: a higher generation is a later primary's.
+struct Position {
+  std::uint64_t history = 0;  ///< random, of a farm's state since it was first replicated; not 0
+  std::uint64_t generation = 0;
+  std::uint64_t sequence = 0;  ///< batches that are committed
+  friend bool operator==(const Position&, const Position&) = default;
+};
 
 /// What a store is in a farm whose state is kept twice.
 enum class Part : std::uint8_t {
@@ -75,4 +82,4 @@ void check_fence(Store& store, bool serve_fenced, std::uint64_t history);
 /// whole. Returns the generation; 0: it has never been replicated, and nothing happens.
 std::uint64_t serve_alone(Store& store);
 
-}  // namespace parray
+}  // namespace parray::store

@@ -1,95 +1,75 @@
-// The life of a job inside the coordinator: taken in, prepared, traced, finished, closed.
+#include "coordinator/jobs/job_book.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <limits>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <thread>
-#include <tuple>
 
 #include "common/base/bytes.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/report.h"
 #include "coordinator/jobs/taking_up.h"
-#include "coordinator/loop/coordinator.h"
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_desk.h"
 
-namespace parray {
+namespace parray::coordinator {
 
-Job* Coordinator::job_of(JobId id) {
-  const auto found = jobs_.find(id);
-  return found == jobs_.end() ? nullptr : &found->second;
+using nlohmann::json;
+
+/// The frames of a series, by number; none: there is no such series.
+std::vector<Job*> JobBook::frames_of(JobId series) {
+  std::vector<Job*> frames;
+  const JobIndex::Frames* listed = farm_.index.listed_as(series);
+  if (listed != nullptr && listed->begin()->second->record.series_id == series) {
+    for (const auto& [key, job] : *listed) {
+      frames.push_back(job);
+    }
+  }
+  return frames;
 }
 
-Job* Coordinator::job_at_work(JobId id, std::uint64_t generation) {
-  Job* job = job_of(id);
-  return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
+/// The job map of what is listed: a job, or a series.
+json JobBook::summary_of(Time now, const Series& listed) const {
+  const Job& first = *listed.front();
+  if (first.record.series_id == 0) {
+    return job_summary(first, now, waits_for(first));
+  }
+  const Job* open = first_unfinished(listed);
+  return series_summary(listed, now, open == nullptr ? "" : waits_for(*open));
 }
 
-/// A job that has had no lease by right for so long starves.
-static constexpr Time starving_after = seconds(600);
+/// For errands of the job's present work: if one throws, the job fails. `doing` says what it does.
+Backroom::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
+  return farm_.backroom.guarded(
+      [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
+        if (Job* there = farm_.job_at_work(id, generation)) {
+          fail_job(*there, doing + ": " + why);
+        }
+      });
+}
 
 /// Jobs have come, ended or changed: before the next grant the queue is made anew, once for all.
-void Coordinator::list_open_jobs() {
-  queue_again_at_ = Time(0);
-  grants_due_ = true;
-}
-
-/// By what is left of them, which changes. A series is one among the others: its frames stand where
-/// it was begun, and what is left of it is what is left of all of them.
-void Coordinator::queue_open_jobs() {
-  std::vector<Job*> open;
-  open.reserve(index_.open().size());
-  for (const JobId id : index_.open()) {
-    Job& job = jobs_.at(id);
-    if (now_ > Time(0) && (job.served == never || job.record.state == JobState::paused)) {
-      job.served = job.granted = now_;  // its waiting begins
-    }
-    open.push_back(&job);
-  }
-  std::ranges::sort(open, {}, [](const Job* job) {
-    return std::tuple(job->record.listed_as(), job->record.frame, job->record.id);
-  });
-  std::vector<FairQueue::Entry> entries;
-  entries.reserve(open.size());
-  for (auto first = open.begin(); first != open.end();) {
-    const JobId listed = (*first)->record.listed_as();
-    const auto end = std::find_if(
-        first, open.end(), [&](const Job* job) { return job->record.listed_as() != listed; });
-    bool fresh = true;
-    double work_left = 0;
-    for (auto job = first; job != end; ++job) {
-      const auto& work = (*job)->work;
-      fresh =
-          fresh && (!work || work->started == never) && (*job)->record.state != JobState::paused;
-      work_left += (*job)->samples_left(now_) * (work && work->price > 0 ? work->price : price_);
-    }
-    for (; first != end; ++first) {
-      const Job& job = **first;
-      entries.push_back({job.record.id, job.record.user, job.record.share, job.record.priority,
-                         fresh, work_left, now_ - job.served >= starving_after,
-                         to_seconds(now_ - job.granted)});
-    }
-  }
-  queue_.assign(entries);
-  queue_again_at_ = now_ + milliseconds(100);
-  grants_due_ = true;
-}
-
-void Coordinator::note(Job& job, const std::string& what) {
-  job.record.note(options_.wall_clock(), what);
+void JobBook::list_open_jobs() {
+  farm_.queue_again_at = Time(0);
+  farm_.grants_due = true;
 }
 
 /// Only the records are read; pictures under way are taken up when their turn comes.
-void Coordinator::restore_jobs() {
-  if (store_ == nullptr) {
+void JobBook::restore_jobs() {
+  if (farm_.store == nullptr) {
     return;
   }
-  for (JobRecord& record : store_->jobs()) {
+  for (JobRecord& record : farm_.store->jobs()) {
     Job job;
     job.record = std::move(record);
-    job.next_epoch = options_.first_epoch;
+    job.next_epoch = farm_.options.first_epoch;
     const JobId id = job.record.id;
     next_job_ = std::max({next_job_, id + 1, job.record.series_id + 1});
     if (job.record.series_id != 0) {
@@ -100,17 +80,17 @@ void Coordinator::restore_jobs() {
     }
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     job.error = error_in(job.record.report);
-    index_.add(jobs_.emplace(id, std::move(job)).first->second);
+    farm_.index.add(farm_.jobs.emplace(id, std::move(job)).first->second);
   }
   restore_farm_notes();
   list_open_jobs();
-  if (!index_.open().empty()) {
-    log_->info("{} unfinished jobs taken up", index_.open().size());
+  if (!farm_.index.open().empty()) {
+    farm_.log->info("{} unfinished jobs taken up", farm_.index.open().size());
   }
 }
 
 /// What the backroom has made ready for tracing.
-struct Coordinator::Prepared {
+struct JobBook::Prepared {
   std::shared_ptr<JobPicture> picture;
   SceneParcel scene;
   std::vector<CellRange> missing;
@@ -146,16 +126,16 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
 }
 
 /// Gives a job the memory that it needs.
-void Coordinator::prepare(Time /*now*/, Job& job) {
+void JobBook::prepare(Job& job) {
   job.phase = JobPhase::preparing;
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
-  at_work_.insert(job.record.id);
+  farm_.at_work.insert(job.record.id);
   const auto prepared = std::make_shared<Prepared>();
   const auto errands = for_job(job, "taking it up");
-  errands.give([this, prepared, store = store_, record = job.record, scene = job.scene,
-                at = since_1970(now_), id = job.record.id, generation = job.work->generation,
-                waiting_counts = options_.waiting_counts,
+  errands.give([this, prepared, store = farm_.store, record = job.record, scene = job.scene,
+                at = farm_.since_1970(farm_.now), id = job.record.id,
+                generation = job.work->generation, waiting_counts = farm_.options.waiting_counts,
                 judge = judge_of(job.record)]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     try {
@@ -197,8 +177,8 @@ void Coordinator::prepare(Time /*now*/, Job& job) {
 }
 
 /// Of a job that may have ended meanwhile.
-void Coordinator::trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared) {
-  Job* job = job_at_work(id, generation);
+void JobBook::trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared) {
+  Job* job = farm_.job_at_work(id, generation);
   if (job == nullptr) {
     return;
   }
@@ -210,7 +190,7 @@ void Coordinator::trace_prepared(JobId id, std::uint64_t generation, const Prepa
   }
 }
 
-void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
+void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   JobWork& work = *job.work;
   work.picture = prepared.picture;
   work.scene = prepared.scene;
@@ -224,15 +204,16 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   job.error = prepared.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings.in_passes() && work.started != never) {
-    work.deciding = work.pass_ended == never ? 0 : to_seconds(now_ - work.pass_ended);
+    work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
     work.facts.deciding_seconds += work.deciding;
-    work.pass_began = now_;
+    work.pass_began = farm_.now;
     work.pass_ended = never;
   }
   // No more than a few thousand leases a second, however many workers there are.
-  LeaseLength length = options_.lease_length;
+  LeaseLength length = farm_.options.lease_length;
   constexpr double most_leases = 4000;
-  length.longest = std::max(length.longest, static_cast<double>(workers_.size()) / most_leases);
+  length.longest =
+      std::max(length.longest, static_cast<double>(farm_.workers.size()) / most_leases);
   // A result stays below 32 MiB as the collector has it, so that no errand takes long.
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
   const std::uint64_t most_cells =
@@ -242,45 +223,46 @@ void Coordinator::begin_tracing(Job& job, const Prepared& prepared) {
   }
   work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, length),
                       prepared.missing, job.next_epoch, most_cells);
-  grants_due_ = true;
-  retract_later_convicted(job);
+  farm_.grants_due = true;
+  disputes_.retract_later_convicted(job);
   if (prepared.complete) {
-    work.started = work.started == never ? now_ : work.started;
-    if (work.errands == 0) {  // else note_retracted() looks at it again
+    work.started = work.started == never ? farm_.now : work.started;
+    if (work.errands == 0) {  // else disputes_.note_retracted() looks at it again
       finish_job(job);
     }
   }
 }
 
 /// All of it is to be traced once more.
-void Coordinator::restart_leases(Job& job, const WorkPlan& plan) {
-  desk_.drop(job.work->generation);
+void JobBook::restart_leases(Job& job, const WorkPlan& plan) {
+  disputes_.referee().drop(job.work->generation);
   Prepared prepared;
   prepared.picture = job.work->picture;
   prepared.scene = job.work->scene;
   prepared.missing = {{0, plan.cells()}};
-  for (auto& [peer, worker] : workers_) {
+  for (auto& [peer, worker] : farm_.workers) {
     worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
   }
   begin_tracing(job, prepared);
 }
 
-void Coordinator::end_pass_if_done(Job& job) {
+void JobBook::end_pass_if_done(Job& job) {
   if (!job.tracing() || job.work->errands > 0 || job.work->cells < job.work->plan->cells()) {
     return;
   }
   JobWork& work = *job.work;
-  place_orphans(job);
-  if (work.leases->checks_remain() || desk_.busy_with(work.generation) ||
-      (desk_.may_check(now_) && desk_.checks(work.generation) > 0)) {
+  disputes_.place_orphans(job);
+  if (work.leases->checks_remain() || disputes_.referee().busy_with(work.generation) ||
+      (disputes_.referee().may_check(farm_.now) &&
+       disputes_.referee().checks(work.generation) > 0)) {
     return;
   }
-  work.unchecked += desk_.drop_checks(work.generation);
+  work.unchecked += disputes_.referee().drop_checks(work.generation);
   if (work.unchecked > 0 && job.record.flag.empty()) {
     job.record.flag = fmt::format(
         "{} of its leases were to be checked, and neither another machine nor the referee could",
         work.unchecked);
-    note(job, job.record.flag);
+    farm_.note(job, job.record.flag);
   }
   if (job.record.settings.has_passes()) {
     next_pass(job);
@@ -290,14 +272,15 @@ void Coordinator::end_pass_if_done(Job& job) {
 }
 
 /// The sums of one pass may decide the next.
-void Coordinator::next_pass(Job& job) {
+void JobBook::next_pass(Job& job) {
   job.phase = JobPhase::preparing;
-  job.work->pass_ended = now_;
+  job.work->pass_ended = farm_.now;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
   const auto errands = for_job(job, "deciding on its next pass");
-  errands.give([this, prepared, store = store_, record = job.record, id = job.record.id,
-                picture = job.work->picture, times = job.times(now_), at = since_1970(now_),
+  errands.give([this, prepared, store = farm_.store, record = job.record, id = job.record.id,
+                picture = job.work->picture, times = job.times(farm_.now),
+                at = farm_.since_1970(farm_.now),
                 generation = job.work->generation]() mutable -> Backroom::Outcome {
     Prepared& p = *prepared;
     p.picture = picture;
@@ -322,9 +305,9 @@ void Coordinator::next_pass(Job& job) {
 }
 
 /// Image, error and report are made; the job is done once they are kept.
-void Coordinator::finish_job(Job& job) {
+void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
-  job.work->facts.render_seconds = to_seconds(now_ - job.work->started);
+  job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
   struct Finished {
     PictureParcel picture;
     std::uint64_t bytes = 0;
@@ -336,9 +319,9 @@ void Coordinator::finish_job(Job& job) {
   };
   const auto finished = std::make_shared<Finished>();
   const auto errands = for_job(job, "finishing its picture");
-  errands.give([this, finished, store = store_, record = job.record, id = job.record.id,
-                picture = job.work->picture, facts = job.work->facts, clock = options_.wall_clock,
-                ended = std::max(uptime(), 1.0),
+  errands.give([this, finished, store = farm_.store, record = job.record, id = job.record.id,
+                picture = job.work->picture, facts = job.work->facts,
+                clock = farm_.options.wall_clock, ended = std::max(farm_.uptime(), 1.0),
                 generation = job.work->generation]() mutable -> Backroom::Outcome {
     try {
       auto made = finish_picture(*picture, record, facts);
@@ -372,12 +355,12 @@ void Coordinator::finish_job(Job& job) {
       finished->failure = "not enough memory to finish its picture";
     }
     const auto outcome = [this, finished, id, generation] {
-      Job* there = job_at_work(id, generation);
+      Job* there = farm_.job_at_work(id, generation);
       if (there == nullptr) {
         return;
       }
       if (!finished->full.empty()) {
-        there->retry_at = now_ + seconds(1);
+        there->retry_at = farm_.now + seconds(1);
         there->pause_reason = finished->full;
         return;
       }
@@ -388,7 +371,7 @@ void Coordinator::finish_job(Job& job) {
       there->record.report = finished->report;
       there->error = error_in(finished->report);
       there->record.events = finished->events;
-      if (store_ == nullptr) {
+      if (farm_.store == nullptr) {
         there->picture = finished->picture;
         there->picture_bytes = finished->bytes + finished->journal.size();
         there->journal = std::move(finished->journal);
@@ -404,79 +387,48 @@ void Coordinator::finish_job(Job& job) {
 
 /// A job that has ended needs nothing but its record, and its picture; or, while there is room,
 /// what it takes to go on after all. The list of open jobs is the caller's.
-void Coordinator::end_job(Job& job, JobState state, const std::string& reason) {
+void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.state = state;
   job.record.reason = reason;
   job.phase = JobPhase::ended;
   job.pause_reason.clear();
   if (job.work) {
-    desk_.drop(job.work->generation);
+    disputes_.referee().drop(job.work->generation);
   }
-  job.record.ended = std::max(uptime(), 1.0);
+  job.record.ended = std::max(farm_.uptime(), 1.0);
   if (job.work && job.work->leases) {
     job.next_epoch = job.work->leases->next_epoch();
-    for (auto& [peer, worker] : workers_) {
+    for (auto& [peer, worker] : farm_.workers) {
       worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
     }
   }
   job.work.reset();
-  at_work_.erase(job.record.id);
-  index_.note_ended(job);
+  farm_.at_work.erase(job.record.id);
+  farm_.index.note_ended(job);
   if (state == JobState::done) {
     job.scene = {};  // its record is kept, with its picture
   } else {
-    note(job, fmt::format("{}: {}", name_of(state), reason));
-    keep(job);
+    farm_.note(job, fmt::format("{}: {}", name_of(state), reason));
+    farm_.keep(job);
   }
-  log_->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
-             reason.empty() ? "" : ": ", reason);
+  farm_.log->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
+                  reason.empty() ? "" : ": ", reason);
 }
 
-void Coordinator::close_job(Job& job, JobState state, const std::string& reason) {
+void JobBook::close_job(Job& job, JobState state, const std::string& reason) {
   end_job(job, state, reason);
   list_open_jobs();
-  forget_scene(job.record.scene);
+  worker_desk_.forget_scene(job.record.scene);
   make_room(0);
 }
 
-void Coordinator::fail_job(Job& job, const std::string& reason) {
+void JobBook::fail_job(Job& job, const std::string& reason) {
   close_job(job, JobState::failed, reason);
 }
 
-/// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest
-/// first; the last picture only if nothing else can.
-bool Coordinator::make_room(std::uint64_t bytes) {
-  if (store_ != nullptr) {
-    return memory_in_use() + bytes <= options_.memory;  // nothing of ended jobs is in memory
-  }
-  std::uint64_t in_use = memory_in_use() + bytes;
-  std::uint64_t kept = 0;
-  std::size_t pictures = 0;
-  bool at_work = false;
-  for (const auto& [id, job] : jobs_) {
-    kept += job.kept_bytes();
-    pictures += job.picture_bytes > 0 ? 1 : 0;
-    at_work = at_work || job.work;
-  }
-  if (in_use - kept > options_.memory) {
-    return false;  // in vain
-  }
-  for (auto& [id, job] : jobs_) {
-    if (in_use <= options_.memory) {
-      break;
-    }
-    const bool last_picture = job.picture_bytes > 0 && pictures == 1;
-    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) {
-      continue;
-    }
-    in_use -= job.kept_bytes();
-    pictures -= job.picture_bytes > 0 ? 1 : 0;
-    job.picture = {};
-    job.journal = {};
-    job.picture_bytes = 0;
-    job.scene = {};
-  }
-  return in_use <= options_.memory;
+PictureJudge JobBook::judge_of(const JobRecord& record) const {
+  return record.settings.target_denoised && farm_.options.judge_of ? farm_.options.judge_of(record)
+                                                                   : PictureJudge{};
 }
 
-}  // namespace parray
+}  // namespace parray::coordinator

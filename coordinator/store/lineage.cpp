@@ -1,10 +1,10 @@
-#include "coordinator/replica/lineage.h"
+#include "coordinator/store/lineage.h"
 
 #include <sstream>
 
 #include "common/base/bytes.h"
 
-namespace parray {
+namespace parray::store {
 
 std::optional<Lineage> lineage_of(Store& store) {
   return lineage_from_text(store.note(lineage_note));
@@ -134,4 +134,4 @@ std::uint64_t serve_alone(Store& store) {
   return lineage->generation;
 }
 
-}  // namespace parray
+}  // namespace parray::store

@@ -1,0 +1,257 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/disputes/merged.h"
+#include "coordinator/disputes/undoing.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/leases/lease_desk.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+using nlohmann::json;
+
+/// They trace what they hold, and get no more, those that come later included.
+void DisputeDesk::drain(const std::string& name, bool host, const std::string& asker) {
+  drained_.insert({host, name});
+  for (auto& [peer, worker] : farm_.workers) {
+    bar_as_due(worker);
+  }
+  farm_.log->info("{} '{}' is drained by {}", host ? "host" : "worker", name, asker);
+}
+
+/// They get leases again, whatever they were barred for. A quarantine is that of a machine: it ends
+/// for all workers there.
+void DisputeDesk::readmit(const std::string& name, bool host) {
+  drained_.erase({host, name});
+  if (!host) {
+    quarantines_.readmit(name);
+  }
+  for (auto& [peer, worker] : farm_.workers) {
+    if ((host ? worker.hello.host : worker.hello.name) == name) {
+      drained_.erase({false, worker.hello.name});
+      quarantines_.readmit(worker.machine_key);
+    }
+  }
+  for (auto& [peer, worker] : farm_.workers) {
+    bar_as_due(worker);
+  }
+}
+
+bool DisputeDesk::is_drained(const WorkerRecord& worker) const {
+  return drained_.contains({false, worker.hello.name}) ||
+         drained_.contains({true, worker.hello.host});
+}
+
+/// Who is barred is barred in the next life, too.
+void DisputeDesk::keep_worker_notes() {
+  if (farm_.store == nullptr) {
+    return;
+  }
+  json drained = json::array();
+  for (const auto& [host, name] : drained_) {
+    drained.push_back({host, name});
+  }
+  const json notes = {{"drained", std::move(drained)},
+                      {"quarantines", quarantines_.to_json()},
+                      {"convictions", convictions_.to_json()}};
+  farm_.for_log("keeping the note of workers")
+      .give([store = farm_.store,
+             text = notes.dump(-1, ' ', false,
+                               json::error_handler_t::replace)]() -> Backroom::Outcome {
+        store->put_note("workers", text);
+        return {};
+      });
+}
+
+void DisputeDesk::restore_worker_notes() {
+  const std::string text = farm_.store == nullptr ? "" : farm_.store->note("workers");
+  if (text.empty()) {
+    return;
+  }
+  try {
+    const json notes = json::parse(text);
+    for (const json& drained : notes.at("drained")) {
+      drained_.insert({drained.at(0).get<bool>(), drained.at(1).get<std::string>()});
+    }
+    // Earlier versions put processes into quarantine, which say nothing about machines.
+    quarantines_ = QuarantineLedger::from_json(notes.value("quarantines", json::array()));
+    convictions_ = Convictions::from_json(notes.value("convictions", json::array()));
+    if (!notes.contains("convictions")) {  // of an earlier version
+      for (const auto& [machine, quarantine] : quarantines_.all()) {
+        convictions_.add(machine, quarantine.worker);
+      }
+    }
+  } catch (const json::exception& error) {
+    throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
+  }
+}
+
+/// Name of the worker that joined last from a machine, for people.
+std::string DisputeDesk::worker_of(TracerKey machine) const {
+  const std::string worker = farm_.machines.find(machine).worker;
+  return worker.empty() ? "one that has left" : worker;
+}
+
+/// No more leases for this machine. All that it has traced in unfinished jobs is traced again, and
+/// all that it has checked is checked again.
+void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
+  const Machines::Known known = farm_.machines.find(machine);
+  const double at = farm_.options.wall_clock();
+  const bool fresh = quarantines_.add({machine, known.name, known.worker, reason, at, 0});
+  const std::string name = worker_of(machine);
+  if (fresh) {
+    farm_.log->error(
+        "worker '{}' ({}) returns wrong bits: {}. Its machine gets no more leases, and what it "
+        "traced is traced again. Test that machine, then: parray workers readmit",
+        name, known.name, reason);
+  }
+  const Conviction conviction = convictions_.add(machine, name);
+  keep_worker_notes();
+  desk_.drop_claims(machine);
+  const std::vector<WorkerRecord*> workers = farm_.workers.of_machine(machine);
+  for (WorkerRecord* worker : workers) {
+    bar_as_due(*worker);
+    farm_.scenes.forget_worker(worker->id);
+    worker->held = 0;
+  }
+  for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
+    Job& job = farm_.jobs.at(id);
+    const bool made = job.phase == JobPhase::finishing && job.retry_at == never;
+    if (made || !job.work || !job.work->leases) {
+      continue;
+    }
+    if (job.phase == JobPhase::finishing) {  // there was no room for its picture: not yet, then
+      job.phase = JobPhase::tracing;
+      job.retry_at = never;
+      job.pause_reason.clear();
+    }
+    for (const WorkerRecord* worker : workers) {
+      job.work->leases->drop_worker(worker->id);
+    }
+    retract(job, conviction);
+  }
+  farm_.grants_due = true;
+}
+
+/// A job that was not at work at the time of a conviction may have kept rows of that machine.
+void DisputeDesk::retract_later_convicted(Job& job) {
+  for (const Conviction& conviction : convictions_.after(job.record.convictions)) {
+    retract(job, conviction);
+  }
+}
+
+/// What the backroom has set back.
+struct DisputeDesk::Retracted {
+  JobPicture::Retraction retraction;
+  TracerKey machine = 0;
+  bool relied = false;
+  std::string flag;
+  std::uint64_t conviction = 0;  ///< its number
+  std::shared_ptr<const WorkPlan> plan;
+  std::uint64_t samples = 0;
+  std::uint64_t cells = 0;
+};
+
+void DisputeDesk::retract(Job& job, const Conviction& conviction) {
+  const auto retracted = std::make_shared<Retracted>();
+  retracted->machine = conviction.machine;
+  retracted->conviction = conviction.number;
+  ++job.work->errands;
+  const auto errands = job_book_.for_job(job, "setting back wrong results");
+  errands.give([this, retracted, conviction, at = farm_.since_1970(farm_.now), store = farm_.store,
+                id = job.record.id, record = job.record, picture = job.work->picture,
+                generation = job.work->generation]() mutable -> Backroom::Outcome {
+    const auto undone = undo(*picture, store, record, conviction, at);
+    retracted->relied = undone.has_value();
+    retracted->retraction = undone.value_or(JobPicture::Retraction{});
+    retracted->flag = record.flag;
+    retracted->plan = picture->plan();
+    retracted->samples = picture->framebuffer().counts().samples;
+    retracted->cells = picture->collector().done_cells();
+    return {[this, retracted, id, generation] {
+              if (Job* there = farm_.job_at_work(id, generation)) {
+                note_retracted(*there, *retracted);
+              }
+            },
+            {}};
+  });
+}
+
+void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
+  JobWork& work = *job.work;
+  --work.errands;
+  job.record.convictions = std::max(job.record.convictions, retracted.conviction);
+  if (retracted.relied) {
+    job.record.flag = retracted.flag;
+    farm_.note(job, retracted.flag);
+    work.samples = retracted.samples;
+    work.cells = retracted.cells;
+    if (retracted.retraction.restarted) {
+      job.record.passes = {};
+      job_book_.restart_leases(job, *retracted.plan);
+    } else {
+      work.leases->put_back(retracted.retraction.cells);
+    }
+    for (const CellRange& range : retracted.retraction.unchecked) {
+      check_by_referee(job, range);
+      place_check(job, {range, 0, {retracted.machine}});
+    }
+  }
+  farm_.grants_due = true;
+  job_book_.end_pass_if_done(job);
+}
+
+void DisputeDesk::greet(WorkerRecord& worker) {
+  farm_.machines.note(worker.machine, worker.hello.name);
+  bar_as_due(worker);
+}
+
+void DisputeDesk::bar_as_due(WorkerRecord& worker) {
+  const Quarantine* quarantine = quarantines_.find(worker.machine_key);
+  worker.quarantine_ends = quarantine == nullptr ? 0 : quarantine->until;
+  farm_.workers.bar(worker, quarantine == nullptr ? "" : quarantine->reason, is_drained(worker));
+}
+
+/// Machines in quarantine of which no worker is connected, as worker maps.
+nlohmann::json DisputeDesk::quarantined_elsewhere() {
+  auto list = nlohmann::json::array();
+  for (const auto& [machine, quarantine] : quarantines_.all()) {
+    if (!farm_.workers.of_machine(machine).empty()) {
+      continue;
+    }
+    list.push_back(
+        {{"name", quarantine.worker},
+         {"host", ""},
+         {"threads", 0},
+         {"leases", 0},
+         {"accepted", 0},
+         {"samples_per_second", 0.0},
+         {"state", "quarantined"},
+         {"reason", quarantine.reason},
+         {"machine", quarantine.name},
+         {"quarantine_ends", quarantine.until},
+         {"seconds_silent", std::max(farm_.options.wall_clock() - quarantine.since, 0.0)}});
+  }
+  return list;
+}
+
+/// Those of addresses end after a day.
+void DisputeDesk::end_quarantines() {
+  const std::vector<std::uint64_t> ended = quarantines_.expire(farm_.options.wall_clock());
+  if (ended.empty()) {
+    return;
+  }
+  for (auto& [peer, worker] : farm_.workers) {
+    bar_as_due(worker);
+  }
+  farm_.log->info("the quarantine of {} machines is over", ended.size());
+  keep_worker_notes();
+  farm_.grants_due = true;
+}
+
+}  // namespace parray::coordinator

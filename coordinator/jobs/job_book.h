@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "coordinator/jobs/series.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+class DisputeDesk;
+class WorkerDesk;
+
+/// The life of every job: submitted, prepared, traced in passes, finished, ended, forgotten. Also
+/// the limits on jobs, memory and disk, and series.
+class JobBook {
+ public:
+  JobBook(Farm& farm, DisputeDesk& disputes, WorkerDesk& worker_desk)
+      : farm_(farm), disputes_(disputes), worker_desk_(worker_desk) {}
+
+  /// Reads the records of the store. Pictures in work are read when their turn comes. Throws
+  /// RunError if the store cannot be read.
+  void restore_jobs();
+  /// Takes a submitted job in, or answers why not.
+  void on(Time now, const PeerId& peer, msg::Submit& m);
+
+  /// Gives a job the memory that it needs and reads what is kept of it.
+  void prepare(Job& job);
+  /// Begins the next pass, or finishes the picture, if all cells are in and all checks are done.
+  void end_pass_if_done(Job& job);
+  /// Makes picture, error and report; the job is done when they are kept.
+  void finish_job(Job& job);
+  /// Ends a job as failed.
+  void fail_job(Job& job, const std::string& reason);
+  /// Traces all cells of `plan` again.
+  void restart_leases(Job& job, const WorkPlan& plan);
+  /// For tasks of the job's present work: a failure fails the job. `doing` names the task.
+  [[nodiscard]] Backroom::Guarded for_job(const Job& job, const std::string& doing);
+
+  /// Finds the frames of a series, by number. Empty: there is no such series.
+  std::vector<Job*> frames_of(JobId series);
+  /// The job map of PROTOCOL.md of a job or a series.
+  [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
+  /// What an unfinished job lacks, for people. Empty: nothing.
+  [[nodiscard]] std::string waits_for(const Job& job) const;
+  /// Throws InputError if one more job like this would exceed a limit.
+  void check_limits(const JobRecord& record) const;
+
+  /// Changes a job as a client asks. Throws InputError if the action does not fit the job's state.
+  /// The caller calls list_open_jobs() afterwards.
+  void steer(Job& job, const msg::SteerJob& m);
+  /// Names the client of the current message, for a job's history.
+  [[nodiscard]] std::string asker() const;
+  /// Forgets an ended job.
+  void forget_job(JobId id, const std::string& why);
+  /// Forgets a job, or all frames of a series.
+  void forget_all(const Series& listed, const std::string& why);
+  /// Makes the queue and the grants follow jobs that came, ended or changed.
+  void list_open_jobs();
+
+  /// Bytes that a job takes, or will take, while it is rendered.
+  [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
+  [[nodiscard]] std::uint64_t memory_in_use() const;
+  /// Drops what is kept of ended jobs until `bytes` more fit into memory. False: they do not fit.
+  bool make_room(std::uint64_t bytes);
+  /// Bytes on disk, as of the last count.
+  [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }
+  /// Every few seconds: forgets old jobs, counts the disk, keeps uptime and progress.
+  void keep_house(Time now);
+
+ private:
+  struct Accepted;
+  struct Prepared;
+  void accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted);
+  void join_series(JobRecord& record);
+  void make_room_for_job();
+  [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
+  [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const;
+  void trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared);
+  void begin_tracing(Job& job, const Prepared& prepared);
+  void next_pass(Job& job);
+  void end_job(Job& job, JobState state, const std::string& reason);
+  void close_job(Job& job, JobState state, const std::string& reason);
+  void pause(Job& job, JobId named);
+  void resume(Job& job);
+  void cancel(Job& job);
+  void requeue(Job& job);
+  void prioritise(Job& job, std::uint32_t priority);
+  void note_damaged_rows(Job& job, const std::string& damage);
+  void note_usage(Store::Usage usage);
+  void make_room_on_disk();
+  void keep_farm_notes();
+  void restore_farm_notes();
+
+  Farm& farm_;
+  DisputeDesk& disputes_;
+  WorkerDesk& worker_desk_;
+  std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at, as listed
+  /// Numbers of series, by user and token.
+  std::map<std::pair<std::string, std::string>, JobId> series_;
+  JobId next_job_ = 1;
+  std::uint64_t next_generation_ = 1;
+  Store::Usage usage_;                            ///< of the store, as of the last count
+  std::map<std::string, std::uint64_t> disk_of_;  ///< of usage_, by user
+  Time next_housekeeping_{};
+  double uptime_kept_ = 0;     ///< seconds, as the store has it
+  std::string progress_kept_;  ///< as the store has it
+};
+
+}  // namespace parray::coordinator

@@ -1,0 +1,99 @@
+#include <spdlog/spdlog.h>
+
+#include "common/base/error.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+/// For a job's history.
+std::string JobBook::asker() const {
+  return farm_.sender.name.empty() ? "a client" : "'" + farm_.sender.name + "'";
+}
+
+/// Throws InputError where the action does not fit the job's state. The list of open jobs, and the
+/// queue, are the caller's.
+void JobBook::steer(Job& job, const msg::SteerJob& m) {
+  using enum msg::JobAction;
+  switch (m.action) {
+    case pause:
+      return this->pause(job, m.job);
+    case resume:
+      return this->resume(job);
+    case cancel:
+      return this->cancel(job);
+    case requeue:
+      return this->requeue(job);
+    case prioritise:
+      return this->prioritise(job, m.priority);
+    case forget:
+      break;
+  }
+  if (!job.ended()) {
+    throw InputError("job " + std::to_string(job.record.id) + " has not ended: cancel it first");
+  }
+}
+
+/// Leases that are granted are traced to their end. `named`: what the client has called it.
+void JobBook::pause(Job& job, JobId named) {
+  if (job.ended() || job.phase == JobPhase::finishing || job.record.state == JobState::paused) {
+    return;
+  }
+  job.record.state = JobState::paused;
+  job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(named);
+  farm_.note(job, "paused by " + asker());
+  farm_.keep(job);
+  farm_.log->info("job {} '{}' is paused", job.record.id, job.record.name);
+}
+
+void JobBook::resume(Job& job) {
+  if (job.record.state != JobState::paused) {
+    return;
+  }
+  job.record.state = job.work && job.work->started != never ? JobState::running : JobState::queued;
+  job.record.reason.clear();
+  farm_.note(job, "resumed by " + asker());
+  farm_.keep(job);
+  farm_.log->info("job {} '{}' goes on", job.record.id, job.record.name);
+}
+
+void JobBook::cancel(Job& job) {
+  if (!job.ended()) {
+    end_job(job, JobState::cancelled, "cancelled by " + asker());
+  }
+}
+
+/// A job that has failed, or was cancelled, is to be rendered after all; it goes on from the rows
+/// that are kept.
+void JobBook::requeue(Job& job) {
+  const std::string number = std::to_string(job.record.id);
+  if (!job.ended() || job.record.state == JobState::done) {
+    throw InputError("job " + number + " is " + std::string(name_of(job.record.state)) +
+                     ": only one that has failed or was cancelled is queued again");
+  }
+  if (farm_.store == nullptr && job.scene.size() == 0) {
+    throw InputError("the scene of job " + number + " is no longer kept: submit it again");
+  }
+  job.record.state = JobState::queued;
+  job.record.reason.clear();
+  if (farm_.store == nullptr) {
+    job.record.passes = {};  // they were decided by rows that are gone
+  }
+  job.phase = JobPhase::waiting;
+  job.retry_at = never;
+  farm_.index.note_open(job);
+  farm_.note(job, "queued again by " + asker());
+  farm_.keep(job);
+  farm_.log->info("job {} '{}' is queued again", job.record.id, job.record.name);
+}
+
+void JobBook::prioritise(Job& job, std::uint32_t priority) {
+  if (job.ended()) {
+    throw InputError("job " + std::to_string(job.record.id) + " has ended: it has no turn to come");
+  }
+  job.record.priority = priority;
+  farm_.note(job, fmt::format("priority {} by {}", priority, asker()));
+  farm_.keep(job);
+}
+
+}  // namespace parray::coordinator

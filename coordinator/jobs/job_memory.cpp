@@ -1,0 +1,102 @@
+
+#include <algorithm>
+
+#include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+/// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest
+/// first; the last picture only if nothing else can.
+bool JobBook::make_room(std::uint64_t bytes) {
+  if (farm_.store != nullptr) {
+    return memory_in_use() + bytes <= farm_.options.memory;  // nothing of ended jobs is in memory
+  }
+  std::uint64_t in_use = memory_in_use() + bytes;
+  std::uint64_t kept = 0;
+  std::size_t pictures = 0;
+  bool at_work = false;
+  for (const auto& [id, job] : farm_.jobs) {
+    kept += job.kept_bytes();
+    pictures += job.picture_bytes > 0 ? 1 : 0;
+    at_work = at_work || job.work;
+  }
+  if (in_use - kept > farm_.options.memory) {
+    return false;  // in vain
+  }
+  for (auto& [id, job] : farm_.jobs) {
+    if (in_use <= farm_.options.memory) {
+      break;
+    }
+    const bool last_picture = job.picture_bytes > 0 && pictures == 1;
+    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) {
+      continue;
+    }
+    in_use -= job.kept_bytes();
+    pictures -= job.picture_bytes > 0 ? 1 : 0;
+    job.picture = {};
+    job.journal = {};
+    job.picture_bytes = 0;
+    job.scene = {};
+  }
+  return in_use <= farm_.options.memory;
+}
+
+std::uint64_t JobBook::memory_of(const Job& job) const {
+  return JobPicture::memory(job.record.settings) +
+         (farm_.store != nullptr ? job.record.scene_bytes : 0);
+}
+
+std::uint64_t JobBook::memory_in_use() const {
+  std::uint64_t bytes =
+      disputes_.referee().memory() + farm_.bulk.bytes() + farm_.scenes_waiting.bytes();
+  for (const JobId id : farm_.at_work) {
+    bytes += memory_of(farm_.jobs.at(id));
+  }
+  if (farm_.store == nullptr) {
+    for (const auto& [id, job] : farm_.jobs) {
+      bytes += job.scene.size() + job.picture_bytes;
+    }
+  }
+  return bytes;
+}
+
+/// Whether each job that waits has room beside the scenes of all, with one more that needs so much,
+/// a scene of so many bytes included: else nobody's turn would come.
+bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const {
+  std::uint64_t scenes = scene;
+  std::uint64_t largest = needed - scene;
+  for (const JobId id : farm_.index.open()) {
+    scenes += farm_.jobs.at(id).scene.size();
+    largest = std::max(largest, JobPicture::memory(farm_.jobs.at(id).record.settings));
+  }
+  return scenes + largest <= farm_.options.memory;
+}
+
+/// What an unfinished job lacks, for people; empty: nothing.
+std::string JobBook::waits_for(const Job& job) const {
+  if (job.ended() || job.record.state == JobState::paused) {
+    return {};
+  }
+  if (!farm_.storage.empty()) {
+    return farm_.storage;
+  }
+  if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) {
+    return {};
+  }
+  if (farm_.workers.usable() == 0) {
+    const bool held_back =
+        std::ranges::any_of(farm_.workers, [](const auto& w) { return w.second.held_back; });
+    return farm_.workers.size() == 0     ? "no workers connected"
+           : farm_.workers.all_drained() ? "all workers are drained (parray workers readmit NAME)"
+           : held_back ? "all workers failed where others succeeded and wait (parray workers)"
+                       : "no worker whose results can be trusted";
+  }
+  if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > farm_.options.memory) {
+    return "memory: other jobs are being rendered";
+  }
+  return job.work ? disputes_.referee().wait(farm_.now, job.work->generation) : "";
+}
+
+}  // namespace parray::coordinator

@@ -1,0 +1,170 @@
+// What is kept, and for how long.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+namespace {
+
+constexpr Time between_looks = seconds(5);
+constexpr const char* progress_note = "progress";  // shares of unfinished jobs, by number, as JSON
+
+}  // namespace
+
+/// Every now and then: what is too old goes, and what is too much.
+void JobBook::keep_house(Time now) {
+  if (now < next_housekeeping_) {
+    return;
+  }
+  next_housekeeping_ = now + between_looks;
+  disputes_.end_quarantines();
+  std::vector<JobId> old;
+  for (const auto& [id, job] : farm_.jobs) {
+    if (job.ended() && farm_.uptime() - job.record.ended > farm_.options.limits.keep_seconds) {
+      old.push_back(id);
+    }
+  }
+  for (const JobId id : old) {
+    forget_job(id, "because of its age");
+  }
+  if (farm_.store == nullptr) {
+    return;
+  }
+  keep_farm_notes();
+  farm_.for_log("tidying up and adding up what the jobs keep")
+      .give([this, store = farm_.store,
+             keep_lost = farm_.options.limits.keep_lost_seconds]() -> Backroom::Outcome {
+        store->tidy(keep_lost);
+        return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
+      });
+}
+
+/// What the next life cannot know otherwise: the uptime, and how far jobs are.
+void JobBook::keep_farm_notes() {
+  nlohmann::json progress = nlohmann::json::object();
+  for (const auto& [id, job] : farm_.jobs) {
+    const double share = job.ended() ? 0 : job.progress(farm_.now);
+    if (share > 0) {
+      progress[std::to_string(id)] = std::round(share * 1e4) / 1e4;
+    }
+  }
+  constexpr double between = 60;  // seconds
+  const std::string text = progress.dump();
+  const bool later = farm_.uptime() >= uptime_kept_ + between;
+  if (!later && text == progress_kept_) {
+    return;
+  }
+  uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
+  progress_kept_ = text;
+  farm_.for_log("keeping the uptime and the progress of jobs")
+      .give([store = farm_.store, text, seconds_up = farm_.uptime()]() -> Backroom::Outcome {
+        store->put_note(progress_note, text);
+        store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
+        return {};
+      });
+}
+
+/// Jobs of earlier versions, which did not keep the uptime at which they ended, end now.
+void JobBook::restore_farm_notes() {
+  farm_.uptime_before = uptime_kept_ = std::strtod(farm_.store->note(uptime_note).c_str(), nullptr);
+  const nlohmann::json progress =
+      nlohmann::json::parse(farm_.store->note(progress_note), nullptr, false);
+  for (auto& [id, job] : farm_.jobs) {
+    if (job.ended() && job.record.ended == 0) {
+      job.record.ended = std::max(farm_.uptime(), 1.0);
+      farm_.keep(job);
+    }
+    const std::string name = std::to_string(id);
+    if (progress.is_object() && progress.contains(name) && progress.at(name).is_number()) {
+      job.kept_progress = std::clamp(progress.at(name).get<double>(), 0.0, 1.0);
+    }
+  }
+}
+
+void JobBook::note_damaged_rows(Job& job, const std::string& damage) {
+  if (!damage.empty()) {
+    farm_.note(job, "rows that were kept are damaged and will be traced again: " + damage);
+    farm_.log->warn("job {}: {}: the rest will be traced again", job.record.id, damage);
+    farm_.keep(job);
+  }
+}
+
+/// Jobs that have ended make room, the oldest first.
+void JobBook::note_usage(Store::Usage usage) {
+  usage_ = std::move(usage);
+  make_room_on_disk();
+  disk_of_.clear();
+  for (const auto& [id, bytes] : usage_.jobs) {
+    if (const Job* job = farm_.job_of(id)) {
+      disk_of_[job->record.user] += bytes;
+    }
+  }
+}
+
+void JobBook::make_room_on_disk() {
+  if (usage_.total <= farm_.options.limits.disk) {
+    return;
+  }
+  std::vector<JobId> ended;
+  for (const auto& [number, frames] : farm_.index.listed()) {
+    const Series listed = series_of(frames);
+    if (has_ended(listed)) {
+      std::ranges::transform(listed, std::back_inserter(ended),
+                             [](const Job* job) { return job->record.id; });
+    }
+  }
+  for (const JobId id : ended) {
+    if (usage_.total <= farm_.options.limits.disk) {
+      return;
+    }
+    const auto used = usage_.jobs.find(id);
+    if (used != usage_.jobs.end()) {
+      usage_.total -= std::min(usage_.total, used->second);
+      usage_.jobs.erase(used);
+    }
+    forget_job(id, "to keep within --max-disk");
+  }
+}
+
+/// Of an ended job nothing is left.
+void JobBook::forget_job(JobId id, const std::string& why) {
+  const auto found = farm_.jobs.find(id);
+  farm_.log->info("job {} '{}' forgotten {}", id, found->second.record.name, why);
+  const auto used = usage_.jobs.find(id);
+  if (used != usage_.jobs.end()) {
+    std::uint64_t& disk = disk_of_[found->second.record.user];
+    disk -= std::min(disk, used->second);
+    usage_.jobs.erase(used);
+  }
+  farm_.index.remove(found->second);
+  farm_.jobs.erase(found);
+  if (farm_.store != nullptr) {
+    farm_.for_log(fmt::format("forgetting job {}", id))
+        .give([store = farm_.store, id]() -> Backroom::Outcome {
+          store->drop_job(id);
+          return {};
+        });
+  }
+}
+
+/// A job, or all frames of a series.
+void JobBook::forget_all(const Series& listed, const std::string& why) {
+  const JobId number = listed.front()->record.listed_as();
+  std::vector<JobId> ids;
+  std::ranges::transform(listed, std::back_inserter(ids),
+                         [](const Job* job) { return job->record.id; });
+  for (const JobId id : ids) {
+    forget_job(id, why);
+  }
+  std::erase_if(series_, [number](const auto& series) { return series.second == number; });
+}
+
+}  // namespace parray::coordinator

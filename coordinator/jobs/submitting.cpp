@@ -1,0 +1,269 @@
+// Submitted jobs: what the coordinator takes in, and why not.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include "common/adaptive/rounding_limit.h"
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/scene/largest_radiance.h"
+#include "common/scene/scene_bytes.h"
+#include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/submit_token.h"
+
+namespace parray::coordinator {
+
+using nlohmann::json;
+
+namespace {
+
+std::string megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
+}  // namespace
+
+/// A submitted job that the backroom has looked at.
+struct JobBook::Accepted {
+  Job job;
+  std::string refusal;
+  std::uint32_t status = 2;
+  BulkLedger::Ticket ticket{};  ///< of the scene's bytes
+};
+
+void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
+  const std::string user = farm_.sender.role == Role::any ? m.user : farm_.sender.name;
+  const std::string token = name_in_token(m.token);
+  if (const JobId id = farm_.index.by_token(user, token); id != 0) {
+    if (may_be_same_content(farm_.jobs.at(id).record.token, m.token)) {  // a repeated submit
+      farm_.send(peer, msg::Submitted{m.request, id});
+    } else {
+      farm_.fail_request(
+          peer, m.request, 2,
+          "job " + std::to_string(id) +
+              " was submitted with this Idempotency-Key, and with another content: take "
+              "another key for another job");
+    }
+    return;
+  }
+  if (submitting_.contains(token)) {
+    return;  // its answer is on its way
+  }
+  const auto accepted = std::make_shared<Accepted>();
+  accepted->job.next_epoch = farm_.options.first_epoch;
+  accepted->job.submitted = now;
+  JobRecord& record = accepted->job.record;
+  static_cast<JobHead&>(record) = m;
+  record.token = m.token;
+  record.user = user;
+  record.share = farm_.sender.share;
+  record.convictions = disputes_.latest_conviction();
+  record.scene_bytes = m.scene.size();
+  record.note(farm_.options.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
+  try {
+    join_series(record);
+    check_limits(record);
+    if (m.settings.target_denoised && !farm_.options.judge_of) {
+      throw InputError(
+          "a coordinator does not trace, and cannot tell the error of a denoised "
+          "picture: render it in one process, or let the target count the samples'");
+    }
+    const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
+    if (needed > farm_.options.memory) {
+      throw InputError("its picture takes " + megabytes(needed) +
+                       " of memory, and this coordinator has " + megabytes(farm_.options.memory) +
+                       ": raise --memory, or render fewer pixels");
+    }
+    if (farm_.store == nullptr &&
+        !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
+      throw NoRoom("this coordinator's memory, " + megabytes(farm_.options.memory) +
+                   ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+    }
+    accepted->ticket = farm_.scenes_waiting.admit(peer, m.scene.size());
+    if (!accepted->ticket) {
+      throw NoRoom("scenes that wait to be kept fill a quarter of this coordinator's memory: wait");
+    }
+    if (!record.series.empty() && record.series_id == 0) {
+      record.series_id = next_job_++;
+    }
+    record.id = next_job_;
+    submitting_[token] = record.listed_as();
+    make_room_for_job();
+  } catch (const NoRoom& error) {
+    submitting_.erase(token);
+    farm_.send(peer, msg::Error{m.request, 2, error.what(), true});
+    return;
+  } catch (const InputError& error) {
+    submitting_.erase(token);
+    farm_.fail_request(peer, m.request, 2, error.what());
+    return;
+  }
+  ++next_job_;
+  if (record.series_id != 0) {
+    series_[{user, m.series}] = record.series_id;
+  }
+  const auto guarded =
+      farm_.backroom.guarded([this, accepted, peer, request = m.request](const std::string& why) {
+        accepted->refusal = why;
+        accepted->status = 1;
+        accept_job(peer, request, *accepted);
+      });
+  guarded.give([this, accepted, store = farm_.store, peer, request = m.request,
+                scene = std::move(m.scene)]() -> Backroom::Outcome {
+    Job& job = accepted->job;
+    try {
+      job.record.scene = scene.identity();
+      const auto decoded = scene.scene();  // or it is no scene at all
+      job.spheres = decoded->spheres.size();
+      check_targets(job.record.settings, largest_radiance(*decoded));
+      if (store != nullptr) {
+        store->put_scene(job.record.scene, scene.bytes().data.view());
+        store->put_job(job.record);
+      } else {
+        job.scene = scene;
+      }
+    } catch (const ChecksumError&) {  // damaged on its way: the client repeats it
+      return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); },
+              {}};
+    } catch (const DecodeError& error) {
+      accepted->refusal = error.what();
+    } catch (const InputError& error) {
+      accepted->refusal = error.what();
+    } catch (const StorageFull& error) {
+      accepted->refusal = error.what();
+      accepted->status = 1;
+    } catch (const std::bad_alloc&) {
+      accepted->refusal = "not enough memory for this scene";
+      accepted->status = 1;
+    }
+    const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
+    return accepted->refusal.empty() ? Backroom::Outcome{{}, outcome}
+                                     : Backroom::Outcome{outcome, {}};
+  });
+}
+
+void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {
+  Job& job = accepted.job;
+  submitting_.erase(name_in_token(job.record.token));
+  if (!accepted.refusal.empty()) {
+    farm_.fail_request(peer, request, accepted.status, accepted.refusal);
+    return;
+  }
+  const RenderSettings& s = job.record.settings;
+  farm_.log->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
+                  job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
+  farm_.send(peer, msg::Submitted{request, job.record.id});
+  const JobId id = job.record.id;
+  farm_.index.add(farm_.jobs.emplace(id, std::move(job)).first->second);
+  list_open_jobs();
+}
+
+/// A frame that comes later is treated like those that are there. Throws InputError where they were
+/// cancelled.
+void JobBook::join_series(JobRecord& record) {
+  const auto known = series_.find({record.user, record.series});
+  if (record.series.empty() || known == series_.end()) {
+    return;
+  }
+  record.series_id = known->second;
+  const std::vector<Job*> frames = frames_of(record.series_id);
+  const auto open = std::ranges::find_if(frames, [](const Job* job) { return !job->ended(); });
+  if (open == frames.end()) {
+    if (std::ranges::any_of(
+            frames, [](const Job* job) { return job->record.state == JobState::cancelled; })) {
+      throw InputError(fmt::format("series {} was cancelled: parray requeue it, or forget it",
+                                   record.series_id));
+    }
+    return;
+  }
+  record.priority = (*open)->record.priority;
+  if ((*open)->record.state == JobState::paused) {
+    record.state = JobState::paused;
+    record.reason = (*open)->record.reason;
+  }
+}
+
+namespace {
+
+std::string gigabytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
+}
+
+std::uint64_t pixels_of(const JobRecord& record) {
+  return std::uint64_t{record.settings.width} * record.settings.height;
+}
+
+}  // namespace
+
+/// Whether one more job may wait to be rendered. Throws InputError.
+void JobBook::check_limits(const JobRecord& record) const {
+  const Limits& limits = farm_.options.limits;
+  const std::string whose = record.user.empty() ? "you have" : "'" + record.user + "' has";
+  if (pixels_of(record) > limits.pixels) {
+    throw InputError(
+        fmt::format("its picture has {} pixels, and this coordinator takes {}: render "
+                    "fewer, or raise --max-pixels",
+                    pixels_of(record), limits.pixels));
+  }
+  const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
+  const std::size_t jobs = others.jobs;
+  // Of a series one frame at a time.
+  const std::uint64_t pixels =
+      others.pixels +
+      std::max(pixels_of(record), farm_.index.open_pixels(record.user, record.listed_as()));
+  const auto used = disk_of_.find(record.user);
+  const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);
+  if (jobs >= limits.user_jobs) {
+    throw NoRoom(
+        fmt::format("{} {} unfinished jobs, as many as may be: wait, cancel one, or "
+                    "raise --max-user-jobs",
+                    whose, jobs));
+  }
+  if (pixels > limits.user_pixels) {
+    throw NoRoom(
+        fmt::format("with it {} {} pixels in unfinished jobs, more than {}: wait, or "
+                    "raise --max-user-pixels",
+                    whose, pixels, limits.user_pixels));
+  }
+  if (disk > limits.user_disk) {
+    throw NoRoom(
+        fmt::format("with it {} {} on this coordinator's disk, more than {}: parray "
+                    "forget some jobs, or raise --max-user-disk",
+                    whose, gigabytes(disk), gigabytes(limits.user_disk)));
+  }
+  if (usage_.total + record.scene_bytes > limits.disk) {
+    throw NoRoom(
+        fmt::format("this coordinator's jobs take {} of its disk, of {} that they "
+                    "may: parray forget some, or raise --max-disk",
+                    gigabytes(usage_.total), gigabytes(limits.disk)));
+  }
+}
+
+/// Forgets the oldest that has ended when there are too many.
+void JobBook::make_room_for_job() {
+  const auto& listed = farm_.index.listed();
+  if (listed.size() + submitting_.size() <= farm_.options.limits.jobs) {
+    return;
+  }
+  std::size_t all = listed.size();
+  for (const auto& [token, id] : submitting_) {
+    all += listed.contains(id) ? 0 : 1;
+  }
+  if (all <= farm_.options.limits.jobs) {
+    return;
+  }
+  const auto oldest = std::ranges::find_if(farm_.index.ended(), [&](JobId number) {
+    return has_ended(series_of(listed.at(number)));  // and lacks no frame
+  });
+  if (oldest == farm_.index.ended().end()) {
+    throw NoRoom("this coordinator has its " + std::to_string(farm_.options.limits.jobs) +
+                 " jobs and none has ended: wait, cancel one, or raise --max-jobs");
+  }
+  forget_all(series_of(listed.at(*oldest)), "to make room");
+}
+
+}  // namespace parray::coordinator

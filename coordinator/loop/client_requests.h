@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/jobs/series.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+class DisputeDesk;
+class JobBook;
+class LeaseDesk;
+class WorkerDesk;
+struct PictureFile;
+
+/// Answers what clients ask, and checks what they may change. Jobs are submitted to JobBook.
+class ClientRequests {
+ public:
+  ClientRequests(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes,
+                 WorkerDesk& worker_desk)
+      : farm_(farm),
+        job_book_(job_book),
+        leases_(leases),
+        disputes_(disputes),
+        worker_desk_(worker_desk) {}
+
+  void on(Time now, const PeerId& peer, msg::ListJobs& m);
+  void on(Time now, const PeerId& peer, msg::ShowJob& m);
+  void on(Time now, const PeerId& peer, msg::Fetch& m);
+  void on(Time now, const PeerId& peer, msg::FetchJournal& m);
+  void on(Time now, const PeerId& peer, msg::ListWorkers& m);
+  void on(Time now, const PeerId& peer, msg::ShowFarm& m);
+  void on(Time now, const PeerId& peer, msg::SteerJob& m);
+  void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
+
+ private:
+  Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
+  std::vector<Job*> asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
+  bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
+  void readmit(Time now, const msg::SteerWorkers& m);
+  BulkLedger::Ticket admit_bulk(const PeerId& peer, std::uint64_t request, std::uint64_t bytes);
+  void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void note_picture_file(JobId id, const PictureFile& kept);
+
+  Farm& farm_;
+  JobBook& job_book_;
+  LeaseDesk& leases_;
+  DisputeDesk& disputes_;
+  WorkerDesk& worker_desk_;
+};
+
+}  // namespace parray::coordinator

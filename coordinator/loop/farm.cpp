@@ -1,0 +1,76 @@
+#include "coordinator/loop/farm.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace parray::coordinator {
+
+/// Pictures and journals that one client may have on their way.
+static constexpr std::size_t most_bulk_of_peer = 4;
+
+Farm::Farm(CoordinatorOptions options_of_farm, Store* kept_in,
+           std::shared_ptr<spdlog::logger> log_of_farm, Backroom& tasks)
+    : options(std::move(options_of_farm)),
+      store(kept_in),
+      log(std::move(log_of_farm)),
+      backroom(tasks),
+      warnings(log),
+      arrivals(log, 100),
+      bulk(options.memory / 4, most_bulk_of_peer),
+      scenes_waiting(options.memory / 4, SIZE_MAX) {}
+
+void Farm::send(const PeerId& peer, Message message) {
+  outbox.push_back({peer, Envelope(std::move(message))});
+}
+
+void Farm::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
+                        const std::string& message) {
+  send(peer, msg::Error{request, status, message});
+}
+
+/// For errands that answer a client: if one throws, the client gets the error.
+Backroom::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
+                                   const std::string& doing) {
+  return backroom.guarded([this, peer, request, doing](const std::string& why) {
+    log->error("{}: {}", doing, why);
+    fail_request(peer, request, 1, doing + ": " + why);
+  });
+}
+
+/// For errands that nobody waits for: if one throws, the log says so.
+Backroom::Guarded Farm::for_log(const std::string& doing) {
+  return backroom.guarded(
+      [this, doing](const std::string& why) { log->error("{}: {}", doing, why); });
+}
+
+/// The record as it is now goes to the store; one that is being finished has its last there
+/// already.
+void Farm::keep(const Job& job) {
+  if (store != nullptr && job.phase != JobPhase::finishing) {
+    const auto errands = for_log(fmt::format("keeping the record of job {}", job.record.id));
+    errands.give([to = store, record = job.record]() -> Backroom::Outcome {
+      to->put_job(record);
+      return {};
+    });
+  }
+}
+
+Job* Farm::job_of(JobId id) {
+  const auto found = jobs.find(id);
+  return found == jobs.end() ? nullptr : &found->second;
+}
+
+Job* Farm::job_at_work(JobId id, std::uint64_t generation) {
+  Job* job = job_of(id);
+  return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
+}
+
+void Farm::note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
+
+/// Seconds for which coordinators have served this state. A clock that is set does not change them.
+double Farm::uptime() const {
+  return uptime_before + (began == never ? 0 : to_seconds(now - began));
+}
+
+}  // namespace parray::coordinator

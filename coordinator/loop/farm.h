@@ -1,0 +1,102 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "coordinator/disputes/machines.h"
+#include "coordinator/jobs/job.h"
+#include "coordinator/jobs/job_index.h"
+#include "coordinator/jobs/log_budget.h"
+#include "coordinator/loop/backroom.h"
+#include "coordinator/loop/bulk_ledger.h"
+#include "coordinator/loop/coordinator_options.h"
+#include "coordinator/loop/scene_service.h"
+#include "coordinator/loop/worker_registry.h"
+#include "coordinator/store/store.h"
+#include "proto/actor.h"
+#include "proto/messages.h"
+
+namespace parray::coordinator {
+
+/// Counts of events since the start.
+struct Tally {
+  std::uint64_t samples = 0;   ///< merged for the first time
+  std::uint64_t granted = 0;   ///< leases
+  std::uint64_t accepted = 0;  ///< results, as the three below
+  std::uint64_t duplicate = 0;
+  std::uint64_t stale = 0;
+  std::uint64_t mismatch = 0;
+  std::uint64_t failed = 0;     ///< leases that a worker could not trace
+  std::uint64_t malformed = 0;  ///< messages that were dropped
+};
+
+/// The state that the parts of a coordinator share: jobs, workers, time and outgoing messages.
+/// Plain data with a few services on it; every rule belongs to one of the parts: WorkerDesk,
+/// JobBook, LeaseDesk, DisputeDesk, ClientRequests. Not thread-safe.
+struct Farm {
+  /// `store` may be null: then nothing outlives the process. `backroom` runs tasks on the store; it
+  /// must be destroyed before the parts whose completions it calls.
+  Farm(CoordinatorOptions options, Store* store, std::shared_ptr<spdlog::logger> log,
+       Backroom& backroom);
+
+  /// Adds a message to the outbox.
+  void send(const PeerId& peer, Message message);
+  /// Answers a request with an error. `status`: the client's exit status.
+  void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
+                    const std::string& message);
+  /// The number of a lease as log lines show it: from 1.
+  [[nodiscard]] Epoch lease_number(Epoch epoch) const { return epoch - options.first_epoch + 1; }
+  /// Converts a time of the loop to seconds since 1970, by the clock at the first tick.
+  [[nodiscard]] double since_1970(Time at) const { return wall_zero + to_seconds(at); }
+  /// Seconds for which coordinators have served this state.
+  [[nodiscard]] double uptime() const;
+
+  /// Finds a job. Null: there is none of this number.
+  Job* job_of(JobId id);
+  /// Finds a job whose work still has this generation. Null: it ended or began again.
+  Job* job_at_work(JobId id, std::uint64_t generation);
+  /// Adds a line to the history of a job.
+  void note(Job& job, const std::string& what);
+  /// Keeps the record of a job in the store.
+  void keep(const Job& job);
+  /// For tasks that answer a client: a failure answers with an error.
+  [[nodiscard]] Backroom::Guarded for_client(const PeerId& peer, std::uint64_t request,
+                                             const std::string& doing);
+  /// For tasks without a recipient: a failure is logged.
+  [[nodiscard]] Backroom::Guarded for_log(const std::string& doing);
+
+  const CoordinatorOptions options;
+  Store* const store;
+  std::shared_ptr<spdlog::logger> log;
+  Backroom& backroom;
+  LogBudget warnings;
+  LogBudget arrivals;  ///< log lines of workers that join or leave
+  WorkerRegistry workers;
+  SceneService scenes;
+  std::map<JobId, Job> jobs;
+  JobIndex index;           ///< of `jobs`
+  std::set<JobId> at_work;  ///< jobs with JobWork
+  Machines machines;
+  BulkLedger bulk;            ///< pictures and journals on their way to clients
+  BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
+  Tally tally;
+  std::vector<Delivery> outbox;
+  Sender sender;                ///< of the current message
+  Time now{};                   ///< of the current turn
+  Time began = never;           ///< the first tick
+  double wall_zero = 0;         ///< seconds since 1970 when `now` was 0; set by the first tick
+  double uptime_before = 0;     ///< seconds that earlier coordinators served this state
+  double price = 1e-7;          ///< thread-seconds a sample, of the latest results
+  std::string storage;          ///< why the store cannot commit; empty: it can
+  Time queue_again_at{};        ///< when the queue must be built again
+  Time grant_again_at = never;  ///< when a worker that was denied leases may get some
+  bool grants_due = true;       ///< something changed since the last round of grants
+};
+
+}  // namespace parray::coordinator

@@ -1,0 +1,67 @@
+#include <spdlog/spdlog.h>
+
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_desk.h"
+
+namespace parray::coordinator {
+
+/// That of a job at work; null: there is none.
+const SceneParcel* WorkerDesk::scene_at_work(const std::string& scene) const {
+  for (const JobId id : farm_.at_work) {
+    const Job& job = farm_.jobs.at(id);
+    if (job.work && job.record.scene == scene && job.work->plan) {
+      return &job.work->scene;
+    }
+  }
+  return nullptr;
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  const SceneParcel* scene = scene_at_work(m.scene);
+  if (scene == nullptr) {
+    return;
+  }
+  const Bulk* bytes = scene->held_bytes();
+  if (bytes == nullptr) {  // only in one process
+    farm_.send(peer, msg::SceneSource{m.scene, {}, "", "", scene->scene()});
+    return;
+  }
+  farm_.send(peer, farm_.scenes.source_for(*worker, m.scene, bytes->data.size(), m.failed));
+  const WorkerRecord* source = farm_.workers.by_id(farm_.scenes.source_of(worker->id, m.scene));
+  farm_.log->debug("scene {:.8} for worker {} '{}': from {}{}", m.scene, worker->id,
+                   worker->hello.name, source == nullptr ? "here" : source->hello.name,
+                   m.failed > 0 ? fmt::format(", its source {}", m.failed + 1) : "");
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  const SceneParcel* scene = scene_at_work(m.scene);
+  const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
+  auto chunk = bytes == nullptr ? std::nullopt : farm_.scenes.chunk(m.scene, bytes->data, m.chunk);
+  if (chunk) {
+    farm_.send(peer, std::move(*chunk));
+  } else {
+    farm_.send(peer, msg::NoScene{m.scene});
+  }
+}
+
+/// What was kept to send it, if no job at work needs it any more.
+void WorkerDesk::forget_scene(const std::string& scene) {
+  if (scene_at_work(scene) != nullptr) {
+    return;
+  }
+  const SceneService::Spread spread = farm_.scenes.forget_scene(scene);
+  if (spread.workers > 0) {
+    farm_.log->debug("scene {:.8} went to {} workers, {} bytes of it from here", scene,
+                     spread.workers, spread.bytes);
+  }
+}
+
+}  // namespace parray::coordinator

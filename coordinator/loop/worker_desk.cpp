@@ -1,0 +1,228 @@
+#include "coordinator/loop/worker_desk.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "common/base/divide_up.h"
+#include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/leases/lease_desk.h"
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+// The protocol's.
+static constexpr Time longest_heartbeat = seconds(60);
+static constexpr Time longest_silence = seconds(600);
+
+/// Why a worker cannot be one of ours; empty: it can.
+std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
+  if (hello.version != protocol_version) {
+    return "protocol version " + std::to_string(hello.version) + ", but this coordinator speaks " +
+           std::to_string(protocol_version) + ": install the same release on both";
+  }
+  if (hello.trace != trace_version) {
+    return "trace version " + std::to_string(hello.trace) +
+           ", but this coordinator's pictures are of " + std::to_string(trace_version) +
+           ": install the same release on both";
+  }
+  if (hello.fingerprint != farm_.options.fingerprint) {
+    return "it traces other bits than this coordinator (the built-in test picture differs): build "
+           "both from the same sources, without fast-math, or test that machine's memory";
+  }
+  return {};
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
+  if (released_) {
+    return;
+  }
+  std::string refusal = refusal_of(m);
+  WorkerRecord* known = farm_.workers.at(peer);
+  if (refusal.empty() && known != nullptr && known->hello.instance != m.instance) {
+    lose_worker(now, peer, "started again", true);
+    known = nullptr;
+  }
+  if (refusal.empty() && known == nullptr && farm_.workers.size() >= farm_.options.max_workers) {
+    refusal = "this coordinator has its " + std::to_string(farm_.options.max_workers) +
+              " workers: raise --max-workers";
+  }
+  if (!refusal.empty()) {
+    farm_.warnings.warn(now, "worker '" + m.name + "' refused: " + refusal);
+    farm_.send(peer, msg::Refuse{refusal});
+    return;
+  }
+  if (known == nullptr) {
+    known = &farm_.workers.add(now, peer, m, farm_.sender);
+    leases_.check_losses(now, *known);
+    disputes_.greet(*known);
+    leases_.hold_back(now);
+    farm_.grants_due = true;
+    farm_.arrivals.info(
+        now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));
+  }
+  known->last_heard = now;
+  welcome(*known);
+}
+
+/// How many times as long as those of a small farm heartbeats and silences are now.
+unsigned WorkerDesk::pace() const {
+  const Time longest = std::min(farm_.options.lease_timeout / 3, longest_heartbeat);
+  const auto most =
+      static_cast<std::size_t>(std::max<Time::rep>(1, longest / farm_.options.heartbeat));
+  const std::size_t wanted = divide_up(farm_.workers.size(), farm_.options.heartbeat_workers);
+  return static_cast<unsigned>(std::clamp(wanted, std::size_t{1}, most));
+}
+
+void WorkerDesk::welcome(WorkerRecord& worker) {
+  const auto ms = [](Time t) {
+    return static_cast<std::uint32_t>(std::chrono::duration_cast<milliseconds>(t).count());
+  };
+  worker.pace = pace();
+  const Time silence = std::min(worker.pace * farm_.options.silence, longest_silence);
+  worker.silence = std::max(worker.silence, silence);
+  farm_.send(worker.peer, msg::Welcome{ms(worker.pace * farm_.options.heartbeat), ms(silence)});
+}
+
+/// The worker, of which there is word now; null once a stranger has been asked who it is: it
+/// repeats what it has said once it is known.
+WorkerRecord* WorkerDesk::heard_from(Time now, const PeerId& peer) {
+  WorkerRecord* worker = farm_.workers.at(peer);
+  if (worker == nullptr) {
+    if (!released_) {
+      farm_.send(peer, msg::Who{});
+    }
+  } else {
+    worker->last_heard = now;
+    worker->ours = worker->ours && farm_.sender.ours;
+  }
+  return worker;
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) {
+    return;
+  }
+  note_progress(now, *worker, m);
+  const Time deadline = worker->traced_at + farm_.options.lease_timeout;
+  for (const auto& [job_id, epoch] : m.epochs) {
+    Job* job = farm_.job_of(job_id);
+    const bool held = job != nullptr && job->work && job->work->leases &&
+                      job->work->leases->extend(worker->id, epoch, deadline);
+    if (!held) {
+      farm_.send(peer, msg::Revoke{job_id, epoch});  // it works on what is no longer its own
+    }
+  }
+  worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
+  if (worker->pace == pace()) {
+    farm_.send(peer, msg::Pulse{});
+  } else {
+    welcome(*worker);
+  }
+}
+
+/// A worker is at work while the samples that it has traced grow, and while it prepares, within
+/// reason.
+void WorkerDesk::note_progress(Time now, WorkerRecord& worker,
+                               const msg::Heartbeat& heartbeat) const {
+  worker.preparing_since = heartbeat.preparing ? std::min(worker.preparing_since, now) : never;
+  constexpr int longest_preparation = 30;  // lease timeouts
+  const bool preparing =
+      heartbeat.preparing &&
+      now - worker.preparing_since < longest_preparation * farm_.options.lease_timeout;
+  if (heartbeat.traced != worker.traced || preparing) {
+    worker.traced = heartbeat.traced;
+    worker.traced_at = now;
+  }
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::Bye& m) {
+  lose_worker(now, peer, m.reason, false);
+}
+
+/// A full disk holds all jobs until there is room; then they go on by themselves.
+void WorkerDesk::note_storage(Time now) {
+  const std::string blocked = farm_.backroom.blocked();
+  if (blocked != farm_.storage) {
+    farm_.storage = blocked;
+    farm_.grants_due = true;
+    blocked.empty() ? farm_.log->info("everything can be kept again: jobs go on")
+                    : farm_.log->error("jobs wait: {}", blocked);
+  }
+  blocked_since_ = blocked.empty() ? never : std::min(blocked_since_, now);
+  released_ = released_ && !blocked.empty();
+  if (!released_ && blocked_since_ != never && farm_.options.release_after != never &&
+      now - blocked_since_ > farm_.options.release_after) {
+    release_workers(now);
+  }
+  for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
+    Job& job = farm_.jobs.at(id);
+    if (job.retry_at <= now) {
+      job.retry_at = never;
+      job_book_.finish_job(job);
+    }
+  }
+}
+
+/// Says goodbye to all workers, so that they try the standby, which may serve by now. A worker that
+/// comes back gets no answer until the store can commit again, and so leaves this address.
+void WorkerDesk::release_workers(Time now) {
+  released_ = true;
+  std::vector<PeerId> peers;
+  for (const auto& [peer, worker] : farm_.workers) {
+    peers.push_back(peer);
+  }
+  farm_.log->warn("nothing can be kept for {} s: {} workers are sent to another coordinator",
+                  to_seconds(farm_.options.release_after), peers.size());
+  for (const PeerId& peer : peers) {
+    farm_.send(peer, msg::Bye{"this coordinator cannot keep results now"});
+    lose_worker(now, peer, "sent away: nothing can be kept", false);
+  }
+}
+
+/// `failed`: it may be the lease at hand that has ended it.
+void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed) {
+  const WorkerRecord* found = farm_.workers.at(peer);
+  if (found == nullptr) {
+    return;
+  }
+  const WorkerRecord worker = *found;
+  farm_.workers.remove(peer);
+  farm_.scenes.forget_worker(worker.id);
+  farm_.grants_due = true;
+  const auto has_its_name = [&](const auto& other) {
+    return other.second.hello.name == worker.hello.name;
+  };
+  const bool started_again = worker.tracing.has_value() &&
+                             std::any_of(farm_.workers.begin(), farm_.workers.end(), has_its_name);
+  std::size_t leases = 0;
+  for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
+    Job& job = farm_.jobs.at(id);
+    if (!job.work || !job.work->leases) {
+      continue;
+    }
+    for (const Lease& lease : job.work->leases->drop_worker(worker.id)) {
+      ++leases;
+      if (failed && worker.tracing == std::pair(id, lease.epoch)) {
+        leases_.note_failure(
+            now, job,
+            {lease.range, worker.machine, worker.key, worker.hello.name,
+             "a worker was lost while it traced this: " + why, true, !started_again});
+      }
+      if (!job.work) {
+        break;  // that was one too many
+      }
+    }
+    if (job.tracing()) {
+      job_book_.end_pass_if_done(job);
+    }
+  }
+  farm_.arrivals.info(now, fmt::format("worker {} '{}' left ({}); {} of its leases go to others",
+                                       worker.id, worker.hello.name, why, leases));
+}
+
+}  // namespace parray::coordinator

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+
+#include "coordinator/loop/farm.h"
+
+namespace parray::coordinator {
+
+class DisputeDesk;
+class JobBook;
+class LeaseDesk;
+
+/// Workers and their scenes: joins, heartbeats, departures, and a store that cannot commit.
+class WorkerDesk {
+ public:
+  WorkerDesk(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes)
+      : farm_(farm), job_book_(job_book), leases_(leases), disputes_(disputes) {}
+
+  void on(Time now, const PeerId& peer, msg::Hello& m);
+  void on(Time now, const PeerId& peer, msg::Heartbeat& m);
+  void on(Time now, const PeerId& peer, msg::NeedScene& m);
+  void on(Time now, const PeerId& peer, msg::NeedChunk& m);
+  void on(Time now, const PeerId& peer, msg::Bye& m);
+
+  /// Notes that a worker sent a message. Null: the sender is unknown and was asked who it is.
+  WorkerRecord* heard_from(Time now, const PeerId& peer);
+  /// Removes a worker and gives its leases to others. `failed`: its current lease may be the cause.
+  void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
+  /// Holds all jobs while the store cannot commit, and sends the workers away after a while.
+  void note_storage(Time now);
+  /// Drops the bytes that were kept to send a scene, if no job at work needs it.
+  void forget_scene(const std::string& scene);
+
+ private:
+  [[nodiscard]] std::string refusal_of(const msg::Hello& hello) const;
+  [[nodiscard]] unsigned pace() const;
+  void welcome(WorkerRecord& worker);
+  void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat) const;
+  void release_workers(Time now);
+  [[nodiscard]] const SceneParcel* scene_at_work(const std::string& scene) const;
+
+  Farm& farm_;
+  JobBook& job_book_;
+  LeaseDesk& leases_;
+  DisputeDesk& disputes_;
+  Time blocked_since_ = never;  ///< when the store stopped to commit
+  bool released_ = false;       ///< the workers were sent away because of that
+};
+
+}  // namespace parray::coordinator

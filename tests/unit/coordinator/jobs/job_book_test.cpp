@@ -1,0 +1,75 @@
+#include <doctest/doctest.h>
+
+#include "common/base/error.h"
+#include "tests/support/farm_rig.h"
+
+namespace parray {
+namespace {
+
+using test::FarmRig;
+
+TEST_CASE("one more job than a user may have is refused") {
+  CoordinatorOptions options = FarmRig::rig_options();
+  options.limits.user_jobs = 2;
+  FarmRig rig(options);
+  rig.add_job(1, "ann");
+  JobRecord next;
+  next.id = 3;
+  next.user = "ann";
+  CHECK_NOTHROW(rig.jobs.check_limits(next));
+  rig.add_job(2, "ann");
+  CHECK_THROWS_AS(rig.jobs.check_limits(next), NoRoom);
+  next.user = "bob";
+  CHECK_NOTHROW(rig.jobs.check_limits(next));
+}
+
+TEST_CASE(
+    "a cancelled job ends, can be queued again, and can be forgotten only when it has ended") {
+  FarmRig rig;
+  Job& job = rig.add_job(5);
+  job.scene = SceneParcel(std::make_shared<const Scene>());
+  CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::forget, 0}), InputError);
+  rig.jobs.steer(job, {1, 5, msg::JobAction::cancel, 0});
+  CHECK(job.record.state == JobState::cancelled);
+  CHECK(rig.farm.index.open().empty());
+  rig.jobs.forget_job(5, "in a test");
+  CHECK(rig.farm.job_of(5) == nullptr);
+}
+
+TEST_CASE("a job that has ended takes no priority") {
+  FarmRig rig;
+  Job& job = rig.add_job(5);
+  rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 90});
+  CHECK(job.record.priority == 90);
+  rig.jobs.fail_job(job, "in a test");
+  CHECK(job.record.state == JobState::failed);
+  CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 10}), InputError);
+}
+
+TEST_CASE("a waiting job says what it lacks") {
+  FarmRig rig;
+  Job& job = rig.add_job(5);
+  CHECK(rig.jobs.waits_for(job) == "no workers connected");
+  rig.join("peer", "one");
+  CHECK(rig.jobs.waits_for(job).empty());
+  rig.farm.storage = "the disk is full";
+  CHECK(rig.jobs.waits_for(job) == "the disk is full");
+}
+
+TEST_CASE("jobs that ended long ago are forgotten, open ones are not") {
+  CoordinatorOptions options = FarmRig::rig_options();
+  options.limits.keep_seconds = 100;
+  FarmRig rig(options);
+  rig.add_job(1);
+  rig.jobs.steer(rig.add_job(2), {1, 2, msg::JobAction::cancel, 0});
+  rig.farm.now = seconds(50);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(rig.farm.jobs.size() == 2);
+  rig.farm.now = seconds(200);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(rig.farm.job_of(1) != nullptr);
+  CHECK(rig.farm.job_of(2) == nullptr);
+}
+
+}  // namespace
+}  // namespace parray
