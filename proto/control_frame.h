@@ -12,10 +12,6 @@
 
 namespace parray::proto {
 
-/// Longest texts on the wire.
-inline constexpr std::size_t max_name = 128;
-inline constexpr std::size_t max_line = 2000;
-
 /// Writes a message's fields into the map of a control frame. ControlWriter and ControlReader have
 /// the same members, so that one description of a message serves both directions.
 class ControlWriter {

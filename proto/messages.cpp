@@ -126,18 +126,9 @@ template <typename F>
 void fields(F& f, msg::Submit& m) {
   f.number("request", m.request);
   f.text("token", m.token, 64, 1);
-  f.text("name", m.name, max_name, 1);
-  f.number("priority", m.priority, 0U, 100U);
-  f.settings("settings", m.settings);
-  f.text("precision_reason", m.precision_reason, max_line);
-  f.number("duplicates_removed", m.duplicates_removed);
-  f.duration("load_seconds", m.load_seconds);
-  f.duration("reserved_seconds", m.reserved_seconds);
   f.text("user", m.user, 64);
-  f.number("max_failures", m.max_failures, 0U, 1000U);
-  f.text("series", m.series, 64);
-  f.number("frame", m.frame, 0U, limits::max_frame);
-  f.number("frames", m.frames, 0U, limits::max_frames);
+  head_fields(f, m);
+  later_head_fields(f, m);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {

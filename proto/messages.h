@@ -14,6 +14,7 @@
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
 #include "proto/frame.h"
+#include "proto/job_head.h"
 #include "proto/parcels.h"
 
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
@@ -126,22 +127,11 @@ struct Bye {
   std::string reason;
 };
 
-struct Submit {
+struct Submit : JobHead {
   std::uint64_t request = 0;
   std::string token;
-  std::string name;
-  std::uint32_t priority = 50;
-  RenderSettings settings;
-  std::string precision_reason;
-  double load_seconds = 0;
   SceneParcel scene;
-  std::uint64_t duplicates_removed = 0;
-  std::string user;                ///< counts only where there are no keys to tell
-  std::uint32_t max_failures = 0;  ///< 0: the coordinator's
-  std::string series;              ///< token of the series that it is a frame of; empty: none
-  std::uint32_t frame = 0;         ///< its number in the series
-  std::uint32_t frames = 0;        ///< that the series is to have
-  double reserved_seconds = 0;     ///< of a time limit, for what is not the coordinator's
+  std::string user;  ///< counts only where there are no keys to tell
 };
 struct Submitted {
   std::uint64_t request = 0;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <type_traits>
 
 #include "common/base/error.h"
+#include "common/scene/settings_fields.h"
 #include "proto/messages.h"
 
 namespace parray::proto {
@@ -12,9 +14,21 @@ namespace {
 
 using nlohmann::json;
 
-template <typename T>
-T number(const json& map, const char* key) {
-  return static_cast<T>(natural_in(map, key, std::numeric_limits<T>::max()));
+/// The settings that `wanted(setting, value)` says, with the names of words.
+template <typename Wanted>
+json map_of(const RenderSettings& settings, const Wanted& wanted) {
+  json map;
+  settings_fields(
+      [&](const Setting& setting, const auto& /*rule*/, const auto& value) {
+        if (!wanted(setting, value)) return;
+        if constexpr (std::is_enum_v<std::decay_t<decltype(value)>>) {
+          map[setting.key] = name_of(value);
+        } else {
+          map[setting.key] = value;
+        }
+      },
+      settings);
+  return map;
 }
 
 std::string word(const json& map, const char* key) {
@@ -23,6 +37,32 @@ std::string word(const json& map, const char* key) {
     throw ProtocolError(std::string("settings: '") + key + "' is missing or no string");
   }
   return found->get<std::string>();
+}
+
+template <typename T>
+T limit(const json& map, const char* key) {
+  try {
+    return map.value(key, T{});
+  } catch (const json::exception&) {
+    throw ProtocolError("settings: a limit is of the wrong type");
+  }
+}
+
+/// Reads a setting; a missing one means 0 where the description allows that.
+template <typename Rule, typename T>
+void read(const json& map, const Setting& setting, const Rule& rule, T& value) {
+  constexpr unsigned may_miss = traits::since | traits::in_passes | traits::if_set;
+  if (setting.is(may_miss) && !map.contains(setting.key)) {
+    value = T{};
+  } else if constexpr (std::is_same_v<Rule, Words>) {
+    value = static_cast<T>(index_in(rule, word(map, setting.key)));
+  } else if constexpr (std::is_same_v<Rule, IntegerRange>) {
+    value = static_cast<T>(natural_in(map, setting.key, std::numeric_limits<T>::max()));
+  } else if constexpr (std::is_same_v<Rule, Passes>) {
+    value = naturals_in(map, setting.key);
+  } else {
+    value = limit<T>(map, setting.key);
+  }
 }
 
 }  // namespace
@@ -48,75 +88,40 @@ std::vector<std::uint64_t> naturals_in(const json& map, const char* key) {
   return list.get<std::vector<std::uint64_t>>();
 }
 
-json settings_to_json(const RenderSettings& s) {
-  json map;
-  map["width"] = s.width;
-  map["height"] = s.height;
-  map["samples_per_pixel"] = s.samples_per_pixel;
-  map["max_depth"] = s.max_depth;
-  map["seed"] = s.seed;
-  map["sampler"] = name_of(s.sampler);
-  map["precision"] = name_of(s.precision);
-  map["accelerator"] = name_of(s.accelerator);
-  map["isa"] = name_of(s.isa);
-  map["schedule"] = name_of(s.schedule);
-  map["row_order"] = name_of(s.row_order);
-  if (s.in_passes()) {
-    map["adaptive"] = s.adaptive;
-    map["target_error"] = s.target_error;
-    if (s.target_denoised) map["target_denoised"] = true;
-    map["target_half_width"] = s.target_half_width;
-    map["time_limit"] = s.time_limit;
-    map["passes"] = s.passes;
-  }
-  if (s.progressive) {
-    map["progressive"] = true;
-  }
-  if (s.replicates) {
-    map["replicates"] = true;
-  }
-  return map;
+json settings_to_json(const RenderSettings& settings) {
+  return map_of(settings, [&](const Setting& setting, const auto& value) {
+    if (setting.is(traits::if_set)) return value != std::decay_t<decltype(value)>{};
+    return !setting.is(traits::in_passes) || settings.in_passes();
+  });
+}
+
+json settings_in_report(const RenderSettings& settings) {
+  return map_of(settings, [](const Setting& setting, const auto& /*value*/) {
+    return !setting.is(traits::no_report);
+  });
 }
 
 RenderSettings settings_from_json(const json& map) {
   if (!map.is_object()) {
     throw ProtocolError("settings are not a map");
   }
-  RenderSettings value;
-  value.width = number<std::uint32_t>(map, "width");
-  value.height = number<std::uint32_t>(map, "height");
-  value.samples_per_pixel = number<std::uint32_t>(map, "samples_per_pixel");
-  value.max_depth = number<std::uint32_t>(map, "max_depth");
-  value.seed = number<std::uint64_t>(map, "seed");
+  RenderSettings settings;
+  bool automatic = false;
   try {
-    value.adaptive = map.value("adaptive", false);
-    value.target_error = map.value("target_error", 0.0);
-    value.target_denoised = map.value("target_denoised", false);
-    value.target_half_width = map.value("target_half_width", 0.0);
-    value.time_limit = map.value("time_limit", 0.0);
-    value.progressive = map.value("progressive", false);
-    value.replicates = map.value("replicates", false);
-  } catch (const json::exception&) {
-    throw ProtocolError("settings: a limit is of the wrong type");
-  }
-  value.passes = naturals_in(map, "passes");
-  try {
-    value.sampler =
-        map.contains("sampler") ? sampler_from(word(map, "sampler")) : Sampler::independent;
-    value.precision = precision_from(word(map, "precision"));
-    value.accelerator = accelerator_from(word(map, "accelerator"));
-    value.isa = map.contains("isa") ? isa_from(word(map, "isa")) : Isa::automatic;
-    value.schedule = schedule_from(word(map, "schedule"));
-    value.row_order = row_order_from(word(map, "row_order"));
-    check_settings(value);
+    settings_fields(
+        [&](const Setting& setting, const auto& rule, auto& value) {
+          read(map, setting, rule, value);
+          automatic |= setting.is(traits::resolved) && value == std::decay_t<decltype(value)>{};
+        },
+        settings);
+    check_settings(settings);
   } catch (const InputError& error) {
     throw ProtocolError(error.what());
   }
-  if (value.precision == Precision::automatic || value.accelerator == AcceleratorKind::automatic ||
-      value.row_order == RowOrder::automatic) {
+  if (automatic) {
     throw ProtocolError("settings leave something automatic");
   }
-  return value;
+  return settings;
 }
 
 }  // namespace parray::proto

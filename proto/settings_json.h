@@ -11,7 +11,11 @@ namespace parray::proto {
 /// Settings as the map of PROTOCOL.md ("settings"), for messages and for what is kept on disk.
 nlohmann::json settings_to_json(const RenderSettings& settings);
 
-/// Inverse; every value is checked, nothing may be left automatic. Throws ProtocolError.
+/// The settings that a report repeats, as they were asked for.
+nlohmann::json settings_in_report(const RenderSettings& settings);
+
+/// Inverse of settings_to_json(); every value is checked, nothing may be left automatic. Throws
+/// ProtocolError.
 RenderSettings settings_from_json(const nlohmann::json& map);
 
 /// The unsigned integer `key` of a map, at most `most`. The library would convert any other number.

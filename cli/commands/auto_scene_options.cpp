@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/commands/options.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -11,10 +12,8 @@
 namespace parray::commands {
 namespace {
 
-constexpr std::array<std::string_view, 2> projection_words{"perspective", "orthographic"};
-
 Projection projection_in(const std::string& text) {
-  return static_cast<Projection>(known_place("projection", text, projection_words));
+  return static_cast<Projection>(known_place("projection", text, scene_words::projections));
 }
 
 template <std::size_t Count>
@@ -35,7 +34,7 @@ void AutoSceneOptions::add_to(Command& command) {
   std::vector<std::string> styles;
   append(styles, style_names);
   std::vector<std::string> projections;
-  append(projections, projection_words);
+  append(projections, scene_words::projections);
   command
       .option(
           "--view", [this](const std::string& text) { view_ = view_from(text); },

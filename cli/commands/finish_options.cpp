@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iostream>
 
-#include "cli/commands/options.h"
+#include "cli/commands/setting_options.h"
 #include "cli/output/postprocess/depth_cue.h"
 #include "cli/output/postprocess/outline.h"
 #include "common/base/cpu_count.h"
@@ -72,32 +72,16 @@ FinishingStep outline_step(const Seen& seen, double width) {
 }  // namespace
 
 void FinishOptions::add_to(Command& command, const Option& image) {
-  command
-      .option(
-          "--outline", [this](const std::string& text) { outline_ = line_width_from(text); },
-          "Dark lines where spheres end before others that are farther away, so many pixels or, "
-          "with --dpi, points (0.5pt) wide; on: a 450th of the picture's height")
-      .type_name("on|off|WIDTH")
-      .group(finish_group)
-      .needs(image);
-  command
-      .option(
-          "--depth-cue", [this](const std::string& text) { depth_cue_ = depth_cue_from(text); },
-          "What is far fades into the background, the farthest by that share; on: 0.6")
-      .type_name("on|off|SHARE")
-      .group(finish_group)
-      .needs(image);
-}
-
-Finish FinishOptions::over(Finish of_scene) const {
-  of_scene.outline = outline_.value_or(of_scene.outline);
-  of_scene.depth_cue = depth_cue_.value_or(of_scene.depth_cue);
-  return of_scene;
+  finish_fields(
+      [&](const Setting& setting, const auto& rule, auto& value) {
+        add_setting(command, setting, rule, value).group(finish_group).needs(image);
+      },
+      given_);
 }
 
 std::string FinishOptions::first_given() const {
-  if (outline_ && outline_->unit != LineWidth::Unit::none) return "--outline";
-  return depth_cue_ && *depth_cue_ > 0 ? "--depth-cue" : "";
+  if (given_.outline && given_.outline->unit != LineWidth::Unit::none) return "--outline";
+  return given_.depth_cue && *given_.depth_cue > 0 ? "--depth-cue" : "";
 }
 
 void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,

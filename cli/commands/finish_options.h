@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "cli/input/scene_file/finish.h"
@@ -19,13 +18,12 @@ class FinishOptions {
   /// For commands that have the scene of the picture that they write, as `image` says. They must
   /// stay where they are while the command line is parsed.
   void add_to(Command& command, const Option& image);
-  [[nodiscard]] Finish over(Finish of_scene) const;
+  [[nodiscard]] Finish over(const Finish& of_scene) const { return given_.over(of_scene); }
   /// The first of those given that ask for something to be done, as "--outline"; empty: none.
   [[nodiscard]] std::string first_given() const;
 
  private:
-  std::optional<LineWidth> outline_;
-  std::optional<double> depth_cue_;
+  FinishSection given_;
 };
 
 /// Puts what is done to the picture before the other steps of `outputs.finishing`: depth cue, then

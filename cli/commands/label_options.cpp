@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
-#include "cli/commands/options.h"
+#include "cli/commands/setting_options.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/output/labels/labels.h"
 #include "common/base/error.h"
@@ -18,17 +19,6 @@ namespace {
 constexpr double millimetres_an_inch = 25.4;
 
 double pixels_in(double millimetres, double dpi) { return millimetres / millimetres_an_inch * dpi; }
-
-/// A text as a shell gives it: \n, which is awkward to type there, is a new line, too.
-std::string with_new_lines(const std::string& text) {
-  std::string lines;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escaped = text.compare(i, 2, "\\n") == 0;
-    lines += escaped ? '\n' : text[i];
-    i += escaped ? 1 : 0;
-  }
-  return lines;
-}
 
 bool may_hold_frames_of(const std::string& format) {
   return std::ranges::any_of(particle_formats(), [&](const ParticleFormat* known) {
@@ -97,59 +87,13 @@ FinishingStep label_step(const LabelSettings& labels, LabelContent content) {
 }  // namespace
 
 void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& render) {
-  const auto flag = [&](const char* name, bool& target, const char* description) {
-    command.flag(name, target, description).group(labels_group).needs(image);
-  };
-  const auto text = [&](const char* name, std::size_t longest, std::string& target,
-                        const char* description) {
-    return command
-        .option(
-            name,
-            [longest, &target](const std::string& value) {
-              const std::string problem = problem_with_label_text(value, longest);
-              if (!problem.empty()) throw InputError(problem);
-              target = with_new_lines(value);
-            },
-            description)
-        .group(labels_group)
-        .needs(image);
-  };
-  const auto size = [&](const char* name, NumberRange range, std::optional<double>& target,
-                        const char* type, const char* description) {
-    command
-        .option(
-            name,
-            [this, range, &target, &render](const std::string& value) {
-              target = real_number(value, range);
-              render.print_width(printed_width());
-            },
-            description)
-        .type_name(type)
-        .group(labels_group)
-        .needs(image);
-  };
-  flag("--legend", settings_.legend,
-       "What the particles' colours mean: a bar of colours with numbers, or names");
-  flag("--scale-bar", settings_.scale_bar,
-       "A round length; with a perspective camera that of things as far away as look_at");
-  text("--unit", longest_unit, settings_.unit,
-       "Unit of lengths, as it is to be written; angstrom and um are known (default: that of the "
-       "file's format)")
-      .type_name("UNIT");
-  flag("--time-stamp", settings_.time_stamp, "Which frame it is, and at which step or time");
+  const auto sized = [this, &render] { render.print_width(printed_width()); };
+  label_fields(
+      [&](const Setting& setting, const auto& rule, auto& value) {
+        add_setting(command, setting, rule, value, sized).group(labels_group).needs(image);
+      },
+      settings_);
   render.auto_scene().frame_cell(settings_.cell);
-  flag("--cell", settings_.cell,
-       "Outline of the simulation's box or the crystal's cell, hidden behind what is nearer, and "
-       "the axes x, y, z");
-  text("--text", longest_label_text, settings_.text, "A text; \\n begins a new line")
-      .type_name("TEXT");
-  size("--font-size", drawing_ranges::font_size, settings_.font_size, "PT",
-       "Size of letters in print, in points (default: 8)");
-  size("--width-mm", drawing_ranges::print_width, settings_.width_mm, "MM",
-       "Width of the picture in print: without --width it has as many pixels as --dpi says "
-       "(default: 300)");
-  size("--dpi", drawing_ranges::dpi, settings_.dpi, "N",
-       "Pixels an inch in print, for sizes and the file's metadata");
   command
       .on_off("--labels", of_scene_,
               "off: none of the labels that the scene asks for, only those of other options "
@@ -180,17 +124,14 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
     labels.legend = labels.scale_bar = labels.time_stamp = labels.cell = false;
     labels.text.clear();
   }
-  labels.legend |= settings_.legend;
-  labels.scale_bar |= settings_.scale_bar;
-  labels.time_stamp |= settings_.time_stamp;
-  labels.cell |= settings_.cell;
-  if (!settings_.text.empty()) labels.text = settings_.text;
-  if (!settings_.unit.empty()) labels.unit = settings_.unit;
-  if (settings_.font_size) labels.font_size = settings_.font_size;
-  if (!settings_.dpi && !settings_.width_mm) return labels;
-  labels.dpi = settings_.dpi;
-  labels.width_mm = settings_.width_mm;
-  if (!labels.width_mm) return labels;
+  const bool sized = settings_.dpi || settings_.width_mm;
+  if (sized) labels.dpi = labels.width_mm = std::nullopt;
+  label_fields(
+      [](const Setting& /*setting*/, const auto& /*rule*/, auto& to, const auto& from) {
+        if (from != std::decay_t<decltype(from)>{}) to = from;
+      },
+      labels, settings_);
+  if (!sized || !labels.width_mm) return labels;
   if (printed_width() == width) {
     labels.dpi = settings_.dpi.value_or(usual_dpi);
     labels.width_mm.reset();

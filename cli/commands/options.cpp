@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
 #include <utility>
 
+#include "cli/commands/setting_options.h"
 #include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_ranges.h"
 
 namespace parray::commands {
 namespace {
@@ -34,19 +33,59 @@ std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   return numbers;
 }
 
-/// An option with a few known words. `read` throws InputError for any other.
-template <typename Value>
-Option add_choice(Command& command, const std::string& name, const std::vector<std::string>& words,
-                  Value (*read)(std::string_view), std::optional<Value>& target,
-                  const std::string& description, const std::string& group) {
-  return command
-      .option(
-          name, [read, &target](const std::string& text) { target = read(text); }, description)
-      .words(words)
-      .group(group);
+/// A text as a shell gives it: \n, which is awkward to type there, is a new line, too.
+std::string with_new_lines(const std::string& text) {
+  std::string lines;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool escaped = text.compare(i, 2, "\\n") == 0;
+    lines += escaped ? '\n' : text[i];
+    i += escaped ? 1 : 0;
+  }
+  return lines;
 }
 
+/// Declares the options of settings under `heading`, or under their own. An option that is given
+/// sets the setting and notes its key.
+class SettingDeclarer {
+ public:
+  SettingDeclarer(Command& command, std::set<std::string_view>& given,
+                  const char* heading = nullptr)
+      : command_(command), given_(given), heading_(heading) {}
+
+  void operator()(const Setting& setting, const auto& rule, auto& value) const {
+    const auto note = [&given = given_, key = setting.key] { given.insert(key); };
+    const char* const own = setting.is(traits::accuracy) ? limits_group
+                            : setting.is(traits::speed)  ? work_group
+                                                         : settings_group;
+    if (setting.help == nullptr) return;
+    Option option = add_setting(command_, setting, rule, value, note);
+    option.group(heading_ != nullptr ? heading_ : own);
+    if (setting.is(traits::special)) option.special();
+  }
+
+ private:
+  Command& command_;
+  std::set<std::string_view>& given_;
+  const char* heading_;
+};
+
 }  // namespace
+
+std::uint64_t value_of(IntegerRange range, const std::string& text) {
+  return whole_number(text, range.least, range.most);
+}
+bool value_of(OnOff /*rule*/, const std::string& text) {
+  if (text == "on" || text == "off") return text == "on";
+  throw InputError("'" + printable(text) + "' is none of on, off");
+}
+std::vector<std::uint64_t> value_of(Passes /*rule*/, const std::string& text) {
+  return whole_numbers(text);
+}
+std::string value_of(LabelText rule, const std::string& text) {
+  const std::string problem = problem_with_label_text(text, rule.longest);
+  if (!problem.empty()) throw InputError(problem);
+  return with_new_lines(text);
+}
 
 Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
                         std::uint64_t most, std::function<void(std::uint64_t)> set,
@@ -102,102 +141,24 @@ void add_job(Command& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(Command& command) {
-  add_picture_to(command);
-  add_whole_number(
-      command, "--spp", 1, limits::max_samples_per_pixel,
-      [this](std::uint64_t value) { samples_per_pixel_ = static_cast<std::uint32_t>(value); },
-      "Samples per pixel: four times as many take four times as long and halve the noise")
-      .group(settings_group);
-  add_limits_to(command);
-  add_work_to(command);
-  particles_.add_to(command);
-  auto_scene_.add_to(command);
-  view_.add_to(command);
-}
-
-/// An option whose value is a whole number from 1 to `most`.
-static Option add_count(Command& command, const char* name, std::uint32_t most,
-                        std::optional<std::uint32_t>& target, const char* description) {
-  return add_whole_number(
-      command, name, 1, most,
-      [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); }, description);
-}
-
-void RenderOptions::add_size_to(Command& command, const std::string& group) {
-  add_count(command, "--width", limits::max_image_side, width_, "Pixels across").group(group);
-  add_count(command, "--height", limits::max_image_side, height_, "Pixels down").group(group);
+  settings_fields(SettingDeclarer(command, keys_), given_);
+  add_looks_to(command);
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
-  add_picture_to(command);
-  add_work_to(command);
+  picture_fields(SettingDeclarer(command, keys_), given_);
+  work_fields(SettingDeclarer(command, keys_), given_);
+  add_looks_to(command);
+}
+
+void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
   auto_scene_.add_to(command);
   view_.add_to(command);
 }
 
-void RenderOptions::add_picture_to(Command& command) {
-  add_size_to(command, settings_group);
-  add_count(command, "--max-depth", limits::max_depth, max_depth_, "Longest path, in ray segments")
-      .group(settings_group);
-  add_whole_number(
-      command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
-      [this](std::uint64_t value) { seed_ = value; }, "Another seed gives other noise")
-      .group(settings_group);
-  add_choice(command, "--sampler", {"independent", "sobol"}, sampler_from, sampler_,
-             "Random numbers of a pixel's samples: independent of each other, or evenly spread "
-             "(Owen-scrambled Sobol)",
-             settings_group);
-  add_choice(
-      command, "--precision", {"auto", "f32", "mixed", "f64"}, precision_from, precision_,
-      "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 "
-      "bits, computed with in 64",
-      settings_group);
-}
-
-void RenderOptions::add_work_to(Command& command) {
-  add_choice(
-      command, "--accelerator", {"auto", "linear", "bvh", "octree"}, accelerator_from, accelerator_,
-      "How spheres are searched; octree is a slow historical method, for comparison", work_group)
-      .special();
-  add_choice(command, "--isa", {"auto", "scalar", "avx2", "avx512", "neon"}, isa_from, isa_,
-             "Instruction set to trace with; auto: the best that a machine has", work_group)
-      .special();
-  add_choice(command, "--schedule", {"static", "guided", "factoring", "weighted"}, schedule_from,
-             schedule_, "How rows are dealt out to workers (default: weighted)", work_group)
-      .special();
-  add_choice(command, "--row-order", {"auto", "sequential", "interleaved"}, row_order_from,
-             row_order_, "In which order rows are dealt out; auto: interleaved with weighted",
-             work_group)
-      .special();
-}
-
-void RenderOptions::add_limits_to(Command& command) {
-  const auto limit = [&](const char* name, NumberRange range, double& target,
-                         const char* description) {
-    add_real_number(command, name, range, target, description).group(limits_group);
-  };
-  limit("--target-error", ranges::target_error, target_error_,
-        "Stop when the estimated RMSE of the picture, denoised or not, is at most X, in linear "
-        "radiance");
-  limit("--target-half-width", ranges::target_error, target_half_width_,
-        "Stop when 99 % of all pixel values (each channel) are known to within +-X, with 95 % "
-        "confidence");
-  limit("--time-limit", ranges::time_limit, time_limit_,
-        "The best picture that X seconds allow, from start to end, writing included; the report's "
-        "`passes` repeat it");
-  command
-      .on_off("--adaptive", adaptive_,
-              "More samples where there is more noise (default: on with one of the limits above, "
-              "off without)")
-      .group(limits_group);
-  command
-      .option(
-          "--passes", [this](const std::string& text) { passes_ = whole_numbers(text); },
-          "Repeat a time-limited render: the list `passes` from its report")
-      .type_name("N,N...")
-      .special()
-      .group(limits_group);
+void RenderOptions::add_size_to(Command& command, const std::string& group) {
+  size_fields(SettingDeclarer(command, keys_, group.c_str()), given_);
 }
 
 void RenderOptions::add_like_to(Command& command) {
@@ -232,19 +193,6 @@ void RenderOptions::check_like() const {
   }
 }
 
-/// A limit without --spp goes as far as it has to.
-void RenderOptions::lay_limits_over(RenderSettings& settings) const {
-  settings.target_error = target_error_;
-  settings.target_half_width = target_half_width_;
-  settings.time_limit = time_limit_;
-  settings.passes = passes_;
-  const bool limited = target_error_ > 0 || target_half_width_ > 0 || time_limit_ > 0;
-  settings.adaptive = adaptive_.value_or(limited || !passes_.empty());
-  if (limited && !samples_per_pixel_) {
-    settings.samples_per_pixel = limits::max_samples_per_pixel;
-  }
-}
-
 /// Passes of less than two samples a pixel, as they are made up by hand, are no picture's.
 static void check_first_passes(const RenderSettings& settings) {
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
@@ -268,23 +216,23 @@ static void check_first_passes(const RenderSettings& settings) {
 
 RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
-  if (print_width_ && !width_ && !height_) {
+  if (print_width_ && !has_size()) {
     const double share = static_cast<double>(*print_width_) / settings.width;
     settings.height = static_cast<std::uint32_t>(
         std::clamp<double>(std::round(share * settings.height), 1, limits::max_image_side));
   }
-  settings.width = width_.value_or(print_width_.value_or(settings.width));
-  settings.height = height_.value_or(settings.height);
-  settings.samples_per_pixel = samples_per_pixel_.value_or(settings.samples_per_pixel);
-  settings.max_depth = max_depth_.value_or(settings.max_depth);
-  settings.seed = seed_.value_or(settings.seed);
-  settings.sampler = sampler_.value_or(settings.sampler);
-  settings.precision = precision_.value_or(settings.precision);
-  settings.accelerator = accelerator_.value_or(settings.accelerator);
-  settings.isa = isa_.value_or(settings.isa);
-  settings.schedule = schedule_.value_or(settings.schedule);
-  settings.row_order = row_order_.value_or(settings.row_order);
-  lay_limits_over(settings);
+  settings.width = print_width_.value_or(settings.width);
+  settings_fields(
+      [this](const Setting& setting, const auto& /*rule*/, auto& to, const auto& from) {
+        if (keys_.contains(setting.key)) to = from;
+      },
+      settings, given_);
+  const bool limited =
+      settings.target_error > 0 || settings.target_half_width > 0 || settings.time_limit > 0;
+  if (!keys_.contains("adaptive")) settings.adaptive = limited || !settings.passes.empty();
+  if (limited && !keys_.contains("samples_per_pixel")) {  // as far as it has to go
+    settings.samples_per_pixel = limits::max_samples_per_pixel;
+  }
   if (followed_) {
     static_cast<PictureSettings&>(settings) = followed_->picture();
     static_cast<StopSettings&>(settings) = followed_->stop();
@@ -293,9 +241,9 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
     check_settings(settings);
   } catch (const InputError& error) {
     // Each option is in its range, so it is some of them together.
-    throw InputError(
-        std::string(passes_.empty() ? "--width, --height: " : "--width, --height, --passes: ") +
-        error.what());
+    throw InputError(std::string(given_.passes.empty() ? "--width, --height: "
+                                                       : "--width, --height, --passes: ") +
+                     error.what());
   }
   check_first_passes(settings);
   return settings;

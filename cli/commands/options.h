@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "cli/commands/auto_scene_options.h"
 #include "cli/commands/finish_options.h"
@@ -61,7 +62,9 @@ class RenderOptions {
   void add_to(Command& command);
   /// --width and --height alone, under that heading.
   void add_size_to(Command& command, const std::string& group);
-  [[nodiscard]] bool has_size() const { return width_ || height_; }
+  [[nodiscard]] bool has_size() const {
+    return keys_.contains("width") || keys_.contains("height");
+  }
   /// The picture's width where --width is not given, its height in proportion where --height is
   /// not.
   void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
@@ -85,7 +88,9 @@ class RenderOptions {
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
   /// Empty: the scene's.
-  [[nodiscard]] std::optional<Sampler> sampler() const { return sampler_; }
+  [[nodiscard]] std::optional<Sampler> sampler() const {
+    return keys_.contains("sampler") ? std::optional(given_.sampler) : std::nullopt;
+  }
 
   /// Those that decide the picture, as they were given: equal for equal commands.
   [[nodiscard]] std::string as_given() const;
@@ -94,32 +99,15 @@ class RenderOptions {
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
-  void add_picture_to(Command& command);
-  void add_limits_to(Command& command);
-  void add_work_to(Command& command);
-  void lay_limits_over(RenderSettings& settings) const;
+  void add_looks_to(Command& command);
 
   ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< that has --like
   std::optional<RenderSettings> followed_;
-  std::optional<std::uint32_t> width_;
-  std::optional<std::uint32_t> height_;
   std::optional<std::uint32_t> print_width_;
-  std::optional<std::uint32_t> samples_per_pixel_;
-  std::optional<std::uint32_t> max_depth_;
-  std::optional<std::uint64_t> seed_;
-  std::optional<Sampler> sampler_;
-  std::optional<Precision> precision_;
-  std::optional<bool> adaptive_;
-  double target_error_ = 0;
-  double target_half_width_ = 0;
-  double time_limit_ = 0;
-  std::vector<std::uint64_t> passes_;
-  std::optional<AcceleratorKind> accelerator_;
-  std::optional<Isa> isa_;
-  std::optional<SchedulePolicy> schedule_;
-  std::optional<RowOrder> row_order_;
+  RenderSettings given_;
+  std::set<std::string_view> keys_;  ///< of the settings that were given
   ParticleOptions particles_;
   AutoSceneOptions auto_scene_;
 };

@@ -94,18 +94,8 @@ Client::Client(Link& link, const Clock& clock, Options options)
 
 msg::Submit submit_message(Submission submission) {
   msg::Submit message;
-  message.series = submission.series;
-  message.frame = submission.frame;
-  message.frames = submission.frames;
-  message.name = std::move(submission.name);
-  message.priority = submission.priority;
-  message.settings = submission.settings;
-  message.precision_reason = std::move(submission.precision_reason);
-  message.duplicates_removed = submission.duplicates_removed;
-  message.load_seconds = submission.load_seconds;
-  message.reserved_seconds = submission.reserved_seconds;
-  message.max_failures = submission.max_failures;
   message.scene = SceneParcel(std::move(submission.scene));
+  static_cast<JobHead&>(message) = std::move(submission);
   return message;
 }
 

@@ -22,25 +22,11 @@
 namespace parray::farm {
 
 /// What a client sends to have a scene rendered.
-struct Submission {
-  std::string name;  ///< for people: the scene file's name
-  std::uint32_t priority = 50;
-  RenderSettings settings;  ///< resolved: nothing automatic
-  std::string precision_reason;
-  double load_seconds = 0;
-  /// Of a time limit, what is not the coordinator's: for loading and writing, where these count.
-  double reserved_seconds = 0;
+struct Submission : JobHead {
   std::shared_ptr<const Scene> scene;
-  std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
   /// The scene or who renders it asks for a picture without its background: matters to whoever
   /// writes that; the farm knows nothing of it.
   bool transparent = false;
-  std::uint32_t max_failures = 0;  ///< 0: as the coordinator has it
-  /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
-  /// many frames there are to be. The same frame is submitted once, however often it is tried.
-  std::string series{};
-  std::uint32_t frame = 0;
-  std::uint32_t frames = 0;
   /// image_sha256 of the picture that is to be made again; empty: it is a new one.
   std::string original_sha256{};
 };

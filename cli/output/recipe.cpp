@@ -1,17 +1,19 @@
 #include "cli/output/recipe.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
+#include <vector>
 
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
+#include "common/scene/settings_fields.h"
 
 namespace parray::output {
 namespace {
@@ -22,12 +24,19 @@ using nlohmann::json;
 std::string key(std::string_view name) { return "parray:" + std::string(name); }
 
 /// Fields of the report that an image file has, too.
-constexpr std::array<std::string_view, 24> kept_in_image = {
-    "version",      "trace_version",     "scene_sha256",  "image_sha256",   "width",
-    "height",       "max_depth",         "seed",          "sampler",        "precision",
-    "accelerator",  "samples",           "least_samples", "most_samples",   "adaptive",
-    "target_error", "target_half_width", "time_limit",    "stopped_by",     "nonfinite_samples",
-    "flag",         "filled_pixels",     "fill_block",    "channel_samples"};
+std::vector<std::string> kept_in_image() {
+  std::vector<std::string> keys = {"version", "trace_version", "scene_sha256", "image_sha256"};
+  const auto add = [&keys](const Setting& setting, const auto& /*rule*/) {
+    if (setting.is(traits::recipe)) keys.emplace_back(setting.key);
+  };
+  picture_fields(add);
+  work_fields(add);
+  keys.insert(keys.end(), {"samples", "least_samples", "most_samples"});
+  stop_fields(add);
+  keys.insert(keys.end(), {"stopped_by", "nonfinite_samples", "flag", "filled_pixels", "fill_block",
+                           "channel_samples"});
+  return keys;
+}
 
 void add_value(ImageMetadata& metadata, const std::string& name, const json& value) {
   if (value.is_string() && !value.get_ref<const std::string&>().empty()) {
@@ -101,13 +110,17 @@ class RecipeReader {
 
 RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
   RenderSettings settings;
-  settings.width = reader.whole<std::uint32_t>("width");
-  settings.height = reader.whole<std::uint32_t>("height");
-  settings.max_depth = reader.whole<std::uint32_t>("max_depth");
-  settings.seed = reader.whole<std::uint64_t>("seed");
-  settings.sampler = sampler_from(reader.text("sampler"));
-  settings.precision = precision_from(reader.text("precision"));
-  if (settings.precision == Precision::automatic) reader.refuse("precision");
+  picture_fields(
+      [&](const Setting& setting, const auto& rule, auto& value) {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_enum_v<T>) {
+          value = static_cast<T>(index_in(rule, reader.text(setting.key)));
+          if (setting.is(traits::resolved) && value == T{}) reader.refuse(setting.key);
+        } else {
+          value = reader.whole<T>(setting.key);
+        }
+      },
+      settings);
   if (equal_samples) {
     settings.samples_per_pixel = reader.whole<std::uint32_t>("samples_per_pixel");
   } else {
@@ -142,8 +155,8 @@ bool samples_differ(const json& report) {
 ImageMetadata recipe_metadata(const Picture& picture) {
   const json& report = picture.report;
   ImageMetadata metadata = {{"Software", "ParRay " + report.value("version", "")}};
-  for (const std::string_view key : kept_in_image) {
-    if (report.contains(key)) add_value(metadata, std::string(key), report.at(std::string(key)));
+  for (const std::string& key : kept_in_image()) {
+    if (report.contains(key)) add_value(metadata, key, report.at(key));
   }
   if (!samples_differ(report)) {
     add_value(metadata, "samples_per_pixel", report.at("samples_per_pixel"));

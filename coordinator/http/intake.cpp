@@ -1,19 +1,20 @@
 #include "coordinator/http/intake.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
+#include <type_traits>
 
 #include "common/base/error.h"
 #include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/base/suggest.h"
+#include "common/scene/settings_fields.h"
 
 namespace parray::http {
 namespace {
@@ -24,40 +25,43 @@ using nlohmann::json;
 enum class OptionType : std::uint8_t { whole, real, text, boolean, flag, list };
 
 struct KnownOption {
-  std::string_view name;
+  std::string name;  ///< of the command line's option, underscores for hyphens
   OptionType kind;
 };
-constexpr std::array option_kinds = {KnownOption{"name", OptionType::text},
-                                     KnownOption{"priority", OptionType::whole},
-                                     KnownOption{"max_failures", OptionType::whole},
-                                     KnownOption{"webhook", OptionType::text},
-                                     KnownOption{"progressive", OptionType::flag},
-                                     KnownOption{"width", OptionType::whole},
-                                     KnownOption{"height", OptionType::whole},
-                                     KnownOption{"spp", OptionType::whole},
-                                     KnownOption{"max_depth", OptionType::whole},
-                                     KnownOption{"seed", OptionType::whole},
-                                     KnownOption{"sampler", OptionType::text},
-                                     KnownOption{"precision", OptionType::text},
-                                     KnownOption{"accelerator", OptionType::text},
-                                     KnownOption{"isa", OptionType::text},
-                                     KnownOption{"schedule", OptionType::text},
-                                     KnownOption{"row_order", OptionType::text},
-                                     KnownOption{"target_error", OptionType::real},
-                                     KnownOption{"target_half_width", OptionType::real},
-                                     KnownOption{"time_limit", OptionType::real},
-                                     KnownOption{"adaptive", OptionType::boolean},
-                                     KnownOption{"passes", OptionType::list}};
+
+template <typename Rule>
+constexpr OptionType type_of(const Rule& /*rule*/) {
+  if constexpr (std::is_same_v<Rule, IntegerRange>) return OptionType::whole;
+  if constexpr (std::is_same_v<Rule, NumberRange>) return OptionType::real;
+  if constexpr (std::is_same_v<Rule, Words>) return OptionType::text;
+  if constexpr (std::is_same_v<Rule, OnOff>) return OptionType::boolean;
+  return OptionType::list;
+}
+
+const std::vector<KnownOption>& known_options() {
+  static const std::vector<KnownOption> known = [] {
+    std::vector<KnownOption> options = {{"name", OptionType::text},
+                                        {"priority", OptionType::whole},
+                                        {"max_failures", OptionType::whole},
+                                        {"webhook", OptionType::text},
+                                        {"progressive", OptionType::flag}};
+    settings_fields([&options](const Setting& setting, const auto& rule) {
+      if (setting.help != nullptr) options.push_back({keyword_of(setting), type_of(rule)});
+    });
+    return options;
+  }();
+  return known;
+}
 
 [[noreturn]] void fail_option(const std::string& name, const std::string& problem) {
   throw Problem(422, "options: /" + printable(name) + ": " + problem, 2);
 }
 
 OptionType kind_of(const std::string& name) {
-  const auto found = std::ranges::find(option_kinds, name, &KnownOption::name);
-  if (found != option_kinds.end()) return found->kind;
-  std::array<std::string_view, option_kinds.size()> names;
-  std::ranges::transform(option_kinds, names.begin(), &KnownOption::name);
+  const auto found = std::ranges::find(known_options(), name, &KnownOption::name);
+  if (found != known_options().end()) return found->kind;
+  std::vector<std::string_view> names;
+  for (const KnownOption& option : known_options()) names.emplace_back(option.name);
   fail_option(name, "unknown option: " + remedy_for_name(name, names));
 }
 

@@ -9,6 +9,7 @@
 #include "common/image/image.h"
 #include "common/image/lattice.h"
 #include "proto/messages.h"
+#include "proto/settings_json.h"
 
 namespace parray::coordinator {
 
@@ -44,7 +45,6 @@ static json error_of(const JobPicture& job, const ErrorFigures& figures) {
 static json make_report(const JobPicture& job, const JobRecord& record, const RenderFacts& facts,
                         const std::string& image_sha256, const ErrorEstimate& estimate,
                         const Fill& fill) {
-  const RenderSettings& s = job.settings();
   const Framebuffer& framebuffer = job.framebuffer();
   const TraceCounts& counts = framebuffer.counts();
   json located = json::array();
@@ -62,54 +62,42 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
   // Building is no tracing: it stands under its own name.
   const double tracing = std::max(facts.render_seconds - facts.build_seconds, 0.0);
   const double rate = tracing > 0 ? 1 / tracing : 0;
-  return {{"image_sha256", image_sha256},
-          {"width", s.width},
-          {"height", s.height},
-          {"samples_per_pixel", samples_per_pixel_of(job)},
-          {"least_samples", *least},
-          {"most_samples", *most},
-          {"filled_pixels", fill.pixels},
-          {"fill_block", fill.block},
-          {"error", error_of(job, estimate)},
-          {"adaptive", s.adaptive},
-          {"target_error", s.target_error},
-          {"target_denoised", s.target_denoised},
-          {"target_half_width", s.target_half_width},
-          {"time_limit", s.time_limit},
-          {"passes", job.passes().begun()},
-          {"stopped_by", name_of(job.passes().stopped_by())},
-          {"max_depth", s.max_depth},
-          {"seed", s.seed},
-          {"precision", name_of(s.precision)},
-          {"precision_reason", record.precision_reason},
-          {"accelerator", name_of(s.accelerator)},
-          {"isa", facts.isa},
-          {"sampler", name_of(s.sampler)},
-          {"schedule", name_of(s.schedule)},
-          {"row_order", name_of(s.row_order)},
-          {"scene_sha256", record.scene},
-          {"spheres", job.scene().requirements.spheres},
-          {"duplicates_removed", record.duplicates_removed},
-          {"features", job.scene().requirements.features()},
-          {"accelerator_bytes", facts.accelerator_bytes},
-          {"threads", facts.threads},
-          {"workers", facts.workers},
-          {"samples", counts.samples},
-          {"rays", counts.rays},
-          {"samples_per_second", static_cast<double>(counts.samples) * rate},
-          {"rays_per_second", static_cast<double>(counts.rays) * rate},
-          {"nonfinite_samples", counts.nonfinite},
-          {"nonfinite_pixels", framebuffer.excluded().size()},
-          {"nonfinite", std::move(located)},
-          {"seconds",
-           {{"load", record.load_seconds},
-            {"build", facts.build_seconds},
-            {"render", facts.render_seconds},
-            {"deciding", facts.deciding_seconds}}},
-          {"checked_share", job.checked_share()},
-          {"flag", record.flag},
-          {"trace_version", trace_version},
-          {"version", PARRAY_VERSION}};
+  json report = settings_in_report(job.settings());
+  report.update({{"image_sha256", image_sha256},
+                 {"samples_per_pixel", samples_per_pixel_of(job)},
+                 {"least_samples", *least},
+                 {"most_samples", *most},
+                 {"filled_pixels", fill.pixels},
+                 {"fill_block", fill.block},
+                 {"error", error_of(job, estimate)},
+                 {"passes", job.passes().begun()},
+                 {"stopped_by", name_of(job.passes().stopped_by())},
+                 {"precision_reason", record.precision_reason},
+                 {"isa", facts.isa},
+                 {"scene_sha256", record.scene},
+                 {"spheres", job.scene().requirements.spheres},
+                 {"duplicates_removed", record.duplicates_removed},
+                 {"features", job.scene().requirements.features()},
+                 {"accelerator_bytes", facts.accelerator_bytes},
+                 {"threads", facts.threads},
+                 {"workers", facts.workers},
+                 {"samples", counts.samples},
+                 {"rays", counts.rays},
+                 {"samples_per_second", static_cast<double>(counts.samples) * rate},
+                 {"rays_per_second", static_cast<double>(counts.rays) * rate},
+                 {"nonfinite_samples", counts.nonfinite},
+                 {"nonfinite_pixels", framebuffer.excluded().size()},
+                 {"nonfinite", std::move(located)},
+                 {"seconds",
+                  {{"load", record.load_seconds},
+                   {"build", facts.build_seconds},
+                   {"render", facts.render_seconds},
+                   {"deciding", facts.deciding_seconds}}},
+                 {"checked_share", job.checked_share()},
+                 {"flag", record.flag},
+                 {"trace_version", trace_version},
+                 {"version", PARRAY_VERSION}});
+  return report;
 }
 
 PictureDetail kept_detail(const WorkSettings& settings) {

@@ -57,22 +57,12 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   accepted->job.next_epoch = farm_.options.first_epoch;
   accepted->job.submitted = now;
   JobRecord& record = accepted->job.record;
+  static_cast<JobHead&>(record) = m;
   record.token = m.token;
   record.user = user;
   record.share = farm_.sender.share;
-  record.max_failures = m.max_failures;
   record.convictions = disputes_.latest_conviction();
-  record.name = m.name;
-  record.priority = m.priority;
-  record.settings = m.settings;
-  record.precision_reason = m.precision_reason;
-  record.duplicates_removed = m.duplicates_removed;
-  record.load_seconds = m.load_seconds;
-  record.reserved_seconds = m.reserved_seconds;
   record.scene_bytes = m.scene.size();
-  record.series = m.series;
-  record.frame = m.frame;
-  record.frames = m.frames;
   record.note(farm_.options.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
   try {
     join_series(record);

@@ -1,6 +1,7 @@
 #include "coordinator/store/job_record.h"
 
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -40,103 +41,123 @@ json events_to_json(const std::vector<JobEvent>& events) {
   return list;
 }
 
-std::string record_to_json(const JobRecord& job) {
-  const json map = {{"token", job.token},
-                    {"name", job.name},
-                    {"user", job.user},
-                    {"priority", job.priority},
-                    {"settings", settings_to_json(job.settings)},
-                    {"tile", job.tile},
-                    {"precision_reason", job.precision_reason},
-                    {"duplicates_removed", job.duplicates_removed},
-                    {"load_seconds", job.load_seconds},
-                    {"reserved_seconds", job.reserved_seconds},
-                    {"scene", job.scene},
-                    {"passes", job.passes},
-                    {"state", static_cast<int>(job.state)},
-                    {"reason", job.reason},
-                    {"report", job.report},
-                    {"scene_bytes", job.scene_bytes},
-                    {"flag", job.flag},
-                    {"convictions", job.convictions},
-                    {"share", job.share},
-                    {"max_failures", job.max_failures},
-                    {"series", job.series},
-                    {"series_id", job.series_id},
-                    {"frame", job.frame},
-                    {"frames", job.frames},
-                    {"ended", job.ended},
-                    {"events", events_to_json(job.events)}};
-  return map.dump(-1, ' ', false, json::error_handler_t::replace);
+namespace {
+
+/// Describes a record without its id: `f` is a RecordWriter or a RecordReader.
+template <typename F>
+void fields(F& f, JobRecord& job) {
+  head_fields(f, job);
+  f.value("token", job.token);
+  f.value("scene", job.scene);
+  f.value("passes", job.passes);
+  f.value("state", job.state);
+  f.value("reason", job.reason);
+  f.value("report", job.report);
+  f.may_miss();  // earlier versions did not write the rest
+  later_head_fields(f, job);
+  f.value("user", job.user);
+  f.number("tile", job.tile, 0U, limits::max_image_side);
+  f.number("scene_bytes", job.scene_bytes);
+  f.value("flag", job.flag);
+  f.number("convictions", job.convictions);
+  f.number("series_id", job.series_id);
+  f.value("share", job.share);
+  f.value("ended", job.ended);
+  f.value("events", job.events);
 }
 
-static JobState state_from(const json& value) {
-  if (!value.is_number_unsigned() || value.get<std::size_t>() >= state_names.size()) {
-    throw RunError("there is no state " + value.dump());
+/// What head_fields() calls. `Record` has value(key, value) and number(key, value, lowest,
+/// highest).
+template <typename Record>
+struct HeadFields {
+  void text(const char* key, std::string& value, std::size_t /*longest*/,
+            std::size_t /*shortest*/ = 0) {
+    self().value(key, value);
   }
-  return static_cast<JobState>(value.get<std::size_t>());
-}
+  void duration(const char* key, double& value) { self().value(key, value); }
+  void settings(const char* key, RenderSettings& value) { self().value(key, value); }
 
-/// Of a picture of these settings; a pass that adds nothing would leave it without an end.
-static std::vector<std::uint64_t> passes_from(const json& map, const RenderSettings& settings) {
-  auto passes = naturals_in(map, "passes");
+ private:
+  Record& self() { return static_cast<Record&>(*this); }
+};
+
+json to_json(const RenderSettings& value) { return settings_to_json(value); }
+json to_json(JobState value) { return static_cast<int>(value); }
+json to_json(const std::vector<JobEvent>& value) { return events_to_json(value); }
+json to_json(const auto& value) { return value; }
+
+struct RecordWriter : HeadFields<RecordWriter> {
+  json map;
+
+  void value(const char* key, const auto& value) { map[key] = to_json(value); }
+  template <typename T>
+  void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
+    map[key] = value;
+  }
+  void may_miss() {}
+};
+
+void read(const json& from, RenderSettings& value) { value = settings_from_json(from); }
+void read(const json& from, JobState& value) {
+  if (!from.is_number_unsigned() || from.get<std::size_t>() >= state_names.size()) {
+    throw RunError("there is no state " + from.dump());
+  }
+  value = static_cast<JobState>(from.get<std::size_t>());
+}
+void read(const json& from, std::vector<JobEvent>& value) {
+  for (const json& event : from) value.push_back({event.at("at"), event.at("what")});
+}
+void read(const json& from, auto& value) { from.get_to(value); }
+
+/// Throws for a value that is missing, though all versions wrote it, and for one that cannot be.
+struct RecordReader : HeadFields<RecordReader> {
+  json map;
+  bool needed = true;
+
+  explicit RecordReader(json record) : map(std::move(record)) {}
+  void value(const char* key, auto& value) {
+    if (needed || map.contains(key)) read(map.at(key), value);
+  }
+  void value(const char* key, std::vector<std::uint64_t>& value) { value = naturals_in(map, key); }
+  template <typename T>
+  void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
+    if (!needed && !map.contains(key)) return;
+    value = static_cast<T>(natural_in(map, key, highest));
+    if (value < lowest) throw RunError(std::string("there is no such ") + key);
+  }
+  void may_miss() { needed = false; }
+};
+
+/// A pass that adds nothing would leave a picture without an end.
+void check(const JobRecord& job) {
   const std::uint64_t most =
-      std::uint64_t{settings.width} * settings.height * limits::max_samples_per_pixel;
-  for (const std::uint64_t samples : passes) {
+      std::uint64_t{job.settings.width} * job.settings.height * limits::max_samples_per_pixel;
+  for (const std::uint64_t samples : job.passes) {
     if (samples == 0 || samples > most) {
       throw RunError("there is no pass of " + std::to_string(samples) + " samples");
     }
   }
-  return passes;
-}
-
-/// Of a key that earlier versions did not write.
-static std::uint64_t later_number(const json& map, const char* key,
-                                  std::uint64_t most = UINT64_MAX) {
-  return map.contains(key) ? natural_in(map, key, most) : 0;
-}
-
-static double share_from(const json& map) {
-  const double share = map.value("share", 1.0);
-  if (!(share >= least_share && share <= largest_share)) {
-    throw RunError("there is no share of " + std::to_string(share));
+  if (!(job.share >= least_share && job.share <= largest_share)) {
+    throw RunError("there is no share of " + std::to_string(job.share));
   }
-  return share;
+}
+
+}  // namespace
+
+std::string record_to_json(const JobRecord& job) {
+  JobRecord copy = job;  // a description binds to mutable fields
+  RecordWriter writer;
+  fields(writer, copy);
+  return writer.map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {
   try {
-    const json map = json::parse(text);
+    RecordReader reader(json::parse(text));
     JobRecord job;
     job.id = id;
-    job.token = map.at("token");
-    job.name = map.at("name");
-    job.user = map.value("user", std::string());
-    job.priority = static_cast<std::uint32_t>(natural_in(map, "priority", UINT32_MAX));
-    job.settings = settings_from_json(map.at("settings"));
-    job.tile = static_cast<std::uint32_t>(later_number(map, "tile", limits::max_image_side));
-    job.precision_reason = map.at("precision_reason");
-    job.duplicates_removed = later_number(map, "duplicates_removed");
-    job.load_seconds = map.at("load_seconds");
-    job.reserved_seconds = map.value("reserved_seconds", 0.0);
-    job.scene = map.at("scene");
-    job.passes = passes_from(map, job.settings);
-    job.state = state_from(map.at("state"));
-    job.reason = map.at("reason");
-    job.report = map.at("report");
-    job.scene_bytes = later_number(map, "scene_bytes");
-    job.flag = map.value("flag", std::string());
-    job.convictions = later_number(map, "convictions");
-    job.share = share_from(map);
-    job.max_failures = static_cast<std::uint32_t>(later_number(map, "max_failures", UINT32_MAX));
-    job.series = map.value("series", std::string());
-    job.series_id = later_number(map, "series_id");
-    job.frame = static_cast<std::uint32_t>(later_number(map, "frame", limits::max_frame));
-    job.frames = static_cast<std::uint32_t>(later_number(map, "frames", limits::max_frames));
-    job.ended = map.value("ended", 0.0);
-    for (const json& event : map.value("events", json::array())) {
-      job.events.push_back({event.at("at"), event.at("what")});
-    }
+    fields(reader, job);
+    check(job);
     return job;
   } catch (const std::exception& error) {
     throw RunError("the state's record of job " + std::to_string(id) +

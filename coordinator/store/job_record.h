@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "proto/job_head.h"
 
 namespace parray::store {
 
@@ -29,18 +29,11 @@ struct JobEvent {
 };
 
 /// What outlives a coordinator about a job.
-struct JobRecord {
+struct JobRecord : JobHead {
   JobId id = 0;
   std::string token;
-  std::string name;
-  std::string user;  ///< whose key has submitted it; empty: there were no keys
-  std::uint32_t priority = 50;
-  RenderSettings settings;
-  std::uint32_t tile = 0;  ///< see WorkPlan; more than 1 only from parray-mpi
-  std::string precision_reason;
-  std::uint64_t duplicates_removed = 0;
-  double load_seconds = 0;
-  double reserved_seconds = 0;    ///< of a time limit, for what its client does
+  std::string user;               ///< whose key has submitted it; empty: there were no keys
+  std::uint32_t tile = 0;         ///< see WorkPlan; more than 1 only from parray-mpi
   std::string scene;              ///< digest
   std::uint64_t scene_bytes = 0;  ///< its size as it travels
   /// Samples of each pass that has begun; see common/image/passes.h.
@@ -51,12 +44,8 @@ struct JobRecord {
   std::string flag;    ///< what was found wrong with results, and mended; empty: nothing
   /// Number of the latest conviction whose machine's results were set back; see Convictions.
   std::uint64_t convictions = 0;
-  double share = 1;                ///< of its user
-  std::uint32_t max_failures = 0;  ///< 0: the coordinator's
-  std::string series{};            ///< its client's name for the series; empty: no frame of one
-  JobId series_id = 0;             ///< the series' number among those of jobs
-  std::uint32_t frame = 0;         ///< its number in the series
-  std::uint32_t frames = 0;        ///< that the series is to have
+  double share = 1;     ///< of its user
+  JobId series_id = 0;  ///< the series' number among those of jobs
   double ended = 0;  ///< uptime of the farm when it ended, in seconds; 0: it has not, or not known
   std::vector<JobEvent> events{};  ///< the first few and the latest
 

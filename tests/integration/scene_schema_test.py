@@ -6,8 +6,10 @@ The reader's half of the agreement is tests/unit/cli/input/scene_file/scene_read
 
 import copy
 import json
+import os
 import pathlib
 import runpy
+import subprocess
 import unittest
 
 import jsonschema
@@ -65,6 +67,51 @@ class SceneSchema(unittest.TestCase):
         for path in paths:
             with self.subTest(path.name):
                 self.validator.validate(json.loads(path.read_text(encoding="utf-8")))
+
+
+class Descriptions(unittest.TestCase):
+    """The program's descriptions of settings and sections decide; see scenes/schema/renew."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.text = subprocess.run([os.environ["PARRAY_BIN_DIR"] + "/settings-document"], check=True,
+                                  capture_output=True, text=True).stdout
+        cls.document = json.loads(cls.text)
+
+    def keys_of(self, *sections):
+        return {key for section in sections for key in self.document["sections"][section]["properties"]}
+
+    def test_schema_and_keywords_of_python_are_as_described(self):
+        check = subprocess.run([ROOT / "scenes/schema/renew", "--check", "-"], input=self.text,
+                               capture_output=True, text=True)
+        self.assertEqual(check.stderr, "")
+        self.assertEqual(check.returncode, 0)
+
+    def test_a_difference_is_found(self):
+        self.document["sections"]["camera"]["properties"]["vfov"]["maximum"] = 5
+        del self.document["sections"]["render"]["properties"]["seed"]
+        self.document["keywords"]["depth"] = "int"
+        check = subprocess.run([ROOT / "scenes/schema/renew", "--check", "-"], input=json.dumps(self.document),
+                               capture_output=True, text=True)
+        self.assertEqual(check.returncode, 1)
+        for found in ("camera: vfov is ", "render: seed is in the schema only", "Python: other keywords"):
+            self.assertIn(found, check.stderr)
+
+    def test_python_knows_the_keys_of_sections(self):
+        python = runpy.run_path(str(ROOT / "python/src/parray/options.py"))
+        self.assertEqual(set(python["Camera"].__annotations__), self.keys_of("camera"))
+        self.assertEqual(set(python["Sky"].__annotations__), self.keys_of("sky"))
+        self.assertEqual(set(python["_DRAWN"]), self.keys_of("finishing", "labels"))
+        self.assertLessEqual(self.keys_of("finishing", "labels"), set(python["RenderOptions"].__annotations__))
+
+    def test_the_http_service_documents_all_settings(self):
+        api = load("coordinator/http/openapi.json")
+        options = api["components"]["schemas"]["Options"]["properties"]
+        for name, kind in self.document["keywords"].items():
+            with self.subTest(name):
+                self.assertIn(name, options)
+                if "enum" in options[name]:
+                    self.assertEqual("Literal[" + json.dumps(options[name]["enum"])[1:-1] + "]", kind)
 
 
 class GeneratedScenes(unittest.TestCase):

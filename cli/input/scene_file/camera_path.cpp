@@ -28,16 +28,16 @@ class KeySink final : public JsonSink {
   }
   void on_member(const JsonMember& /*member*/) override {}
   void on_child(const JsonMember& child) override {
-    static constexpr auto known = [] {
-      std::array<std::string_view, camera_keys.size() + 1> keys{"frame"};
-      std::ranges::copy(camera_keys, keys.begin() + 1);
+    static const auto known = [] {
+      std::vector<std::string_view> keys(camera_keys().begin(), camera_keys().end());
+      keys.insert(keys.begin(), "frame");
       return keys;
     }();
     const JsonPlace section = root_.at("cameras");
     const JsonPlace place = section.at(keys_.size());
     const JsonFields fields(child.value, place, known);
     fields.any("frame", "the number of the frame that it is for");
-    CameraPath::Key key{fields.integer_or("frame", {0, limits::max_frame}, 0), camera_from(fields),
+    CameraPath::Key key{fields.integer("frame", {0, limits::max_frame}), camera_from(fields),
                         fields.find("focus_distance") != nullptr};
     if (!keys_.empty() && key.frame <= keys_.back().frame) {
       place.at("frame").fail(fields.line(), "frame " + std::to_string(key.frame) +

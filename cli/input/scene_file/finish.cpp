@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 
-#include "cli/input/scene_file/json_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -33,23 +32,6 @@ std::string bounds_of(NumberRange range) {
   return " from " + number_text(range.least) + " to " + number_text(range.most);
 }
 
-template <typename Value>
-std::optional<Value> value_of(const JsonFields& fields, std::string_view key, NumberRange range,
-                              Value (*from_text)(std::string_view), Value (*from_number)(double)) {
-  const JsonValue* const value = fields.find(key);
-  if (value == nullptr) return {};
-  const JsonPlace place = fields.place().at(key);
-  if (value->kind == JsonKind::boolean)
-    return from_text(fields.boolean_or(key, false) ? "on" : "off");
-  if (value->kind == JsonKind::number) return from_number(read_number(*value, place, range));
-  try {
-    return from_text(read_string(*value, place));
-  } catch (const InputError& error) {
-    if (value->kind == JsonKind::string) place.fail(value->line, error.what());
-    throw;
-  }
-}
-
 }  // namespace
 
 LineWidth line_width_from(std::string_view text) {
@@ -72,41 +54,6 @@ double depth_cue_from(std::string_view text) {
 
 Finish FinishSection::over(const Finish& other) const {
   return {outline.value_or(other.outline), depth_cue.value_or(other.depth_cue)};
-}
-
-FinishSection read_finish(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 2> keys{"outline", "depth_cue"};
-  const JsonFields fields(value, place, keys);
-  FinishSection section;
-  section.outline = value_of<LineWidth>(fields, "outline", drawing_ranges::line_width,
-                                        line_width_from, [](double x) {
-                                          return LineWidth{LineWidth::Unit::pixels, x};
-                                        });
-  section.depth_cue = value_of<double>(fields, "depth_cue", drawing_ranges::depth_cue,
-                                       depth_cue_from, [](double x) { return x; });
-  return section;
-}
-
-std::string finish_text(const Finish& finish) {
-  std::string text;
-  const std::string number = number_text(finish.outline.value);
-  switch (finish.outline.unit) {
-    case LineWidth::Unit::none:
-      break;
-    case LineWidth::Unit::automatic:
-      text += R"("outline":true)";
-      break;
-    case LineWidth::Unit::pixels:
-      text += R"("outline":)" + number;
-      break;
-    case LineWidth::Unit::points:
-      text += R"("outline":")" + number + std::string(points_unit) + '"';
-      break;
-  }
-  if (finish.depth_cue > 0) {
-    text += (text.empty() ? "" : ", ") + (R"("depth_cue":)" + number_text(finish.depth_cue));
-  }
-  return "{" + text + "}";
 }
 
 }  // namespace parray::input

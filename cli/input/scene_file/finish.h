@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "cli/input/scene_file/json_value.h"
 #include "common/scene/number_range.h"
 
 /// What is done to a picture of a scene before it is looked at. EXR files keep what was traced.
@@ -52,11 +51,5 @@ struct FinishSection {
   /// Laid over what a style has.
   [[nodiscard]] Finish over(const Finish& other) const;
 };
-
-/// Throws InputError that names the place and the line.
-FinishSection read_finish(const JsonValue& value, const JsonPlace& place);
-
-/// The section's JSON, on one line.
-std::string finish_text(const Finish& finish);
 
 }  // namespace parray::input

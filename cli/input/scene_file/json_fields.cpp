@@ -127,38 +127,23 @@ const JsonValue& JsonFields::any(std::string_view key, std::string_view expectat
 }
 
 double JsonFields::number(std::string_view key, NumberRange range) const {
-  const JsonValue* found = find(key);
-  if (found == nullptr) fail_missing_key(key, line(), place_, text_of(range));
-  return read_number(*found, place_.at(key), range);
-}
-
-double JsonFields::number_or(std::string_view key, NumberRange range, double fallback) const {
-  return find(key) == nullptr ? fallback : number(key, range);
+  return read_number(any(key, text_of(range)), place_.at(key), range);
 }
 
 Vec3d JsonFields::vec3(std::string_view key, NumberRange range) const {
-  const JsonValue* found = find(key);
-  if (found == nullptr) fail_missing_key(key, line(), place_, text_of_vec3(range));
-  return read_vec3(*found, place_.at(key), range);
-}
-
-Vec3d JsonFields::vec3_or(std::string_view key, NumberRange range, const Vec3d& fallback) const {
-  return find(key) == nullptr ? fallback : vec3(key, range);
+  return read_vec3(any(key, text_of_vec3(range)), place_.at(key), range);
 }
 
 const std::string& JsonFields::string(std::string_view key) const {
   return read_string(any(key, "a text in double quotes"), place_.at(key));
 }
 
-bool JsonFields::boolean_or(std::string_view key, bool fallback) const {
-  const JsonValue* found = find(key);
-  return found == nullptr ? fallback : read_boolean(*found, place_.at(key));
+bool JsonFields::boolean(std::string_view key) const {
+  return read_boolean(any(key, "true or false"), place_.at(key));
 }
 
-std::uint64_t JsonFields::integer_or(std::string_view key, IntegerRange range,
-                                     std::uint64_t fallback) const {
-  const JsonValue* found = find(key);
-  return found == nullptr ? fallback : read_integer(*found, place_.at(key), range);
+std::uint64_t JsonFields::integer(std::string_view key, IntegerRange range) const {
+  return read_integer(any(key, text_of(range)), place_.at(key), range);
 }
 
 }  // namespace parray::input

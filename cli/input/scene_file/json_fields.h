@@ -11,11 +11,6 @@
 
 namespace parray::input {
 
-struct IntegerRange {
-  std::uint64_t least;
-  std::uint64_t most;
-};
-
 /// Each reads `value`, which stands at `place`, as what its name says, or throws InputError that
 /// says what was expected there.
 /// A negative zero becomes zero, so that equal scenes have equal bytes.
@@ -37,7 +32,7 @@ bool read_boolean(const JsonValue& value, const JsonPlace& place);
                                    const JsonPlace& object, std::string_view expectation);
 
 /// The members of one object, read by key. Refers to the value and its place, which must outlive
-/// it. The readers throw InputError for a missing key; those named *_or return `fallback` instead.
+/// it. The readers throw InputError for a missing key.
 class JsonFields {
  public:
   /// Throws InputError unless `value` is an object whose keys are all among `known`.
@@ -51,12 +46,10 @@ class JsonFields {
 
   const JsonValue& any(std::string_view key, std::string_view expectation) const;
   double number(std::string_view key, NumberRange range) const;
-  double number_or(std::string_view key, NumberRange range, double fallback) const;
   Vec3d vec3(std::string_view key, NumberRange range) const;
-  Vec3d vec3_or(std::string_view key, NumberRange range, const Vec3d& fallback) const;
   const std::string& string(std::string_view key) const;
-  bool boolean_or(std::string_view key, bool fallback) const;
-  std::uint64_t integer_or(std::string_view key, IntegerRange range, std::uint64_t fallback) const;
+  bool boolean(std::string_view key) const;
+  std::uint64_t integer(std::string_view key, IntegerRange range) const;
 
  private:
   const JsonValue& value_;

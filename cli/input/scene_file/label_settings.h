@@ -4,7 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include "cli/input/scene_file/json_value.h"
 #include "common/scene/number_range.h"
 
 namespace parray::input {
@@ -42,12 +41,6 @@ inline constexpr std::size_t longest_unit = 40;
 
 /// Why it cannot be a label's text or a unit, with the remedy; empty: it can.
 std::string problem_with_label_text(std::string_view text, std::size_t longest);
-
-/// The section `labels` of a scene. Throws InputError that names the place and the line.
-LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
-
-/// The section's JSON, on one line.
-std::string labels_text(const LabelSettings& labels);
 
 /// As lengths are written: "angstrom" is \u00c5, "um" is \u00b5m; others stay as they are.
 std::string_view unit_sign(std::string_view unit);

@@ -181,10 +181,8 @@ void SceneBuilder::on_member(const JsonMember& member) {
     read_version(member.value, place);
   } else if (member.key == "camera") {
     out_.scene.camera = read_camera(member.value, place);
-  } else if (member.key == "image") {
-    read_image(member.value, place, out_.settings, out_.transparent);
-  } else if (member.key == "render") {
-    read_render(member.value, place, out_.settings);
+  } else if (member.key == "image" || member.key == "render") {
+    read_settings(member.value, place, member.key == "image", out_.settings, out_.transparent);
   } else if (member.key == "style") {
     style_ = read_style(member.value, place);
   } else if (member.key == "finishing") {

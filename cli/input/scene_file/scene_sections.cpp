@@ -4,13 +4,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <string_view>
+#include <vector>
 
-#include "cli/input/scene_file/json_fields.h"
+#include "cli/input/scene_file/scene_fields.h"
+#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
-#include "common/scene/limits.h"
-#include "common/scene/scene_ranges.h"
 
 namespace parray::input {
 namespace {
@@ -48,18 +47,85 @@ void read_version(const JsonValue& value, const JsonPlace& place) {
 
 namespace {
 
-Projection read_projection(const JsonFields& fields) {
-  const JsonValue* const value = fields.find("projection");
-  if (value == nullptr) return Projection::perspective;
-  const std::string& name = fields.string("projection");
-  const auto* const found = std::find(projection_names.begin(), projection_names.end(), name);
-  if (found == projection_names.end()) {
-    fields.place()
-        .at("projection")
-        .fail(value->line, "unknown projection '" + printable(name) +
-                               "': " + remedy_for_name(name, projection_names));
+/// Whether a section has the setting; 0 stands for sections of their own.
+bool is_in(unsigned section, const Setting& setting) { return section == 0 || setting.is(section); }
+
+/// A description's visitor that sets what a section names. Throws InputError with the place.
+class SectionReader {
+ public:
+  explicit SectionReader(const JsonFields& fields, unsigned section = 0)
+      : fields_(fields), section_(section) {}
+
+  template <typename T>
+  void operator()(const Setting& s, const auto& rule, T& value) const {
+    if (!is_in(section_, s)) return;
+    if (s.is(traits::required) || fields_.find(s.key) != nullptr) {
+      value = static_cast<T>(read(s.key, rule));
+    }
   }
-  return static_cast<Projection>(found - projection_names.begin());
+
+ private:
+  std::uint64_t read(const char* key, IntegerRange range) const {
+    return fields_.integer(key, range);
+  }
+  double read(const char* key, NumberRange range) const { return fields_.number(key, range); }
+  Vec3d read(const char* key, Vec3Range range) const { return fields_.vec3(key, range); }
+  bool read(const char* key, Flag /*rule*/) const { return fields_.boolean(key); }
+  bool read(const char* key, OnOff /*rule*/) const { return fields_.boolean(key); }
+  std::vector<std::uint64_t> read(const char* /*key*/, Passes /*rule*/) const { return {}; }
+
+  std::size_t read(const char* key, const Words& words) const {
+    const std::string& name = fields_.string(key);
+    const auto found = std::ranges::find(words.names, name);
+    if (found == words.names.end()) {
+      fail(key, "unknown " + std::string(words.what) + " '" + printable(name) +
+                    "': " + remedy_for_name(name, words.names));
+    }
+    return static_cast<std::size_t>(found - words.names.begin());
+  }
+  std::string read(const char* key, LabelText rule) const {
+    const std::string& text = fields_.string(key);
+    const std::string problem = problem_with_label_text(text, rule.longest);
+    if (!problem.empty()) fail(key, problem);
+    return text;
+  }
+  LineWidth read(const char* key, LineWidthRange range) const {
+    if (fields_.find(key)->kind != JsonKind::number) return from_words(key, line_width_from);
+    return {LineWidth::Unit::pixels, fields_.number(key, range)};
+  }
+  double read(const char* key, ShareRange range) const {
+    if (fields_.find(key)->kind != JsonKind::number) return from_words(key, depth_cue_from);
+    return fields_.number(key, range);
+  }
+
+  /// What `from` makes of a switch or a text.
+  template <typename T>
+  T from_words(const char* key, T (*from)(std::string_view)) const {
+    const JsonValue& value = *fields_.find(key);
+    if (value.kind == JsonKind::boolean) return from(value.is_true ? "on" : "off");
+    const std::string& text = fields_.string(key);
+    try {
+      return from(text);
+    } catch (const InputError& error) {
+      fail(key, error.what());
+    }
+  }
+  [[noreturn]] void fail(const char* key, const std::string& problem) const {
+    fields_.place().at(key).fail(fields_.find(key)->line, problem);
+  }
+
+  const JsonFields& fields_;
+  unsigned section_;
+};
+
+/// The keys that `describe(visitor)` visits, of that section.
+template <typename Describe>
+std::vector<std::string_view> keys_of(const Describe& describe, unsigned section = 0) {
+  std::vector<std::string_view> keys;
+  describe([&](const Setting& setting, const auto&... /*rule and values*/) {
+    if (is_in(section, setting)) keys.emplace_back(setting.key);
+  });
+  return keys;
 }
 
 /// Throws InputError if the camera has a key that its projection does not use.
@@ -68,103 +134,100 @@ void refuse(const JsonFields& fields, std::string_view key, const std::string& p
   if (value != nullptr) fields.place().at(key).fail(value->line, problem);
 }
 
-/// How much of the scene it sees.
-void read_view(const JsonFields& fields, Camera& camera) {
-  camera.projection = read_projection(fields);
+/// What depends on the projection: which of vfov and view_height there has to be.
+void check_view(const JsonFields& fields, const Camera& camera) {
   if (camera.projection == Projection::orthographic) {
     refuse(fields, "vfov",
            "an orthographic camera has no angle of view: leave it out, and give view_height");
-    camera.view_height = fields.number("view_height", ranges::length);
-    camera.vfov = 0;
+    static_cast<void>(fields.number("view_height", ranges::length));
   } else {
     refuse(fields, "view_height",
            "a perspective camera has an angle of view instead: leave it out, and give vfov, or "
            "\"projection\": \"orthographic\"");
-    camera.vfov = fields.number("vfov", ranges::vfov);
-    camera.tan_half_vfov = tan_half_of(camera.vfov);
+    static_cast<void>(fields.number("vfov", ranges::vfov));
   }
 }
 
 }  // namespace
 
+std::span<const std::string_view> camera_keys() {
+  static const auto keys = keys_of([](const auto& f) { camera_fields(f); });
+  return keys;
+}
+
 Camera read_camera(const JsonValue& value, const JsonPlace& place) {
-  return camera_from(JsonFields(value, place, camera_keys));
+  return camera_from(JsonFields(value, place, camera_keys()));
 }
 
 Camera camera_from(const JsonFields& fields) {
   Camera camera;
-  camera.look_from = fields.vec3("look_from", ranges::coordinate);
-  camera.look_at = fields.vec3("look_at", ranges::coordinate);
-  camera.up = fields.vec3_or("up", ranges::coordinate, {0, 1, 0});
-  read_view(fields, camera);
-  camera.aperture = fields.number_or("aperture", ranges::aperture, 0);
-  camera.focus_distance =
-      fields.number_or("focus_distance", ranges::length, length(camera.look_at - camera.look_from));
+  camera.vfov = camera.aperture = camera.focus_distance = 0;
+  camera_fields(SectionReader(fields), camera);
+  check_view(fields, camera);
+  if (camera.vfov > 0) camera.tan_half_vfov = tan_half_of(camera.vfov);
+  if (fields.find("focus_distance") == nullptr) {
+    camera.focus_distance = length(camera.look_at - camera.look_from);
+  }
   const std::string problem = problem_with(camera);
   if (!problem.empty()) fields.place().fail(fields.line(), problem);
   return camera;
 }
 
 Sky read_sky(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 2> keys{"horizon", "zenith"};
-  const JsonFields fields(value, place, keys);
-  const Sky usual;
-  return {fields.vec3_or("horizon", ranges::radiance, usual.horizon),
-          fields.vec3_or("zenith", ranges::radiance, usual.zenith)};
+  const auto keys = keys_of([](const auto& f) { sky_fields(f); });
+  Sky sky;
+  sky_fields(SectionReader(JsonFields(value, place, keys)), sky);
+  return sky;
 }
 
-void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings,
-                bool& transparent) {
-  static constexpr std::array<std::string_view, 3> keys{"width", "height", "transparent"};
+FinishSection read_finish(const JsonValue& value, const JsonPlace& place) {
+  const auto keys = keys_of([](const auto& f) { finish_fields(f); });
+  FinishSection section;
+  finish_fields(SectionReader(JsonFields(value, place, keys)), section);
+  return section;
+}
+
+LabelSettings read_labels(const JsonValue& value, const JsonPlace& place) {
+  const auto keys = keys_of([](const auto& f) { label_fields(f); });
   const JsonFields fields(value, place, keys);
-  const IntegerRange sides{1, limits::max_image_side};
-  const std::uint64_t width = fields.integer_or("width", sides, settings.width);
-  const std::uint64_t height = fields.integer_or("height", sides, settings.height);
-  if (width * height > limits::max_pixels) {
-    place.fail(value.line, "image of " + std::to_string(width) + " x " + std::to_string(height) +
-                               " pixels is too large: use at most " +
-                               std::to_string(limits::max_pixels) + " pixels");
+  LabelSettings labels;
+  label_fields(SectionReader(fields), labels);
+  if (labels.dpi && labels.width_mm) {
+    place.at("dpi").fail(fields.find("dpi")->line,
+                         "the picture's width in pixels and width_mm say how many pixels an inch "
+                         "has: leave one of them out");
   }
-  settings.width = static_cast<std::uint32_t>(width);
-  settings.height = static_cast<std::uint32_t>(height);
-  transparent = fields.boolean_or("transparent", transparent);
+  return labels;
 }
 
-void read_render(const JsonValue& value, const JsonPlace& place, RenderSettings& settings) {
-  static constexpr std::array<std::string_view, 3> keys{"samples_per_pixel", "max_depth", "seed"};
-  const JsonFields fields(value, place, keys);
-  settings.samples_per_pixel = static_cast<std::uint32_t>(fields.integer_or(
-      "samples_per_pixel", {1, limits::max_samples_per_pixel}, settings.samples_per_pixel));
-  settings.max_depth = static_cast<std::uint32_t>(
-      fields.integer_or("max_depth", {1, limits::max_depth}, settings.max_depth));
-  settings.seed = fields.integer_or("seed", {0, UINT64_MAX}, settings.seed);
+void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
+                   RenderSettings& settings, bool& transparent) {
+  const unsigned section = image ? traits::image : traits::render;
+  const auto keys =
+      keys_of([&](const auto& f) { image_fields(f, settings, transparent); }, section);
+  image_fields(SectionReader(JsonFields(value, place, keys), section), settings, transparent);
+  try {
+    check_settings(settings);
+  } catch (const InputError& error) {  // each is in its range, so it is some of them together
+    place.fail(value.line, error.what());
+  }
 }
 
 Material read_material(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"type", "albedo", "fuzz", "ior"};
-  static constexpr std::array<std::string_view, 3> types{"diffuse", "metal", "dielectric"};
-  static constexpr std::array<std::string_view, 2> diffuse_keys{"type", "albedo"};
-  static constexpr std::array<std::string_view, 3> metal_keys{"type", "albedo", "fuzz"};
-  static constexpr std::array<std::string_view, 2> dielectric_keys{"type", "ior"};
-  const JsonFields all(value, place, keys);
-  const std::string& type = all.string("type");
+  static constexpr std::array<std::string_view, 4> all_keys{"type", "albedo", "fuzz", "ior"};
+  static const auto keys_of_types = [] {
+    std::array<std::vector<std::string_view>, scene_words::materials.size()> all;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i] = keys_of([i](const auto& f) { material_fields(f, static_cast<MaterialType>(i)); });
+    }
+    return all;
+  }();
   Material material;
-  if (type == "diffuse") {
-    const JsonFields fields(value, place, diffuse_keys);
-    material.albedo = fields.vec3("albedo", ranges::unit_interval);
-  } else if (type == "metal") {
-    const JsonFields fields(value, place, metal_keys);
-    material.type = MaterialType::metal;
-    material.albedo = fields.vec3("albedo", ranges::unit_interval);
-    material.fuzz = fields.number_or("fuzz", ranges::unit_interval, 0);
-  } else if (type == "dielectric") {
-    const JsonFields fields(value, place, dielectric_keys);
-    material.type = MaterialType::dielectric;
-    material.ior = fields.number("ior", ranges::ior);
-  } else {
-    place.at("type").fail(all.find("type")->line, "unknown material type '" + printable(type) +
-                                                      "': " + remedy_for_name(type, types));
-  }
+  const JsonFields any(value, place, all_keys);
+  const SectionReader read_any(any);
+  read_any({"type", nullptr, traits::required}, scene_words::material, material.type);
+  const JsonFields fields(value, place, keys_of_types[static_cast<std::size_t>(material.type)]);
+  material_fields(SectionReader(fields), material.type, material);
   return material;
 }
 

@@ -1,12 +1,14 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "cli/input/scene_file/finish.h"
 #include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_value.h"
+#include "cli/input/scene_file/label_settings.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -19,19 +21,15 @@ namespace parray::input {
 void read_version(const JsonValue& value, const JsonPlace& place);
 Camera read_camera(const JsonValue& value, const JsonPlace& place);
 /// The keys of a camera.
-inline constexpr std::array<std::string_view, 8> camera_keys{
-    "look_from", "look_at",     "up",       "projection",
-    "vfov",      "view_height", "aperture", "focus_distance"};
-/// Names of projections, in their order.
-inline constexpr std::array<std::string_view, 2> projection_names{"perspective", "orthographic"};
+std::span<const std::string_view> camera_keys();
 /// The same of an object that may have other keys, too.
 Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
-/// Sets width and height of `settings`, where the section names them, and `transparent` likewise.
-void read_image(const JsonValue& value, const JsonPlace& place, RenderSettings& settings,
-                bool& transparent);
-/// Sets samples_per_pixel, max_depth and seed of `settings`, where the section names them.
-void read_render(const JsonValue& value, const JsonPlace& place, RenderSettings& settings);
+FinishSection read_finish(const JsonValue& value, const JsonPlace& place);
+LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
+/// Sets what the section `image`, or else `render`, names.
+void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
+                   RenderSettings& settings, bool& transparent);
 Material read_material(const JsonValue& value, const JsonPlace& place);
 
 /// A sphere whose material is still a name.

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <unordered_map>
 #include <vector>
 
 #include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
@@ -26,17 +29,51 @@ std::string array_text(const Vec3d& v) {
   return "[" + number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z) + "]";
 }
 
-std::string object_text(const Material& material) {
-  switch (material.type) {
-    case MaterialType::metal:
-      return R"({"type":"metal","albedo":)" + array_text(material.albedo) + R"(,"fuzz":)" +
-             number_text(material.fuzz) + "}";
-    case MaterialType::dielectric:
-      return R"({"type":"dielectric","ior":)" + number_text(material.ior) + "}";
-    case MaterialType::diffuse:
-      break;
-  }
-  return R"({"type":"diffuse","albedo":)" + array_text(material.albedo) + "}";
+// The JSON of a value by its rule; empty: a reader assumes the value anyway.
+std::string text_of(IntegerRange /*range*/, std::uint64_t value) { return std::to_string(value); }
+std::string text_of(NumberRange /*range*/, const std::optional<double>& value) {
+  return value ? number_text(*value) : "";
+}
+std::string text_of(Vec3Range /*range*/, const Vec3d& value) { return array_text(value); }
+std::string text_of(Flag /*rule*/, bool value) { return value ? "true" : ""; }
+std::string text_of(OnOff /*rule*/, bool value) { return value ? "true" : ""; }
+std::string text_of(Passes /*rule*/, const std::vector<std::uint64_t>& /*value*/) { return ""; }
+std::string text_of(const Words& words, auto value) {
+  return '"' + std::string(name_in(words, static_cast<std::size_t>(value))) + '"';
+}
+std::string text_of(LabelText /*rule*/, const std::string& value) {
+  return value.empty() ? "" : json_text(value);
+}
+std::string text_of(LineWidthRange /*range*/, const LineWidth& value) {
+  if (value.unit == LineWidth::Unit::none) return "";
+  if (value.unit == LineWidth::Unit::automatic) return "true";
+  const std::string number = number_text(value.value);
+  return value.unit == LineWidth::Unit::points ? '"' + number + "pt\"" : number;
+}
+std::string text_of(ShareRange /*range*/, double value) {
+  return value > 0 ? number_text(value) : "";
+}
+
+/// The JSON object, on one line, of what `describe(visitor)` visits of that section; 0: all.
+template <typename Describe>
+std::string object_text(const Describe& describe, const char* separator = ", ",
+                        unsigned section = 0) {
+  std::string object;
+  describe([&](const Setting& setting, const auto& rule, const auto& value) {
+    using T = std::decay_t<decltype(value)>;
+    const bool optional = setting.is(traits::if_set) || std::is_enum_v<T>;
+    if (section != 0 && !setting.is(section)) return;
+    if (optional && !setting.is(traits::required) && value == T{}) return;
+    const std::string text = text_of(rule, value);
+    if (text.empty()) return;
+    object.append(object.empty() ? "\"" : separator + std::string("\""));
+    object.append(setting.key).append("\":").append(text);
+  });
+  return "{" + object + "}";
+}
+
+std::string material_text(const Material& material) {
+  return object_text([&](const auto& f) { material_fields(f, material.type, material); }, ",");
 }
 
 std::string members_text(const ParticleFilter& filter) {
@@ -86,26 +123,19 @@ std::string object_text(const ParticleSource& source) {
 }
 
 std::string head_text(const SceneFile& file) {
-  const Camera& camera = file.scene.camera;
-  const RenderSettings& settings = file.settings;
-  std::string text = "{\"version\": 1,\n\"camera\": {\"look_from\":" + array_text(camera.look_from);
-  text += ", \"look_at\":" + array_text(camera.look_at) + ", \"up\":" + array_text(camera.up);
-  text +=
-      camera.projection == Projection::orthographic
-          ? ", \"projection\":\"orthographic\", \"view_height\":" + number_text(camera.view_height)
-          : ", \"vfov\":" + number_text(camera.vfov);
-  text += ", \"aperture\":" + number_text(camera.aperture);
-  text += ", \"focus_distance\":" + number_text(camera.focus_distance) + "},\n";
-  text += "\"image\": {\"width\":" + std::to_string(settings.width) +
-          ", \"height\":" + std::to_string(settings.height) +
-          (file.transparent ? ", \"transparent\":true},\n" : "},\n");
-  text += "\"render\": {\"samples_per_pixel\":" + std::to_string(settings.samples_per_pixel) +
-          ", \"max_depth\":" + std::to_string(settings.max_depth) +
-          ", \"seed\":" + std::to_string(settings.seed) + "},\n";
-  text += "\"sky\": {\"horizon\":" + array_text(file.scene.sky.horizon) +
-          ", \"zenith\":" + array_text(file.scene.sky.zenith) + "},\n";
-  if (file.finish != Finish{}) text += "\"finishing\": " + finish_text(file.finish) + ",\n";
-  if (file.labels != LabelSettings{}) text += "\"labels\": " + labels_text(file.labels) + ",\n";
+  const auto settings = [&file](const auto& f) {
+    image_fields(f, file.settings, file.transparent);
+  };
+  const auto camera = [&file](const auto& f) { camera_fields(f, file.scene.camera); };
+  const auto sky = [&file](const auto& f) { sky_fields(f, file.scene.sky); };
+  const auto finish = [&file](const auto& f) { finish_fields(f, file.finish); };
+  const auto labels = [&file](const auto& f) { label_fields(f, file.labels); };
+  std::string text = "{\"version\": 1,\n\"camera\": " + object_text(camera) +
+                     ",\n\"image\": " + object_text(settings, ", ", traits::image) +
+                     ",\n\"render\": " + object_text(settings, ", ", traits::render) +
+                     ",\n\"sky\": " + object_text(sky) + ",\n";
+  if (file.finish != Finish{}) text += "\"finishing\": " + object_text(finish) + ",\n";
+  if (file.labels != LabelSettings{}) text += "\"labels\": " + object_text(labels) + ",\n";
   return text;
 }
 
@@ -147,7 +177,7 @@ std::vector<std::string> write_materials(const SceneFile& file, Section section)
   for (const NamedMaterial& named : file.materials.defined()) {
     const std::string name = json_text(named.name);
     names.try_emplace(named.material, name);
-    section.add(name + ": " + object_text(named.material));
+    section.add(name + ": " + material_text(named.material));
   }
   std::vector<std::string> of_scene;
   for (const Material& material : file.scene.materials) {
@@ -159,7 +189,7 @@ std::vector<std::string> write_materials(const SceneFile& file, Section section)
     std::string name = "material " + std::to_string(of_scene.size());
     while (file.materials.find(name) != nullptr) name += "'";
     of_scene.push_back(json_text(name));
-    section.add(of_scene.back() + ": " + object_text(material));
+    section.add(of_scene.back() + ": " + material_text(material));
   }
   section.end("},\n");
   return of_scene;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "cli/input/scene_file/finish.h"
+#include "cli/input/scene_file/json_value.h"
 #include "common/scene/scene.h"
 
 namespace parray::input {

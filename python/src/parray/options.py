@@ -53,25 +53,24 @@ class PictureOptions(TypedDict, total=False):
     view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
     style: Literal["studio", "publication", "flat", "night"]
     projection: Literal["perspective", "orthographic"]
-    # Settings of the picture.
+    # Settings, written by scenes/schema/renew.
     width: int
     height: int
-    spp: int
     max_depth: int
     seed: int
     sampler: Literal["independent", "sobol"]
-    precision: Literal["auto", "f32", "mixed", "f64"]
-    # When it is good enough.
+    precision: Literal["auto", "f32", "f64", "mixed"]
+    spp: int
     target_error: float
     target_half_width: float
     time_limit: float
     adaptive: bool
     passes: Sequence[int]
-    # How the work is done.
     accelerator: Literal["auto", "linear", "bvh", "octree"]
     isa: Literal["auto", "scalar", "avx2", "avx512", "neon"]
     schedule: Literal["static", "guided", "factoring", "weighted"]
     row_order: Literal["auto", "sequential", "interleaved"]
+    # End of the settings.
 
 
 class RenderOptions(PictureOptions, total=False):

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "cli/commands/options.h"
+#include "cli/input/scene_file/scene_fields.h"
+#include "common/process/command_line.h"
+
+/// Options from the descriptions of settings and of sections of a scene file.
+namespace parray::commands {
+
+/// The value that a text is, by the rule of a setting. Each throws InputError.
+std::uint64_t value_of(IntegerRange range, const std::string& text);
+bool value_of(OnOff rule, const std::string& text);
+std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
+/// \n becomes a new line.
+std::string value_of(LabelText rule, const std::string& text);
+inline double value_of(NumberRange range, const std::string& text) {
+  return real_number(text, range);
+}
+inline std::size_t value_of(const Words& words, const std::string& text) {
+  return index_in(words, text);
+}
+inline LineWidth value_of(LineWidthRange /*range*/, const std::string& text) {
+  return line_width_from(text);
+}
+inline double value_of(ShareRange /*range*/, const std::string& text) {
+  return depth_cue_from(text);
+}
+
+/// Declares the option of a setting: one that is given sets `value` and calls `note`.
+template <typename Rule, typename T>
+Option add_setting(
+    Command& command, const Setting& setting, const Rule& rule, T& value,
+    const std::function<void()>& note = [] {}) {
+  if constexpr (std::is_same_v<Rule, Flag>) {
+    return command.flag(option_of(setting), value, setting.help);
+  } else {
+    Option option = command.option(
+        option_of(setting),
+        [rule, &value, note](const std::string& text) {
+          value = static_cast<T>(value_of(rule, text));
+          note();
+        },
+        setting.help);
+    if constexpr (std::is_same_v<Rule, Words>) {
+      return option.words({rule.names.begin(), rule.names.end()});
+    } else if constexpr (std::is_same_v<Rule, OnOff>) {
+      return option.words({"on", "off"});
+    } else {
+      return option.type_name(setting.value != nullptr             ? setting.value
+                              : std::is_same_v<Rule, IntegerRange> ? "N"
+                              : std::is_same_v<Rule, Passes>       ? "N,N..."
+                                                                   : "X");
+    }
+  }
+}
+
+}  // namespace parray::commands

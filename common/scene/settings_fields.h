@@ -1,0 +1,176 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/scene/limits.h"
+#include "common/scene/number_range.h"
+#include "common/scene/scene_ranges.h"
+#include "common/scene/settings.h"
+
+/// The description of every setting: key, help, range and words. Options, scene files, messages,
+/// recipes, reports, the HTTP service, the schema of scenes and the keywords of Python come from
+/// it. Few sources include this header; settings.h is for all others.
+///
+/// A description calls the visitor `f(const Setting&, rule, values...)` for each setting. The rule
+/// says what values there are. The values are the same member of all objects that the description
+/// was called with: of none, of one, or of two that are compared or copied.
+namespace parray::scene {
+
+/// What is true of a setting, beside its rule.
+namespace traits {
+enum : unsigned {
+  image = 1U << 0,      ///< a scene file has it in that section
+  render = 1U << 1,     ///< likewise
+  accuracy = 1U << 2,   ///< its option says when a picture is good enough
+  speed = 1U << 3,      ///< its option never changes the picture
+  special = 1U << 4,    ///< its option is for experiments
+  since = 1U << 5,      ///< messages and records of earlier versions lack it and mean 0
+  in_passes = 1U << 6,  ///< messages lack it and mean 0, unless the picture is made in passes
+  if_set = 1U << 7,     ///< messages, records and sections lack it where it is 0
+  no_report = 1U << 8,  ///< a report does not repeat it
+  recipe = 1U << 9,     ///< a recipe has the report's value
+  resolved = 1U << 10,  ///< a worker does not take `automatic`
+  required = 1U << 11,  ///< a section must have it
+};
+}  // namespace traits
+
+struct Setting {
+  const char* key;             ///< in files and messages
+  const char* help = nullptr;  ///< of its option; null: it has none
+  unsigned traits = 0;
+  const char* value = nullptr;    ///< what stands for it in the help; null: goes by the rule
+  const char* keyword = nullptr;  ///< of its option, where it is not the key
+
+  [[nodiscard]] bool is(unsigned any) const { return (traits & any) != 0; }
+};
+
+/// The name of a setting in Python and in the HTTP service: "max_depth".
+std::string keyword_of(const Setting& setting);
+/// The name of its option: "--max-depth".
+std::string option_of(const Setting& setting);
+
+// Rules; others are in number_range.h. Of settings, NumberRange allows 0, which means none, too.
+struct OnOff {};   ///< a boolean
+struct Passes {};  ///< a list of numbers of samples
+
+/// The words of an enumeration, in the order of its values.
+struct Words {
+  const char* what;  ///< what a message calls them
+  std::span<const std::string_view> names;
+};
+/// The index of a word. Throws InputError that lists the known words.
+std::size_t index_in(const Words& words, std::string_view name);
+/// The word of an index; "unknown" for any other.
+std::string_view name_in(const Words& words, std::size_t index);
+
+namespace words {
+inline constexpr std::array<std::string_view, 2> samplers{"independent", "sobol"};
+inline constexpr std::array<std::string_view, 4> precisions{"auto", "f32", "f64", "mixed"};
+inline constexpr std::array<std::string_view, 4> accelerators{"auto", "linear", "bvh", "octree"};
+inline constexpr std::array<std::string_view, 5> isas{"auto", "scalar", "avx2", "avx512", "neon"};
+inline constexpr std::array<std::string_view, 4> schedules{"static", "guided", "factoring",
+                                                           "weighted"};
+inline constexpr std::array<std::string_view, 3> row_orders{"auto", "sequential", "interleaved"};
+
+inline constexpr Words sampler{"sampler", samplers};
+inline constexpr Words precision{"precision", precisions};
+inline constexpr Words accelerator{"accelerator", accelerators};
+inline constexpr Words isa{"instruction set", isas};
+inline constexpr Words schedule{"schedule", schedules};
+inline constexpr Words row_order{"row order", row_orders};
+}  // namespace words
+
+template <typename F, typename... S>
+void size_fields(F&& f, S&... s) {
+  using namespace traits;
+  constexpr IntegerRange sides{1, limits::max_image_side};
+  f({"width", "Pixels across", image | recipe}, sides, s.width...);
+  f({"height", "Pixels down", image | recipe}, sides, s.height...);
+}
+
+template <typename F, typename... S>
+void picture_fields(F&& f, S&... s) {
+  using namespace traits;
+  size_fields(f, s...);
+  f({"max_depth", "Longest path, in ray segments", render | recipe},
+    IntegerRange{1, limits::max_depth}, s.max_depth...);
+  f({"seed", "Another seed gives other noise", render | recipe},
+    IntegerRange{0, std::numeric_limits<std::uint64_t>::max()}, s.seed...);
+  f({"sampler",
+     "Random numbers of a pixel's samples: independent of each other, or evenly spread "
+     "(Owen-scrambled Sobol)",
+     since | recipe},
+    words::sampler, s.sampler...);
+  f({"precision",
+     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 bits, "
+     "computed with in 64",
+     recipe | resolved},
+    words::precision, s.precision...);
+}
+
+template <typename F, typename... S>
+void stop_fields(F&& f, S&... s) {
+  using namespace traits;
+  f({"samples_per_pixel",
+     "Samples per pixel: four times as many take four times as long and halve the noise", render,
+     nullptr, "spp"},
+    IntegerRange{1, limits::max_samples_per_pixel}, s.samples_per_pixel...);
+  f({"target_error",
+     "Stop when the estimated RMSE of the picture, denoised or not, is at most X, in linear "
+     "radiance",
+     accuracy | in_passes | recipe},
+    ranges::target_error, s.target_error...);
+  f({"target_denoised", nullptr, if_set}, OnOff{}, s.target_denoised...);
+  f({"target_half_width",
+     "Stop when 99 % of all pixel values (each channel) are known to within +-X, with 95 % "
+     "confidence",
+     accuracy | in_passes | recipe},
+    ranges::target_error, s.target_half_width...);
+  f({"time_limit",
+     "The best picture that X seconds allow, from start to end, writing included; the report's "
+     "`passes` repeat it",
+     accuracy | in_passes | recipe},
+    ranges::time_limit, s.time_limit...);
+  f({"adaptive",
+     "More samples where there is more noise (default: on with one of the limits above, off "
+     "without)",
+     accuracy | in_passes | recipe},
+    OnOff{}, s.adaptive...);
+  f({"passes", "Repeat a time-limited render: the list `passes` from its report",
+     accuracy | special | in_passes},
+    Passes{}, s.passes...);
+}
+
+template <typename F, typename... S>
+void work_fields(F&& f, S&... s) {
+  using namespace traits;
+  f({"accelerator", "How spheres are searched; octree is a slow historical method, for comparison",
+     speed | special | recipe | resolved},
+    words::accelerator, s.accelerator...);
+  f({"isa", "Instruction set to trace with; auto: the best that a machine has",
+     speed | special | since},
+    words::isa, s.isa...);
+  f({"schedule", "How rows are dealt out to workers (default: weighted)", speed | special},
+    words::schedule, s.schedule...);
+  f({"row_order", "In which order rows are dealt out; auto: interleaved with weighted",
+     speed | special | resolved},
+    words::row_order, s.row_order...);
+  f({"progressive", nullptr, if_set | no_report}, OnOff{}, s.progressive...);
+  f({"replicates", nullptr, if_set | no_report}, OnOff{}, s.replicates...);
+}
+
+/// All settings, in the order of a command's help.
+template <typename F, typename... S>
+void settings_fields(F&& f, S&... s) {
+  picture_fields(f, s...);
+  stop_fields(f, s...);
+  work_fields(f, s...);
+}
+
+}  // namespace parray::scene

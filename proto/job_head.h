@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "common/scene/limits.h"
+#include "common/scene/settings.h"
+
+namespace parray::proto {
+
+/// Longest texts on the wire.
+inline constexpr std::size_t max_name = 128;
+inline constexpr std::size_t max_line = 2000;
+
+/// What a client says of a job, and everything that keeps the job has: its submission, the message
+/// and the record.
+struct JobHead {
+  std::string name;  ///< for people: the scene file's name
+  std::uint32_t priority = 50;
+  RenderSettings settings;  ///< resolved: nothing automatic
+  std::string precision_reason;
+  double load_seconds = 0;
+  /// Of a time limit, what is not the coordinator's: for loading and writing, where these count.
+  double reserved_seconds = 0;
+  std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
+  std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
+  /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
+  /// many frames there are to be. The same frame is submitted once, however often it is tried.
+  std::string series{};
+  std::uint32_t frame = 0;
+  std::uint32_t frames = 0;
+};
+
+/// Describes the head for messages (ControlWriter, ControlReader) and for records.
+template <typename F>
+void head_fields(F& f, JobHead& head) {
+  f.text("name", head.name, max_name, 1);
+  f.number("priority", head.priority, 0U, 100U);
+  f.settings("settings", head.settings);
+  f.text("precision_reason", head.precision_reason, max_line);
+  f.duration("load_seconds", head.load_seconds);
+}
+/// Describes the rest of it, which records of earlier versions do not have.
+template <typename F>
+void later_head_fields(F& f, JobHead& head) {
+  f.duration("reserved_seconds", head.reserved_seconds);
+  f.number("duplicates_removed", head.duplicates_removed);
+  f.number("max_failures", head.max_failures, 0U, 1000U);
+  f.text("series", head.series, 64);
+  f.number("frame", head.frame, 0U, limits::max_frame);
+  f.number("frames", head.frames, 0U, limits::max_frames);
+}
+
+}  // namespace parray::proto

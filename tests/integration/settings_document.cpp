@@ -1,0 +1,97 @@
+// Prints the descriptions of settings and of a scene's sections as JSON: what scenes/schema/renew
+// makes the schema and the keywords of Python from, and compares them with.
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+
+#include "cli/input/scene_file/scene_fields.h"
+#include "tests/support/rooms.h"
+
+namespace parray::input {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+json number(NumberRange range) {
+  return {{"type", "number"}, {"minimum", range.least}, {"maximum", range.most}};
+}
+
+// The leaf of a JSON schema by the rule of a setting.
+json leaf(IntegerRange range) {
+  return {{"type", "integer"}, {"minimum", range.least}, {"maximum", range.most}};
+}
+json leaf(NumberRange range) { return number(range); }
+json leaf(Flag /*rule*/) { return {{"type", "boolean"}}; }
+json leaf(OnOff /*rule*/) { return {{"type", "boolean"}}; }
+json leaf(Passes /*rule*/) { return {{"type", "array"}, {"items", {{"type", "integer"}}}}; }
+json leaf(const Words& words) { return {{"enum", words.names}}; }
+json leaf(LabelText rule) {
+  return {{"type", "string"}, {"minLength", 1}, {"maxLength", rule.longest}};
+}
+json leaf(Vec3Range range) {
+  return {{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", number(range)}};
+}
+json leaf(LineWidthRange range) {
+  return {{"anyOf", json::array({{{"type", "boolean"}}, number(range)})}};
+}
+json leaf(ShareRange range) { return leaf(LineWidthRange{range}); }
+
+template <typename Describe>
+json leaves(const Describe& describe, unsigned section = 0) {
+  json required = json::array();
+  json properties = json::object();
+  describe([&](const Setting& setting, const auto& rule, const auto& value) {
+    if (section != 0 && !setting.is(section)) return;
+    json one = leaf(rule);
+    using T = std::decay_t<decltype(value)>;
+    if constexpr (std::is_integral_v<T>) one["default"] = value;
+    if (setting.help != nullptr) one["description"] = setting.help;
+    properties[setting.key] = one;
+    if (setting.is(traits::required)) required.push_back(setting.key);
+  });
+  return {{"required", required}, {"properties", properties}};
+}
+
+// The type of Python by the rule.
+std::string python_type(IntegerRange /*range*/) { return "int"; }
+std::string python_type(NumberRange /*range*/) { return "float"; }
+std::string python_type(OnOff /*rule*/) { return "bool"; }
+std::string python_type(Passes /*rule*/) { return "Sequence[int]"; }
+std::string python_type(const Words& words) {
+  std::string names;
+  for (const std::string_view name : words.names) {
+    names += (names.empty() ? "\"" : ", \"") + std::string(name) + "\"";
+  }
+  return "Literal[" + names + "]";
+}
+
+json document() {
+  const RenderSettings settings;
+  const bool transparent = false;
+  const auto all = [&](const auto& f) { image_fields(f, settings, transparent); };
+  json sections = {{"image", leaves(all, traits::image)}, {"render", leaves(all, traits::render)}};
+  sections["camera"] = leaves([o = Camera{}](const auto& f) { camera_fields(f, o); });
+  sections["sky"] = leaves([o = Sky{}](const auto& f) { sky_fields(f, o); });
+  sections["finishing"] = leaves([o = Finish{}](const auto& f) { finish_fields(f, o); });
+  sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
+  json materials = json::array();
+  for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {
+    const Material material{.type = static_cast<MaterialType>(i)};
+    materials.push_back(
+        leaves([&](const auto& f) { material_fields(f, material.type, material); }));
+  }
+  json keywords = json::object();
+  settings_fields([&](const Setting& setting, const auto& rule) {
+    if (setting.help != nullptr) keywords[keyword_of(setting)] = python_type(rule);
+  });
+  return {{"sections", sections}, {"materials", materials}, {"keywords", keywords}};
+}
+
+}  // namespace
+}  // namespace parray::input
+
+int main() {
+  std::cout << parray::input::document().dump(1) << "\n";
+  return 0;
+}
