@@ -1,15 +1,13 @@
 # One source, once for each instruction set; the processor is asked at run time. Optimised in every
 # build type, because forced inlining of this much code at -O0 takes gigabytes. (GCC 12 also takes
 # its own intrinsics' undefined operands for uninitialised variables.)
-set(isa_flags_scalar -O3)  # twice as fast as -O2: loops over lanes become vectors of any processor
-# Half of its compiling were looks back, past 1000 stores of lanes each, for what a load might read.
-list(APPEND isa_flags_scalar "$<$<CXX_COMPILER_ID:GNU>:--param=sccvn-max-alias-queries-per-access=64>")
+set(isa_flags_scalar -O3)  # every processor's; loops over the registers of a number of lanes unroll
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   # Exactly what isa.cpp asks the processor for.
   set(isa_flags_avx2 -mavx2 -mfma -mbmi -mbmi2 -mpopcnt)
   set(isa_flags_avx512 ${isa_flags_avx2} -mavx512f -mavx512dq -mavx512vl -mavx512bw)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
-  set(isa_flags_neon -O3)  # every processor's; loops over the registers of a number of lanes unroll
+  set(isa_flags_neon -O3)  # as scalar
 endif()
 # Adds the objects of `source`, compiled with `option` for each instruction set, to the list `objects`.
 function(parray_kernels objects name source option)

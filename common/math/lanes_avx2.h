@@ -7,7 +7,7 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes.h. (Fused is
+/// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes_scalar.h. (Fused is
 /// multiply_add() alone: every instruction set has to give the same bits.)
 namespace parray::math::avx2 {
 

@@ -7,7 +7,8 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of AVX-512 (F, DQ, VL, BW): 16 floats, 8 doubles. Members and functions as in lanes.h.
+/// Lanes of AVX-512 (F, DQ, VL, BW): 16 floats, 8 doubles. Members and functions as in
+/// lanes_scalar.h.
 namespace parray::math::avx512 {
 
 template <int N>

@@ -8,9 +8,9 @@
 #include "common/math/lanes.h"
 
 /// Lanes of NEON (aarch64): 4 floats in one register, 4 doubles in two. Members and functions as in
-/// lanes.h. (Fused is multiply_add() alone: every instruction set has to give the same bits; and
-/// there is no fmin or fmax, which have other ideas of NaN and -0. Eight floats in two registers
-/// take as many instructions, or up to a tenth more.)
+/// lanes_scalar.h. (Fused is multiply_add() alone: every instruction set has to give the same bits;
+/// and there is no fmin or fmax, which have other ideas of NaN and -0. Eight floats in two
+/// registers take as many instructions, or up to a tenth more.)
 namespace parray::math::neon {
 
 template <typename T>

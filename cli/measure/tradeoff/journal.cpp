@@ -26,7 +26,7 @@ constexpr const char* state_name = "state.json";
 constexpr int format_version = 3;
 
 /// The numbers of a run, in the order of the file's columns.
-constexpr std::array<std::pair<const char*, double Run::*>, 15> columns = {
+constexpr std::array<std::pair<const char*, double Run::*>, 15> run_columns = {
     {{"seconds", &Run::seconds},
      {"cpu_seconds", &Run::cpu_seconds},
      {"samples_per_pixel", &Run::samples},
@@ -48,7 +48,7 @@ constexpr std::array<std::pair<const char*, ByLevel Run::*>, 2> by_level = {
 
 std::string header() {
   std::string text = "options,seed";
-  for (const auto& [name, member] : columns) text += std::string(",") + name;
+  for (const auto& [name, member] : run_columns) text += std::string(",") + name;
   for (const auto& [name, member] : by_level) {
     for (const double level : interval_levels) {
       text += std::string(",") + name + formatted("_%.0f", 100 * level);
@@ -103,7 +103,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(const fs::path& d
 
 std::string csv_line(const Run& run) {
   std::string line = run.options + "," + std::to_string(run.seed);
-  for (const auto& [name, member] : columns) line += formatted(",%.9g", run.*member);
+  for (const auto& [name, member] : run_columns) line += formatted(",%.9g", run.*member);
   for (const auto& [name, member] : by_level) {
     for (const double share : run.*member) line += formatted(",%.6g", share);
   }
@@ -113,17 +113,17 @@ std::string csv_line(const Run& run) {
 Run run_of_csv(const std::string& line) {
   const std::vector<std::string_view> cells = split_at(',', line);
   Run run;
-  if (cells.size() != 2 + columns.size() + by_level.size() * interval_levels.size()) {
+  if (cells.size() != 2 + run_columns.size() + by_level.size() * interval_levels.size()) {
     throw std::runtime_error("not as many cells as the header");
   }
   run.options = cells[0];
   const auto seed = parsed<decltype(run.seed)>(cells[1]);
   if (!seed) throw std::runtime_error("'" + std::string(cells[1]) + "' is no seed");
   run.seed = *seed;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    run.*columns.at(i).second = number(cells[2 + i]);
+  for (std::size_t i = 0; i < run_columns.size(); ++i) {
+    run.*run_columns.at(i).second = number(cells[2 + i]);
   }
-  std::size_t cell = 2 + columns.size();
+  std::size_t cell = 2 + run_columns.size();
   for (const auto& [name, member] : by_level) {
     for (double& share : run.*member) share = number(cells[cell++]);
   }

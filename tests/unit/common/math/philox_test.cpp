@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/math/lanes_scalar.h"
 #include "common/trace/integrator/random.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
@@ -77,8 +78,8 @@ TEST_CASE("random numbers are the top 24 bits of Philox at their address") {
 }
 
 TEST_CASE("lanes of addresses draw what each address draws alone") {
-  using Uint = UintLanes<4>;
-  using Double = Lanes<double, 4>;
+  using Uint = scalar::DoubleLanes::Uint;
+  using Double = scalar::DoubleLanes;
   Uint pixel;
   Uint sample;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -86,9 +87,14 @@ TEST_CASE("lanes of addresses draw what each address draws alone") {
     sample.v[i] = 3 * i;
   }
   const auto u = RandomAddress<Uint>(~0ULL - 5, pixel, sample).at<Double>(9, Purpose::scatter);
+  double found[4][Double::count];
+  u.a.store(found[0]);
+  u.b.store(found[1]);
+  u.c.store(found[2]);
+  u.d.store(found[3]);
   for (std::uint32_t i = 0; i < 4; ++i) {
     const SampleRandom alone(~0ULL - 5, pixel.v[i], sample.v[i]);
-    CHECK(std::array{u.a.v[i], u.b.v[i], u.c.v[i], u.d.v[i]} ==
+    CHECK(std::array{found[0][i], found[1][i], found[2][i], found[3][i]} ==
           numbers(alone, 9, Purpose::scatter));
   }
 }

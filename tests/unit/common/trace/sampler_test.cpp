@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "common/math/lanes_scalar.h"
 #include "common/scene/largest_radiance.h"
 #include "common/trace/integrator/random.h"
 #include "common/trace/tracer.h"
@@ -272,7 +273,7 @@ TEST_CASE("the Sobol sampler leaves fuzz and later bounces to independent number
 }
 
 TEST_CASE("the Sobol sampler's numbers are equal in every precision and in lanes") {
-  using Uint = UintLanes<4>;
+  using Uint = scalar::DoubleLanes::Uint;
   for (std::uint32_t first = 0; first < 400; first += 4) {
     Uint pixel;
     Uint sample;
@@ -283,13 +284,20 @@ TEST_CASE("the Sobol sampler's numbers are equal in every precision and in lanes
     const RandomAddress<Uint> lanes(~5ULL, pixel, sample, Sampler::sobol);
     for (const Purpose purpose : {Purpose::camera, Purpose::scatter}) {
       const std::uint32_t bounce = purpose == Purpose::scatter ? first % 5 : 0;
-      const auto u = lanes.at<Lanes<double, 4>>(bounce, purpose);
+      const auto u = lanes.at<scalar::DoubleLanes>(bounce, purpose);
+      double a[4];
+      double b[4];
+      double c[4];
+      double d[4];
+      u.a.store(a);
+      u.b.store(b);
+      u.c.store(c);
+      u.d.store(d);
       for (std::uint32_t i = 0; i < 4; ++i) {
         const SampleRandom alone(~5ULL, pixel.v[i], sample.v[i], Sampler::sobol);
         const auto wide = alone.at<double>(bounce, purpose);
         const auto narrow = alone.at<float>(bounce, purpose);
-        CHECK(
-            (u.a.v[i] == wide.a && u.b.v[i] == wide.b && u.c.v[i] == wide.c && u.d.v[i] == wide.d));
+        CHECK((a[i] == wide.a && b[i] == wide.b && c[i] == wide.c && d[i] == wide.d));
         CHECK(
             (narrow.a == wide.a && narrow.b == wide.b && narrow.c == wide.c && narrow.d == wide.d));
       }
