@@ -71,22 +71,18 @@ constexpr Time last_patience = seconds(10);
 /// Whether rank 0 has been seen alive, asked now and then.
 class Pulse {
  public:
-  /// Without a window (null) rank 0 answers, or the rank hangs: there is nothing to ask.
-  explicit Pulse(Window* window) : window_(window) {}
+  explicit Pulse(Window& window) : window_(window) {}
 
   bool alive(Time now) {
-    if (window_ == nullptr) {
-      return true;
-    }
     if (now < next_look_) {
       return false;
     }
     next_look_ = now + milliseconds(250);
-    return std::exchange(last_, window_->load(WindowLayout::pulse)) != last_;
+    return std::exchange(last_, window_.load(WindowLayout::pulse)) != last_;
   }
 
  private:
-  Window* window_;
+  Window& window_;
   std::uint64_t last_ = 0;
   Time next_look_{};
 };
@@ -118,20 +114,10 @@ class Follower {
   }
 
  private:
-  std::unique_ptr<RankSource> source_for(PassResources& resources) {
-    if (transport_.by_messages()) {
-      return std::make_unique<RankMessages>(rank_job_, resources.pass, world_.comm());
-    }
-    return std::make_unique<WindowSource>(rank_job_, resources.pass, *resources.layout,
-                                          *transport_.window(), ranks_.own, transport_.ledgers());
-  }
-
   void work(PassResources& resources) {
-    const auto source = source_for(resources);
-    LeaseRunner runner(*source, team_, clock_, tally_);
+    LeaseRunner runner(*resources.source, team_, clock_, tally_);
     Pulse pulse(transport_.window());
-    const bool keeps =
-        !transport_.by_messages() && transport_.ledgers().ledgers.is_keeper(world_.rank());
+    const bool keeps = transport_.ledgers().ledgers.is_keeper(world_.rank());
     while (!runner.over()) {
       if (!team_.idle() || pulse.alive(clock_.now())) {
         dog_.pet();
@@ -145,7 +131,8 @@ class Follower {
     }
     runner.stop();
     tally_ = runner.tally();
-    // Rank 0 may wait for another; by messages nothing is known, and the dog's patience counts.
+    // Rank 0 may wait for another rank. It answers no request after the last rank has come here, so
+    // that without one-sided communication only the watchdog's patience counts.
     world_.barrier(for_ever, [&] {
       if (keeps) {
         transport_.progress();  // others may still look at its ledger
