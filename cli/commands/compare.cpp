@@ -9,7 +9,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/output/delivery.h"
+#include "cli/output/write_outputs.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/transparency.h"
 #include "cli/output/text.h"

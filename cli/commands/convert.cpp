@@ -14,7 +14,7 @@
 #include "cli/input/particles/expand.h"
 #include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/view/portrait_scene.h"
-#include "cli/output/delivery.h"
+#include "cli/output/write_outputs.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"

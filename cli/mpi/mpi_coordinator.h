@@ -34,7 +34,7 @@ class MpiCoordinator {
   struct Options {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
-    Following following;
+    ProgressOptions following;
     std::uint32_t threads = 1;      ///< of rank 0
     std::uint32_t all_threads = 1;  ///< of all ranks
     /// See WindowCollector::Hooks.

@@ -12,6 +12,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
+#include "proto/messages.h"
 
 namespace parray {
 namespace {
