@@ -15,6 +15,16 @@ namespace {
 /// Counts are int in MPI 3: longer transfers go in parts.
 constexpr std::size_t most_bytes = std::size_t{1} << 30;
 
+enum Tag : int { request_tag = 1, bytes_tag, reply_tag };
+
+/// Calls `part(offset, count)` for every part of so many bytes.
+template <typename Part>
+void in_parts(std::size_t bytes, Part part) {
+  for (std::size_t done = 0; done < bytes; done += most_bytes) {
+    part(done, static_cast<int>(std::min(bytes - done, most_bytes)));
+  }
+}
+
 constexpr MPI_Aint displacement(std::size_t bytes) { return static_cast<MPI_Aint>(bytes); }
 
 }  // namespace
@@ -85,12 +95,11 @@ void MpiTarget::put(std::size_t offset, std::span<const std::byte> bytes) {
     MPI_Win_sync(window_);
     return;
   }
-  for (std::size_t done = 0; done < bytes.size(); done += most_bytes) {
-    const int count = static_cast<int>(std::min(bytes.size() - done, most_bytes));
+  in_parts(bytes.size(), [&](std::size_t done, int count) {
     check_mpi(MPI_Put(bytes.data() + done, count, MPI_BYTE, rank_, displacement(offset + done),
                       count, MPI_BYTE, window_),
               "putting rows into a rank's window");
-  }
+  });
   check_mpi(MPI_Win_flush(rank_, window_), "completing a put into a rank's window");
 }
 
@@ -119,6 +128,48 @@ bool MpiWindow::works() {
   int everywhere = good ? 1 : 0;
   MPI_Allreduce(MPI_IN_PLACE, &everywhere, 1, MPI_INT, MPI_MIN, comm_);
   return everywhere != 0;
+}
+
+RequestWindow::Ask ask_first_rank(MPI_Comm comm) {
+  return [comm](WindowRequest request, std::span<const std::byte> bytes) {
+    check_mpi(MPI_Send(&request, sizeof request, MPI_BYTE, 0, request_tag, comm),
+              "sending a request to rank 0");
+    in_parts(bytes.size(), [&](std::size_t offset, int count) {
+      check_mpi(MPI_Send(bytes.data() + offset, count, MPI_BYTE, 0, bytes_tag, comm),
+                "sending a result to rank 0");
+    });
+    std::uint64_t reply = 0;
+    check_mpi(MPI_Recv(&reply, 1, MPI_UINT64_T, 0, reply_tag, comm, MPI_STATUS_IGNORE),
+              "receiving a reply from rank 0");
+    return reply;
+  };
+}
+
+void answer_requests(MPI_Comm comm, std::span<std::byte> memory) {
+  // The first look may only let a message in that the second finds.
+  for (int misses = 0; misses < 2;) {
+    int arrived = 0;
+    MPI_Status status;
+    check_mpi(MPI_Iprobe(MPI_ANY_SOURCE, request_tag, comm, &arrived, &status),
+              "looking for requests");
+    if (arrived == 0) {
+      ++misses;
+      continue;
+    }
+    const int rank = status.MPI_SOURCE;
+    WindowRequest request;
+    check_mpi(
+        MPI_Recv(&request, sizeof request, MPI_BYTE, rank, request_tag, comm, MPI_STATUS_IGNORE),
+        "receiving a request");
+    const std::uint64_t reply = perform(request, memory, [&](std::span<std::byte> bytes) {
+      in_parts(bytes.size(), [&](std::size_t offset, int count) {
+        check_mpi(MPI_Recv(bytes.data() + offset, count, MPI_BYTE, rank, bytes_tag, comm,
+                           MPI_STATUS_IGNORE),
+                  "receiving a result");
+      });
+    });
+    check_mpi(MPI_Send(&reply, 1, MPI_UINT64_T, rank, reply_tag, comm), "sending a reply");
+  }
 }
 
 void MpiWindow::progress() {

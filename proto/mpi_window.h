@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "proto/request_window.h"
 #include "proto/window.h"
 
 namespace parray::proto {
@@ -68,6 +69,11 @@ class MpiWindow {
   std::span<std::byte> memory_;
   std::vector<MpiTarget> targets_;
 };
+
+/// Sends requests to rank 0 by two-sided messages: see RequestWindow.
+RequestWindow::Ask ask_first_rank(MPI_Comm comm);
+/// In rank 0: performs on `memory` every request that has arrived, and replies.
+void answer_requests(MPI_Comm comm, std::span<std::byte> memory);
 
 /// Throws RunError "doing WHAT: MPI's words" unless `code` is MPI_SUCCESS.
 void check_mpi(int code, const char* what);

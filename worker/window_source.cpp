@@ -26,7 +26,7 @@ constexpr Time beat_interval = milliseconds(250);
 
 }  // namespace
 
-LeaseSource::Taken RankSource::take(Time /*now*/, double samples_per_second, bool idle) {
+LeaseSource::Taken WindowSource::take(Time /*now*/, double samples_per_second, bool idle) {
   const Part part = take_part(samples_per_second, idle);
   if (part.answer != Answer::lease) {
     return {part.answer};
@@ -38,7 +38,7 @@ LeaseSource::Taken RankSource::take(Time /*now*/, double samples_per_second, boo
           static_cast<double>(part.cells.count()) * pass_.plan->cell_samples()};
 }
 
-void RankSource::complete(Time /*now*/, Finished finished) {
+void WindowSource::complete(Time /*now*/, Finished finished) {
   if (!finished.cells) {
     throw RunError("tracing: " + finished.failure);
   }
@@ -46,7 +46,7 @@ void RankSource::complete(Time /*now*/, Finished finished) {
   put(finished.cells->range, finished.cells->records);
 }
 
-Time RankSource::tick(Time now, const TeamState& team) {
+Time WindowSource::tick(Time now, const TeamState& team) {
   if (now >= next_beat_) {
     next_beat_ = now + beat_interval;
     publish(WindowLayout::beat, team.traced | (team.tracing ? beat_flags::tracing : 0) |
@@ -55,7 +55,7 @@ Time RankSource::tick(Time now, const TeamState& team) {
   return next_beat_;
 }
 
-void RankSource::report(const WorkTally& tally) {
+void WindowSource::report(const WorkTally& tally) {
   const auto nanoseconds = [](double s) { return static_cast<std::uint64_t>(s * 1e9); };
   publish(WindowLayout::samples, tally.samples);
   publish(WindowLayout::busy, nanoseconds(tally.busy));
@@ -69,7 +69,8 @@ void RankSource::report(const WorkTally& tally) {
 WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout,
                            Window& window, const WindowOptions& options,
                            std::optional<LedgerWindows> ledgers)
-    : RankSource(job, pass),
+    : job_(job),
+      pass_(pass),
       plan_(*pass.plan),
       missing_(pass.missing),
       layout_(layout),
@@ -85,7 +86,7 @@ WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayou
   }
 }
 
-RankSource::Part WindowSource::take_part(double samples_per_second, bool idle) {
+WindowSource::Part WindowSource::take_part(double samples_per_second, bool idle) {
   if (stopped_) {
     return {Answer::over, {}};
   }
@@ -193,7 +194,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
   return SpeedSum::from_word(window.fetch_add(Word::speed, delta) + delta);
 }
 
-RankSource::Part WindowSource::take_copy() {
+WindowSource::Part WindowSource::take_copy() {
   if (!ticket_) {
     ticket_ = window_.fetch_add(Word::tickets, 1);
   }

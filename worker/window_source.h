@@ -32,37 +32,6 @@ struct RankPass {
   CellList missing;  ///< cells to trace: not those that an earlier life of the job has kept
 };
 
-/// What the leases of all ranks have in common, whichever way they come. Ranks do not outlive a
-/// failure: complete() throws it.
-class RankSource : public LeaseSource {
- public:
-  /// References outlive the object.
-  RankSource(RankJob& job, const RankPass& pass) : job_(job), pass_(pass) {}
-
-  Taken take(Time now, double samples_per_second, bool idle) final;
-  void complete(Time now, Finished finished) final;
-  Time tick(Time now, const TeamState& team) final;
-  void report(const WorkTally& tally) final;
-
-  struct Part {
-    Answer answer = Answer::none;
-    CellRange cells;
-    bool fresh = true;
-  };
-  /// As take() has it. A part has no more cells than one result may have.
-  virtual Part take_part(double samples_per_second, bool idle) = 0;
-  /// Hands in the records of a part.
-  virtual void put(const CellRange& cells, std::span<const std::byte> records) = 0;
-  /// Writes a word of this rank's own.
-  virtual void publish(WindowLayout::RankWord word, std::uint64_t value) = 0;
-
- private:
-  RankJob& job_;
-  const RankPass& pass_;
-  std::uint64_t parts_taken_ = 0;
-  Time next_beat_{};
-};
-
 /// How a rank sizes its leases; the same on every rank, but for `rank` and `threads`.
 struct WindowOptions {
   SchedulePolicy policy = SchedulePolicy::weighted;
@@ -85,19 +54,31 @@ struct LedgerWindows {
 /// stay small. When nothing is left it draws a ticket and waits for a copy of cells that others
 /// have not finished. A rank makes one for each window: its results are logged where only it
 /// writes.
-class WindowSource final : public RankSource {
+class WindowSource final : public LeaseSource {
  public:
   /// References outlive the object. `window` is rank 0's, and the one ledger if none are given.
   WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
                const WindowOptions& options, std::optional<LedgerWindows> ledgers = {});
 
-  Part take_part(double samples_per_second, bool idle) override;
-  void put(const CellRange& cells, std::span<const std::byte> records) override;
-  /// With a beat it looks, too, whether rank 0 has told this rank to stop.
-  void publish(WindowLayout::RankWord word, std::uint64_t value) override;
+  Taken take(Time now, double samples_per_second, bool idle) override;
+  /// Throws RunError for a lease that failed: ranks do not outlive a failure.
+  void complete(Time now, Finished finished) override;
+  Time tick(Time now, const TeamState& team) override;
+  void report(const WorkTally& tally) override;
 
-  /// The log entry of `cells`, whose records are in the window: the second half of put(), for
-  /// results that came another way.
+  struct Part {
+    Answer answer = Answer::none;
+    CellRange cells;
+    bool fresh = true;
+  };
+  /// As take() has it. A part has no more cells than one result may have.
+  Part take_part(double samples_per_second, bool idle);
+  /// Hands in the records of a part.
+  void put(const CellRange& cells, std::span<const std::byte> records);
+  /// Writes a word of this rank's own. With a beat it also reads whether rank 0 has told this rank
+  /// to stop.
+  void publish(WindowLayout::RankWord word, std::uint64_t value);
+  /// Writes the log entry of `cells`, whose records are in the window: the second half of put().
   void log(const CellRange& cells, std::uint64_t digest);
 
  private:
@@ -109,6 +90,10 @@ class WindowSource final : public RankSource {
   SpeedSum speed_of(std::uint32_t ledger, double samples_per_second);
   void cut(const CellRange& places, double samples_per_second);
 
+  RankJob& job_;
+  const RankPass& pass_;
+  std::uint64_t parts_taken_ = 0;
+  Time next_beat_{};
   const WorkPlan& plan_;
   const CellList& missing_;
   const WindowLayout& layout_;

@@ -1,15 +1,12 @@
-#include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
+#include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
-#include "cli/output/delivery.h"
-#include "cli/output/extra_channels.h"
-#include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
 namespace parray::commands {
@@ -22,20 +19,16 @@ struct FetchCommand {
 };
 
 int fetch(const FetchCommand& command) {
-  const Aovs aovs = command.output.paths().aovs;
-  if (!std::all_of(aovs.begin(), aovs.end(), is_statistic)) {
-    throw InputError("--aov " + text_of(aovs) +
-                     ": fetch has no scene to trace: samples and half-width only; the others come "
-                     "with render or submit --wait");
-  }
-  const bool series = has_frame_number(command.output.paths().image.string());
-  if (!series) check_outputs(command.output.paths());
+  const OutputPaths outputs = command.output.paths();
+  check_request({RenderMode::fetch, {}, {}, command.output, {}, 1});
+  const bool series = has_frame_number(outputs.image.string());
+  if (!series) check_outputs(outputs);
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
-  if (series) return fetch_series(*client, command.job, command.output.paths());
-  Picture picture = fetch_picture(*client, command.job, command.output.paths());
-  add_channels(picture, extra_channels(aovs, {}, {}, 1));
-  return deliver(std::move(picture), command.output.paths(), {});
+  if (series) return fetch_series(*client, command.job, outputs);
+  Picture picture = fetch_picture(*client, command.job, outputs);
+  add_channels(picture, extra_channels(outputs, {}, {}, 1));
+  return write_outputs(std::move(picture), outputs, {});
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/output/delivery.h"
+#include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings.h"
 

@@ -302,7 +302,7 @@ void add_quiet(Command& command, bool& quiet) {
   command.flag("-q,--quiet", quiet, "Show no progress").group(output_group);
 }
 
-void add_following(Command& command, Following& following) {
+void add_following(Command& command, ProgressOptions& following) {
   add_quiet(command, following.quiet);
   command
       .option("--progress", following.progress,

@@ -12,8 +12,8 @@
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
 #include "cli/commands/view_options.h"
-#include "cli/output/delivery.h"
 #include "cli/output/preview.h"
+#include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
 #include "common/scene/number_range.h"
 #include "common/scene/settings.h"
@@ -133,7 +133,7 @@ class OutputOptions {
   [[nodiscard]] Option report_option() const { return report_option_; }
 
   /// With the preview of `following`.
-  [[nodiscard]] OutputPaths paths(const Following& following = {}) const {
+  [[nodiscard]] OutputPaths paths(const ProgressOptions& following = {}) const {
     return {.image = image_,
             .report = report_,
             .aovs = aovs_,
@@ -157,7 +157,7 @@ class OutputOptions {
 void add_quiet(Command& command, bool& quiet);
 /// --quiet, --progress, --preview, --display and --on-end: what is shown of a job until it has
 /// ended, and done then.
-void add_following(Command& command, Following& following);
+void add_following(Command& command, ProgressOptions& following);
 void add_json(Command& command, bool& as_json);
 
 }  // namespace parray::commands

@@ -1,13 +1,15 @@
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
+#include "cli/commands/prepare.h"
 #include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
-#include "cli/commands/time_reserve.h"
 #include "cli/farm/embedded.h"
+#include "cli/measure/plan/denoising_worth.h"
 #include "cli/output/denoising.h"
 #include "common/base/cpu_count.h"
 #include "common/process/stop_signal.h"
@@ -21,52 +23,50 @@ struct RenderCommand {
   RenderOptions render;
   OutputOptions output;
   std::optional<std::uint32_t> threads;
-  Following following;
+  ProgressOptions following;
   std::vector<View> views;
 };
 
-std::uint32_t threads_of(const RenderCommand& command) {
-  return command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
+RenderRequest request_of(const RenderCommand& command, RenderMode mode) {
+  return {.mode = mode,
+          .scene = command.scene,
+          .render = command.render,
+          .output = command.output,
+          .following = command.following,
+          .threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()))};
+}
+
+/// Traces a part of the picture. Says on stderr if denoising is not expected to pay
+/// (cli/measure/plan/denoising_worth.h).
+void say_whether_denoising_pays(const ExtraChannels& extra) {
+  const auto tracer = tracer_of(extra, scene_identity(*extra.scene));
+  const auto worth = denoising_worth(*tracer, *extra.scene, extra.settings, extra.threads);
+  if (worth && !worth->pays()) std::cerr << "parray: " + denoising_does_not_pay(*worth) + "\n";
 }
 
 int render(const RenderCommand& command) {
   if (!command.views.empty()) {
-    return render_views({command.scene, command.views, command.render, command.output,
-                         command.following, threads_of(command)});
+    return render_views(request_of(command, RenderMode::sheet), command.views);
   }
   const SteadyClock clock;
   const Time started = clock.now();
-  OutputPaths outputs = command.output.paths(command.following);
-  check_outputs(outputs, command.scene);
-  Display::check(command.following.display);
-  SceneFile file;
-  Submission submission =
-      load_for_outputs(command.scene, command.render, 50, command.output, outputs, file);
-  check_isa(submission.settings.isa);
-  submission.settings.progressive = command.following.shows_picture();
-  if (outputs.denoise) ask_for_denoising(submission.settings, true);
+  const RenderRequest request = request_of(command, RenderMode::render);
+  PreparedRender prepared = prepare(request);
+  ExtraChannels& extra = prepared.extra;
   const DeferredInterrupts deferred;
-  const std::uint32_t threads = threads_of(command);
-  ExtraChannels extra =
-      extra_channels(outputs.aovs, submission.settings, submission.scene, static_cast<int>(threads),
-                     outputs.transparent, needs_of(outputs.finishing));
-  EmbeddedFarm farm(
-      threads, [&extra](const std::string& scene_id) { return denoised_judge(extra, scene_id); });
+  EmbeddedFarm farm(request.threads, [&extra](const std::string& scene_id) {
+    return denoised_judge(extra, scene_id);
+  });
   extra.accelerators = farm.accelerators();
-  if (outputs.denoise && !command.following.quiet) say_whether_denoising_pays(extra);
-  if (submission.settings.time_limit > 0) {
-    TimeShare share = whole_limit(outputs, submission.settings,
-                                  [&] { return to_seconds(clock.now() - started); });
-    submission.reserved_seconds =
-        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
-  }
+  if (prepared.outputs.denoise && !command.following.quiet) say_whether_denoising_pays(extra);
+  reserve_time(prepared, [&] { return to_seconds(clock.now() - started); });
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));
   try {
     const Time submitted = clock.now();
-    const JobId job = client.submit(std::move(submission));
-    return wait_and_deliver(client, job, outputs, command.following, extra,
-                            CommandTimes{started, to_seconds(clock.now() - submitted), true});
+    const JobId job = client.submit(std::move(prepared.submission));
+    return wait_and_write(client, job, prepared.outputs, command.following, extra,
+                          CommandTimes{started, to_seconds(clock.now() - submitted), true});
   } catch (const Interrupted&) {
     stop_interrupted(farm);
     throw;

@@ -20,7 +20,6 @@
 #include "common/base/text.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
 
 namespace parray::commands {
@@ -30,28 +29,10 @@ using nlohmann::json;
 
 constexpr std::size_t most_views = 16;
 
-/// What only one picture can have.
-void check(const ViewsRequest& request, const OutputPaths& outputs) {
-  const auto refuse = [](const std::string& what) {
-    throw InputError("--views: " + what + ": leave it out, or render views one by one with --view");
-  };
-  if (can_hold_channels(outputs.image)) {
-    throw InputError("--views: " + outputs.image.string() +
-                     ": a sheet of views is to be looked at: write a PNG file (.png), or an EXR "
-                     "file of each with --view");
-  }
-  if (!outputs.error_map.empty()) refuse("--error-map is of one picture");
-  if (request.following.shows_picture()) refuse("--preview and --display show one picture");
-  if (!request.following.on_end.empty()) refuse("--on-end is of one picture");
-  if (!request.render.like().empty()) refuse("--like is of one picture");
-  if (request.render.auto_scene().has_view()) refuse("--view is one of them");
-  if (request.scene == standard_input_argument) {
-    throw InputError(
-        "--views: each view reads the file, and standard input can be read once: save it");
-  }
-  PackedFile file(request.scene);
+void check_scene(const std::string& scene) {
+  PackedFile file(scene);
   if (particle_format_of(file) == nullptr) {
-    throw InputError("--views: " + printable(request.scene, 4096) +
+    throw InputError("--views: " + printable(scene, 4096) +
                      " is not a file of particles: it has its own camera");
   }
 }
@@ -77,38 +58,32 @@ double joining_seconds(const PictureSize& sheet) {
 /// Renders the views, each as a job of one farm in this process.
 class Views {
  public:
-  Views(const ViewsRequest& request, const OutputPaths& outputs, Time started)
+  Views(const RenderRequest& request, std::size_t count, Time started)
       : request_(request),
-        outputs_(outputs),
+        count_(count),
         started_(started),
         farm_(request.threads,
-              [this](const std::string& scene_id) { return denoised_judge(extra_, scene_id); }),
+              [this](const std::string& scene_id) {
+                return denoised_judge(prepared_.extra, scene_id);
+              }),
         link_(farm_.connect()),
         client_(*link_, clock_, embedded_client(farm_)) {}
 
   void add(View view) {
     const Time begin = clock_.now();
-    RenderOptions render = request_.render;
-    render.auto_scene().look_from(view);
-    OutputPaths outputs = outputs_;
-    SceneFile file;
-    Submission submission =
-        load_for_outputs(request_.scene, render, 50, request_.output, outputs, file);
-    check_isa(submission.settings.isa);
-    layout_ =
-        sheet_layout(request_.views.size(), submission.settings.width, submission.settings.height);
-    check_size(layout_, submission.settings);
-    if (outputs.denoise) ask_for_denoising(submission.settings, true);
-    extra_ = extra_channels(outputs.aovs, submission.settings, submission.scene,
-                            static_cast<int>(request_.threads), outputs.transparent,
-                            needs_of(outputs.finishing));
-    extra_.accelerators = farm_.accelerators();
-    if (submission.settings.time_limit > 0) share_time(begin, submission, outputs);
-    const JobId job = client_.submit(std::move(submission));
+    RenderRequest request = request_;
+    request.view = view;
+    prepared_ = prepare(request);
+    const RenderSettings& settings = prepared_.submission.settings;
+    layout_ = sheet_layout(count_, settings.width, settings.height);
+    check_size(layout_, settings);
+    prepared_.extra.accelerators = farm_.accelerators();
+    if (settings.time_limit > 0) share_time(begin);
+    const JobId job = client_.submit(std::move(prepared_.submission));
     wait_until_done(client_, job, request_.following);
-    Picture picture = fetch_picture(client_, job, outputs);
-    add_channels(picture, extra_);
-    shown_.push_back(finished_picture(picture, outputs.finishing));
+    Picture picture = fetch_picture(client_, job, prepared_.outputs);
+    add_channels(picture, prepared_.extra);
+    shown_.push_back(finished_picture(picture, prepared_.outputs.finishing));
     shown_.back().written = shown_.back().traced = nullptr;  // of a picture that is gone
     reports_.push_back({{"view", name_of(view)}});
     reports_.back().update(picture.report);
@@ -124,30 +99,29 @@ class Views {
  private:
   /// Gives this view and each that follows the same part of the time that is left, so that what a
   /// view leaves unused goes to the next. `begin`: when work on this view began.
-  void share_time(Time begin, Submission& submission, OutputPaths& outputs) {
-    RenderSettings& settings = submission.settings;
+  void share_time(Time begin) {
+    RenderSettings& settings = prepared_.submission.settings;
     limit_ = settings.time_limit;
     const PictureSize sheet{sheet_width(layout_, settings.width),
                             sheet_height(layout_, settings.height), 0};
     share_.name = "--time-limit " + number_cell(limit_);
-    share_.parts = static_cast<double>(request_.views.size() - shown_.size());
-    share_.elsewhere = to_seconds(begin - started_) + writing_seconds(outputs, sheet, limit_) +
-                       joining_seconds(sheet);
+    share_.parts = static_cast<double>(count_ - shown_.size());
+    share_.elsewhere = to_seconds(begin - started_) +
+                       writing_seconds(prepared_.outputs, sheet, limit_) + joining_seconds(sheet);
     share_.seconds = (limit_ - share_.elsewhere) / share_.parts;
     share_.elapsed = [this, begin] { return to_seconds(clock_.now() - begin); };
     settings.time_limit = std::max(share_.seconds, ranges::time_limit.least);
     const double lacking = settings.time_limit - share_.seconds;
-    submission.reserved_seconds = lacking + reserve_time(share_, outputs, settings, extra_,
-                                                         scene_identity(*submission.scene));
+    prepared_.submission.reserved_seconds = lacking + reserve_time(share_, prepared_);
   }
 
-  const ViewsRequest& request_;
-  const OutputPaths& outputs_;
+  const RenderRequest& request_;
+  const std::size_t count_;  ///< of views
   const Time started_;
   double limit_ = 0;
   TimeShare share_;  ///< of the view that is being rendered
   SteadyClock clock_;
-  ExtraChannels extra_;  ///< of the view that is being rendered
+  PreparedRender prepared_;  ///< of the view that is being rendered
   EmbeddedFarm farm_;
   std::unique_ptr<Link> link_;
   Client client_;
@@ -157,7 +131,7 @@ class Views {
 };
 
 /// Writes sheet and report, and says so.
-int deliver_sheet(const Views& views, const OutputPaths& outputs) {
+int write_sheet(const Views& views, const OutputPaths& outputs) {
   const Image sheet = views.sheet();
   ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
   std::string hashes;
@@ -207,20 +181,21 @@ std::vector<View> views_from(const std::string& text) {
   return views;
 }
 
-int render_views(const ViewsRequest& request) {
+int render_views(const RenderRequest& request, const std::vector<View>& views) {
   const Time started = SteadyClock().now();
-  const OutputPaths outputs = request.output.paths(request.following);
+  const OutputPaths outputs = request.output.paths();
   check_outputs(outputs, request.scene);
-  check(request, outputs);
+  check_request(request);
+  check_scene(request.scene);
   const DeferredInterrupts deferred;
-  Views views(request, outputs, started);
+  Views rendered(request, views.size(), started);
   try {
-    for (const View view : request.views) views.add(view);
+    for (const View view : views) rendered.add(view);
   } catch (const Interrupted&) {
-    views.stop();
+    rendered.stop();
     throw;
   }
-  return deliver_sheet(views, outputs);
+  return write_sheet(rendered, outputs);
 }
 
 }  // namespace parray::commands

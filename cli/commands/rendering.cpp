@@ -6,7 +6,6 @@
 #include <iostream>
 #include <utility>
 
-#include "cli/commands/end_command.h"
 #include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/printing.h"
@@ -28,41 +27,6 @@
 #include "coordinator/jobs/report.h"
 
 namespace parray::commands {
-namespace {
-
-/// load_scene(), by the recipe of --like if there is one: `original_sha256` is its picture's then.
-SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
-                    NamedFiles named, std::string& original_sha256) {
-  if (options.like().empty()) return load_scene(scene_file, options, change, named);
-  options.check_like();
-  const std::string picture = printable(options.like(), 4096);
-  const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
-  options.follow(recipe.settings, !recipe.transparent_sha256.empty());
-  SceneFile file = load_scene(scene_file, options, {}, named);
-  check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
-  original_sha256 = recipe.image_sha256;
-  return file;
-}
-
-}  // namespace
-
-Submission load_for_outputs(const std::string& scene_file, const RenderOptions& options,
-                            std::uint32_t priority, const OutputOptions& output,
-                            OutputPaths& outputs, SceneFile& rest) {
-  Submission submission =
-      load_submission(scene_file, options, priority, {}, NamedFiles::anywhere, &rest);
-  outputs.notes = notes_json(rest.particle_files);
-  outputs.transparent = submission.transparent;
-  outputs.original = {printable(options.like(), 4096), submission.original_sha256};
-  if (outputs.transparent && !outputs.image.empty() && !can_hold_alpha(outputs.image)) {
-    throw InputError(outputs.image.string() +
-                     ": JPEG has no transparency: write .png, .tif, .jp2 or .exr");
-  }
-  add_labels(outputs, output.labels(), rest, submission.settings);
-  add_finishing(outputs, output.finish(), rest, submission.scene, submission.settings);
-  return submission;
-}
-
 Client::Options embedded_client(const EmbeddedFarm& farm) {
   return {.address = "this process",
           // It cannot be lost without farm.check() saying so; it may be busy for long.
@@ -85,67 +49,22 @@ Time next_look(Time waited) {
   return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
-void ask_for_denoising(RenderSettings& settings, bool can_judge) {
-  settings.replicates = true;
-  settings.target_denoised = settings.target_error > 0 && settings.passes.empty();
-  if (!settings.target_denoised) return;
-  if (!can_judge) {
-    throw InputError(
-        "--target-error with --denoise: the error of the denoised picture is known to parray "
-        "render alone while it renders: use that, or give --spp");
+void run_end_command(const std::string& command, JobId job, const std::string& state,
+                     const std::string& reason, const std::string& image) {
+  if (command.empty()) {
+    return;
   }
-  if (settings.target_half_width > 0) {
-    throw InputError(
-        "--target-error with --denoise and --target-half-width: a denoised picture states no "
-        "half-widths: leave one of them out");
+  // One thread speaks for the user here; those that trace read no environment.
+  // NOLINTBEGIN(concurrency-mt-unsafe)
+  setenv("PARRAY_JOB", std::to_string(job).c_str(), 1);
+  setenv("PARRAY_STATE", printable(state).c_str(), 1);
+  setenv("PARRAY_REASON", printable(reason, 2000).c_str(), 1);
+  setenv("PARRAY_IMAGE", image.c_str(), 1);
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c): the user's own command
+  // NOLINTEND(concurrency-mt-unsafe)
+  if (status != 0) {
+    std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";
   }
-}
-
-Submission load_submission(const std::string& scene_file, const RenderOptions& options,
-                           std::uint32_t priority, const FrameChange& change, NamedFiles named,
-                           SceneFile* rest) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  Submission submission;
-  SceneFile file = load_like(scene_file, options, change, named, submission.original_sha256);
-  const ResolvedSettings resolved =
-      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
-  submission.scene = std::make_shared<const Scene>(std::move(file.scene));
-  check_targets(resolved.settings, largest_radiance(*submission.scene));
-  submission.name = scene_file == standard_input_argument
-                        ? "standard input"
-                        : printable(std::filesystem::path(scene_file).filename().string(), 100);
-  submission.priority = priority;
-  submission.settings = resolved.settings;
-  submission.precision_reason = resolved.precision_reason;
-  submission.duplicates_removed = file.duplicates.count;
-  submission.transparent = file.transparent;
-  submission.load_seconds = to_seconds(clock.now() - begin);
-  if (rest != nullptr) {
-    file.scene = Scene();
-    file.scene.camera = submission.scene->camera;
-    *rest = std::move(file);
-  }
-  return submission;
-}
-
-void refuse_transparency(const Submission& submission, const std::string& remedy) {
-  if (!submission.transparent) return;
-  throw InputError(submission.name + ": transparent: " + remedy);
-}
-
-void check_isa(Isa isa) {
-  if (!runs_on_this_machine(isa)) {
-    throw InputError("--isa " + std::string(name_of(isa)) +
-                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
-                     ", its best, or auto");
-  }
-}
-
-void say_whether_denoising_pays(const ExtraChannels& extra) {
-  const auto tracer = tracer_of(extra, scene_identity(*extra.scene));
-  const auto worth = denoising_worth(*tracer, *extra.scene, extra.settings, extra.threads);
-  if (worth && !worth->pays()) std::cerr << "parray: " + denoising_does_not_pay(*worth) + "\n";
 }
 
 /// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.
@@ -167,7 +86,8 @@ class LongWait {
 };
 
 /// Shows a job until it has ended.
-static JobStatus follow(Client& client, JobId job, const Following& following, Preview& preview) {
+static JobStatus follow(Client& client, JobId job, const ProgressOptions& following,
+                        Preview& preview) {
   const SteadyClock clock;
   const Time begin = clock.now();
   Progress progress(progress_style(following.quiet, following.progress), std::cerr,
@@ -191,7 +111,7 @@ static void require_done(const JobStatus& status) {
   }
 }
 
-void wait_until_done(Client& client, JobId job, const Following& following) {
+void wait_until_done(Client& client, JobId job, const ProgressOptions& following) {
   Preview preview(following);
   const JobStatus status = follow(client, job, following, preview);
   run_end_command(following.on_end, job, status.state, status.reason, "");
@@ -210,9 +130,9 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
   return lacks_samples ? client.fetch(job, PictureDetail::statistics) : picture;
 }
 
-int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
-                     const Following& following, const ExtraChannels& extra,
-                     std::optional<CommandTimes> times) {
+int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
+                   const ProgressOptions& following, const ExtraChannels& extra,
+                   std::optional<CommandTimes> times) {
   Preview preview(following);
   const JobStatus status = follow(client, job, following, preview);
   const auto end = [&](const std::string& state, const std::string& reason) {
@@ -223,7 +143,7 @@ int wait_and_deliver(Client& client, JobId job, const OutputPaths& outputs,
     Picture picture = fetch_picture(client, job, outputs);
     add_channels(picture, extra);
     preview.finish(picture.image);
-    const int result = deliver(std::move(picture), outputs, times);
+    const int result = write_outputs(std::move(picture), outputs, times);
     end(status.state, "");
     return result;
   } catch (const RunError& error) {

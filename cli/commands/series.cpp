@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-#include "cli/commands/end_command.h"
+#include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/scene_file/camera_path.h"
@@ -72,8 +72,8 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
 int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs) {
   const OutputPaths numbered = outputs_of(outputs, frame.frame);
   Picture picture = fetch_picture(client, frame.job, numbered);
-  add_channels(picture, extra_channels(outputs.aovs, {}, {}, 1));
-  return deliver(std::move(picture), numbered, {});
+  add_channels(picture, extra_channels(outputs, {}, {}, 1));
+  return write_outputs(std::move(picture), numbered, {});
 }
 
 /// Frames that have no picture, and why.
@@ -174,11 +174,10 @@ class SeriesRun {
   /// None: it cannot be submitted, and failures_ says why.
   std::optional<Submission> load(std::uint32_t frame) {
     try {
-      Submission submission = load_submission(with_frame_number(request_.scene, frame),
-                                              request_.render, request_.priority, change_of(frame));
-      refuse_transparency(submission,
-                          "frames of a series keep their background: render single ones, or add "
-                          "--transparent off");
+      Submission submission =
+          load_submission(RenderMode::series, with_frame_number(request_.scene, frame),
+                          request_.render, request_.priority, change_of(frame))
+              .submission;
       submission.max_failures = request_.max_failures;
       submission.series = token_;
       submission.frame = frame;
@@ -322,22 +321,12 @@ void check_frame_outputs(const OutputPaths& outputs) {
                        ": every frame needs a file of its own: write #### for its number");
     }
   }
-  if (!std::ranges::all_of(outputs.aovs, is_statistic)) {
-    throw InputError("--aov " + text_of(outputs.aovs) +
-                     ": of a series samples and half-width only: render single frames for others");
-  }
   check_outputs(outputs_of(outputs, 0));
 }
 
 /// Of one file for all frames.
 static void check_scene(const SeriesRequest& request) {
-  if (has_frame_number(request.scene)) return;
-  if (request.scene == standard_input_argument) {
-    throw InputError(
-        "the frames of a series read their scene one after the other, and standard input can be "
-        "read once: save it as a file");
-  }
-  if (!request.camera_path.empty()) return;
+  if (has_frame_number(request.scene) || !request.camera_path.empty()) return;
   PackedFile file(request.scene);
   if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
@@ -347,9 +336,6 @@ static void check_scene(const SeriesRequest& request) {
 }
 
 int submit_series(Client& client, const SeriesRequest& request) {
-  if (!request.render.like().empty()) {
-    throw InputError("--like is the recipe of one picture: give the settings of the frames");
-  }
   check_scene(request);
   const DeferredInterrupts deferred;
   SeriesRun run(client, request);

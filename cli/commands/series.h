@@ -21,7 +21,7 @@ struct SeriesRequest {
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;
-  Following following;  ///< without a preview; `on_end` is run once all frames have ended
+  ProgressOptions following;  ///< without a preview; `on_end` is run once all frames have ended
 };
 
 /// Throws InputError unless the pictures of frames can be written there, each to a file of its own.

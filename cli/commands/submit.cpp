@@ -5,13 +5,11 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
+#include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
-#include "cli/commands/time_reserve.h"
 #include "common/base/cpu_count.h"
-#include "common/base/error.h"
 #include "common/process/stop_signal.h"
-#include "common/scene/scene_bytes.h"
 
 namespace parray::commands {
 namespace {
@@ -24,30 +22,27 @@ struct SubmitCommand {
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;
-  Following following;
+  ProgressOptions following;
   std::optional<FrameRange> frames;
   std::string camera_path;
 };
 
+RenderRequest request_of(const SubmitCommand& command) {
+  const bool writes = !command.output.paths().image.empty();
+  return {.mode = command.frames ? RenderMode::series
+                  : writes       ? RenderMode::wait
+                                 : RenderMode::submit,
+          .scene = command.scene,
+          .render = command.render,
+          .output = command.output,
+          .following = command.following,
+          .threads = static_cast<std::uint32_t>(usable_cpus()),
+          .priority = command.priority};
+}
+
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
-  if (command.output.paths().denoise) {
-    throw InputError("--denoise is for one picture: leave it out of a series");
-  }
-  if (command.render.view().transparent(false)) {
-    throw InputError("--transparent is for one picture: leave it out of a series");
-  }
-  if (!command.output.labels().first_given().empty()) {
-    throw InputError(command.output.labels().first_given() +
-                     ": labels are for one picture: leave them out of a series");
-  }
-  if (!command.output.finish().first_given().empty()) {
-    throw InputError(command.output.finish().first_given() +
-                     ": finishing is for one picture: leave it out of a series");
-  }
-  if (command.following.shows_picture()) {
-    throw InputError("--preview and --display show one picture: leave them out of a series");
-  }
+  check_request(request_of(command));
   say_unfinished(finish_of(command.render.auto_scene().viewing().style), command.scene,
                  "render frames one by one to have them");
   FarmClient client(command.farm);
@@ -59,33 +54,15 @@ int submit_frames(const SubmitCommand& command) {
 int submit(const SubmitCommand& command) {
   if (command.frames) return submit_frames(command);
   const Time started = SteadyClock().now();
-  OutputPaths outputs = command.output.paths(command.following);
-  check_outputs(outputs, command.scene);
-  Display::check(command.following.display);
-  SceneFile file;
-  Submission submission = load_for_outputs(command.scene, command.render, command.priority,
-                                           command.output, outputs, file);
-  if (outputs.image.empty()) {
-    refuse_transparency(submission,
-                        "the background is taken out by whoever has the scene and writes the "
-                        "picture: add --wait -o IMAGE, or --transparent off");
-    say_unfinished(file.finish, submission.name, "add --wait -o IMAGE.png to have them");
-  }
-  submission.max_failures = command.max_failures;
-  submission.settings.progressive = command.following.shows_picture();
-  if (outputs.denoise) ask_for_denoising(submission.settings, false);
-  ExtraChannels extra =
-      extra_channels(outputs.aovs, submission.settings, submission.scene, usable_cpus(),
-                     outputs.transparent, needs_of(outputs.finishing));
-  if (command.wait && !outputs.none() && submission.settings.time_limit > 0) {
-    TimeShare share = whole_limit(outputs, submission.settings,
-                                  [] { return 0.0; });  // the limit counts from the first lease
-    submission.reserved_seconds =
-        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
+  PreparedRender prepared = prepare(request_of(command));
+  prepared.submission.max_failures = command.max_failures;
+  const OutputPaths& outputs = prepared.outputs;
+  if (command.wait && !outputs.none()) {
+    reserve_time(prepared, [] { return 0.0; });  // the limit counts from the first lease
   }
   FarmClient client(command.farm);
   const Time submitted = SteadyClock().now();
-  const JobId job = client->submit(std::move(submission));
+  const JobId job = client->submit(std::move(prepared.submission));
   const double submit_seconds = to_seconds(SteadyClock().now() - submitted);
   std::cout << job << std::endl;
   if (!command.wait) return 0;
@@ -95,8 +72,8 @@ int submit(const SubmitCommand& command) {
       wait_until_done(*client, job, command.following);
       return 0;
     }
-    return wait_and_deliver(*client, job, outputs, command.following, extra,
-                            CommandTimes{started, submit_seconds});
+    return wait_and_write(*client, job, outputs, command.following, prepared.extra,
+                          CommandTimes{started, submit_seconds});
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
     throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +

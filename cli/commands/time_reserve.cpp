@@ -6,6 +6,7 @@
 
 #include "cli/output/ending_cost.h"
 #include "cli/output/text.h"
+#include "common/scene/scene_bytes.h"
 #include "coordinator/jobs/report.h"
 
 namespace parray::commands {
@@ -31,14 +32,17 @@ void leave_out(TimeShare& share, bool TimeShare::*said, const char* what, double
 
 }  // namespace
 
-TimeShare whole_limit(const OutputPaths& outputs, const RenderSettings& settings,
-                      std::function<double()> elapsed) {
+void reserve_time(PreparedRender& render, std::function<double()> elapsed) {
+  const RenderSettings& settings = render.submission.settings;
+  const double limit = settings.time_limit;
+  if (limit <= 0) return;
+  const OutputPaths& outputs = render.outputs;
   const std::size_t channels =
       (settings.adaptive ? 1U : 0U) + (outputs.transparent ? 1U : 0U) + (outputs.denoise ? 3U : 0U);
-  const double limit = settings.time_limit;
-  return {limit, "--time-limit " + number_cell(limit),
-          writing_seconds(outputs, {settings.width, settings.height, channels}, limit),
-          std::move(elapsed)};
+  TimeShare share = {limit, "--time-limit " + number_cell(limit),
+                     writing_seconds(outputs, {settings.width, settings.height, channels}, limit),
+                     std::move(elapsed)};
+  render.submission.reserved_seconds = reserve_time(share, render);
 }
 
 double writing_seconds(const OutputPaths& outputs, const PictureSize& size, double limit) {
@@ -55,10 +59,12 @@ double writing_seconds(const OutputPaths& outputs, const PictureSize& size, doub
          writing(outputs.preview, false) + writing(outputs.error_map, false);
 }
 
-double reserve_time(TimeShare& share, OutputPaths& outputs, RenderSettings& settings,
-                    ExtraChannels& extra, const std::string& scene_id) {
+double reserve_time(TimeShare& share, PreparedRender& render) {
+  auto& [submission, outputs, extra] = render;
+  RenderSettings& settings = submission.settings;
   constexpr double most = 0.85;  // of the limit: the rest is for tracing
-  const EndingCost cost = extra.scene ? ending_cost(extra, scene_id) : EndingCost();
+  const EndingCost cost =
+      extra.scene ? ending_cost(extra, scene_identity(*submission.scene)) : EndingCost();
   const double ending = ending_times(settings, 0, 0).total;  // which others reserve
   const double pixels = static_cast<double>(settings.width) * settings.height;
   double reserved = share.elapsed() + share.writing + drawing_seconds(outputs, pixels);

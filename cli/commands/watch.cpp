@@ -13,7 +13,7 @@ namespace {
 struct WatchCommand {
   std::uint64_t job = 0;
   FarmOptions farm;
-  Following following;
+  ProgressOptions following;
 };
 
 int watch(const WatchCommand& command) {

@@ -10,10 +10,8 @@
 #include <optional>
 #include <string>
 
-#include "cli/output/picture/channels.h"
+#include "cli/output/picture/picture.h"
 #include "common/adaptive/error_estimate.h"
-#include "common/image/image.h"
-#include "common/image/picture_bytes.h"
 #include "coordinator/loop/limits.h"
 #include "coordinator/store/job_record.h"
 #include "proto/link.h"
@@ -24,24 +22,10 @@ namespace parray::farm {
 /// What a client sends to have a scene rendered.
 struct Submission : JobHead {
   std::shared_ptr<const Scene> scene;
-  /// The scene or who renders it asks for a picture without its background: matters to whoever
-  /// writes that; the farm knows nothing of it.
-  bool transparent = false;
-  /// image_sha256 of the picture that is to be made again; empty: it is a new one.
-  std::string original_sha256{};
 };
 
 /// The message that hands it over; without a token, and the user who has sent it.
 msg::Submit submit_message(Submission submission);
-
-/// A finished picture and the coordinator's report of it.
-struct Picture {
-  Image image;
-  PictureStatistics statistics;  ///< if they were asked for, or came all the same
-  nlohmann::json report;
-  Channels channels{};  ///< what whoever writes it adds: the coordinator knows of none
-  Channels traced{};    ///< for what is done to it before it is looked at; not written
-};
 
 /// The job map of PROTOCOL.md, read.
 struct JobStatus {

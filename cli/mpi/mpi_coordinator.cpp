@@ -27,38 +27,24 @@ constexpr std::uint64_t most_cells_a_turn = 4096;
 }  // namespace
 
 void PassResources::begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job) {
-  sources.clear();
+  source.reset();
   pass = std::move(next);
   layout.emplace(*pass.plan->grid(), ranks.count);
   transport.begin_pass(*layout);
-  if (ranks.own.rank != 0) {
-    return;
-  }
-  const std::uint32_t count = transport.by_messages() ? ranks.count : 1;
-  for (std::uint32_t rank = 0; rank < count; ++rank) {
-    WindowOptions options = ranks.own;
-    options.rank = rank;
-    options.threads = ranks.facts[rank].threads;
-    sources.push_back(std::make_unique<WindowSource>(job, pass, *layout, *transport.window(),
-                                                     options, transport.ledgers()));
-  }
+  source.emplace(job, pass, *layout, transport.window(), ranks.own, transport.ledgers());
 }
 
 MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transport& its_transport)
     : transport(its_transport),
-      collector(own.job_.picture(), own.judge_, *resources.layout, *transport.window(),
+      collector(own.job_.picture(), own.judge_, *resources.layout, transport.window(),
                 transport.memory(), own.clock_.now(), own.totals_,
                 {own.options_.locate,
                  [&own](TracerKey tracer, TracedCells cells) {
                    own.job_.keep(tracer, std::move(cells));
                  }},
                 {.own = own.options_.threads, .all = own.options_.all_threads}),
-      runner(*resources.sources.at(0), own.team_, own.clock_,
-             own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {
-  if (transport.by_messages()) {
-    server.emplace(own.world_.comm(), *resources.layout, transport.memory(), resources.sources);
-  }
-}
+      runner(*resources.source, own.team_, own.clock_,
+             own.pass_ ? own.pass_->runner.tally() : WorkTally{}) {}
 
 MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team,
                                Options options)
@@ -139,24 +125,16 @@ void MpiCoordinator::stop_if_interrupted() {
   }
 }
 
-/// Lets other ranks get on.
-void MpiCoordinator::serve() {
-  pass_->transport.progress();
-  if (pass_->server) {
-    pass_->server->poll();
-  }
-}
-
 /// While rank 0 does something else than its share of the work.
 void MpiCoordinator::stay_alive() {
   options_.pet();
-  serve();
+  pass_->transport.progress();
   pass_->collector.listen(clock_.now());
 }
 
 void MpiCoordinator::take_turn(Time now) {
   WindowCollector& collector = pass_->collector;
-  serve();
+  pass_->transport.progress();
   if (const std::uint64_t activity = collector.activity();
       asked_for_help_ && activity != last_activity_) {
     last_activity_ = activity;

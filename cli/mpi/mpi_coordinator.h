@@ -8,7 +8,6 @@
 
 #include "cli/mpi/checkpointed_job.h"
 #include "cli/mpi/mpi_job.h"
-#include "cli/mpi/rank_messages.h"
 #include "cli/mpi/transport.h"
 #include "cli/output/preview.h"
 #include "cli/output/progress.h"
@@ -18,14 +17,13 @@
 
 namespace parray::mpi {
 
-/// What ranks that take part build alike for a pass.
+/// What every rank that takes part builds for a pass.
 struct PassResources {
   RankPass pass;
   std::optional<WindowLayout> layout;
-  /// Of every rank that rank 0 takes leases for: itself, and all where they send messages.
-  std::vector<std::unique_ptr<WindowSource>> sources;
+  std::optional<WindowSource> source;
 
-  /// Collective. In rank 0 sources are made.
+  /// Collective.
   void begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job);
 };
 
@@ -36,7 +34,7 @@ class MpiCoordinator {
   struct Options {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
-    Following following;
+    ProgressOptions following;
     std::uint32_t threads = 1;      ///< of rank 0
     std::uint32_t all_threads = 1;  ///< of all ranks
     /// See WindowCollector::Hooks.
@@ -82,14 +80,12 @@ class MpiCoordinator {
     Transport& transport;
     WindowCollector collector;
     LeaseRunner runner;
-    std::optional<MessageServer> server;
   };
 
   bool end_pass();
   void tell(const RankJudge::Verdict& verdict);
   [[noreturn]] void give_up_judging();
   void stop_if_interrupted();
-  void serve();
   void stay_alive();
   void take_turn(Time now);
   void keep_some(Time now);

@@ -34,7 +34,7 @@ struct MpiOptions {
   std::uint32_t patience = 60;    ///< seconds
   std::uint32_t checkpoint = 10;  ///< seconds
   bool row_seconds = false;
-  Following following;
+  ProgressOptions following;
 
   void add_to(Command& command);
 };

@@ -8,8 +8,7 @@
 #include <optional>
 #include <thread>
 
-#include "cli/commands/rendering.h"
-#include "cli/commands/time_reserve.h"
+#include "cli/commands/prepare.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/mpi_report.h"
 #include "cli/mpi/watchdog.h"
@@ -71,22 +70,18 @@ constexpr Time last_patience = seconds(10);
 /// Whether rank 0 has been seen alive, asked now and then.
 class Pulse {
  public:
-  /// Without a window (null) rank 0 answers, or the rank hangs: there is nothing to ask.
-  explicit Pulse(Window* window) : window_(window) {}
+  explicit Pulse(Window& window) : window_(window) {}
 
   bool alive(Time now) {
-    if (window_ == nullptr) {
-      return true;
-    }
     if (now < next_look_) {
       return false;
     }
     next_look_ = now + milliseconds(250);
-    return std::exchange(last_, window_->load(WindowLayout::pulse)) != last_;
+    return std::exchange(last_, window_.load(WindowLayout::pulse)) != last_;
   }
 
  private:
-  Window* window_;
+  Window& window_;
   std::uint64_t last_ = 0;
   Time next_look_{};
 };
@@ -118,20 +113,10 @@ class Follower {
   }
 
  private:
-  std::unique_ptr<RankSource> source_for(PassResources& resources) {
-    if (transport_.by_messages()) {
-      return std::make_unique<RankMessages>(rank_job_, resources.pass, world_.comm());
-    }
-    return std::make_unique<WindowSource>(rank_job_, resources.pass, *resources.layout,
-                                          *transport_.window(), ranks_.own, transport_.ledgers());
-  }
-
   void work(PassResources& resources) {
-    const auto source = source_for(resources);
-    LeaseRunner runner(*source, team_, clock_, tally_);
+    LeaseRunner runner(*resources.source, team_, clock_, tally_);
     Pulse pulse(transport_.window());
-    const bool keeps =
-        !transport_.by_messages() && transport_.ledgers().ledgers.is_keeper(world_.rank());
+    const bool keeps = transport_.ledgers().ledgers.is_keeper(world_.rank());
     while (!runner.over()) {
       if (!team_.idle() || pulse.alive(clock_.now())) {
         dog_.pet();
@@ -145,7 +130,8 @@ class Follower {
     }
     runner.stop();
     tally_ = runner.tally();
-    // Rank 0 may wait for another; by messages nothing is known, and the dog's patience counts.
+    // Rank 0 may wait for another rank. It answers no request after the last rank has come here, so
+    // that without one-sided communication only the watchdog's patience counts.
     world_.barrier(for_ever, [&] {
       if (keeps) {
         transport_.progress();  // others may still look at its ledger
@@ -184,34 +170,26 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
   return 0;
 }
 
-/// What `outputs` is to be finished with becomes known with the scene.
-MpiJob load_job(const MpiOptions& options, const MpiWorld& world,
-                std::unique_ptr<CheckpointedJob>& kept, OutputPaths& outputs, Time started) {
-  check_outputs(outputs, options.scene);
-  Display::check(options.following.display);
-  SceneFile file;
-  Submission submission =
-      load_for_outputs(options.scene, options.render, 50, options.output, outputs, file);
-  check_isa(submission.settings.isa);
-  submission.settings.progressive = options.following.shows_picture();
-  if (outputs.denoise) ask_for_denoising(submission.settings, false);
+/// A job that rank 0 is ready to share.
+struct LoadedJob {
+  MpiJob job;
+  std::unique_ptr<CheckpointedJob> kept;
+  OutputPaths outputs;
+};
+
+LoadedJob load_job(const MpiOptions& options, const MpiWorld& world, Time started) {
+  PreparedRender prepared = prepare({RenderMode::mpi, options.scene, options.render, options.output,
+                                     options.following, threads_for(world, options, false)});
+  RenderSettings& settings = prepared.submission.settings;
   if (options.mode == MpiMode::static_split) {
-    submission.settings.schedule = SchedulePolicy::static_split;
-    submission.settings.row_order = RowOrder::sequential;
+    settings.schedule = SchedulePolicy::static_split;
+    settings.row_order = RowOrder::sequential;
   }
-  if (submission.settings.time_limit > 0) {
-    ExtraChannels extra = extra_channels(outputs.aovs, submission.settings, submission.scene,
-                                         static_cast<int>(threads_for(world, options, false)),
-                                         outputs.transparent, needs_of(outputs.finishing));
-    TimeShare share = whole_limit(outputs, submission.settings,
-                                  [&] { return to_seconds(SteadyClock().now() - started); });
-    submission.reserved_seconds =
-        reserve_time(share, outputs, submission.settings, extra, scene_identity(*submission.scene));
-  }
+  reserve_time(prepared, [&] { return to_seconds(SteadyClock().now() - started); });
   const bool named = !options.state.empty();
-  kept = std::make_unique<CheckpointedJob>(
-      std::move(submission), options.tile,
-      named ? options.state : outputs.image.string() + ".state", named);
+  auto kept = std::make_unique<CheckpointedJob>(
+      std::move(prepared.submission), options.tile,
+      named ? options.state : prepared.outputs.image.string() + ".state", named);
   if (kept->taken_up()) {
     std::cerr << std::string(program) + ": going on from " + kept->amount_text() + " in " +
                      kept->directory().string() + "\n";
@@ -221,7 +199,7 @@ MpiJob load_job(const MpiOptions& options, const MpiWorld& world,
   job.mode = options.mode;
   job.tile = kept->record().tile;
   job.fingerprint = trace_fingerprint();
-  return job;
+  return {std::move(job), std::move(kept), std::move(prepared.outputs)};
 }
 
 /// Traces cells again in rank 0. Makes the tracer when the first is asked for.
@@ -361,35 +339,33 @@ auto or_abort_all(Action action) {
   return result;
 }
 
-int finish(const OutputPaths& outputs, CheckpointedJob& kept, const MpiJob& job, Rendered& rendered,
-           Time started) {
+int finish(const LoadedJob& loaded, Rendered& rendered, Time started) {
+  const OutputPaths& outputs = loaded.outputs;
+  const RenderSettings& settings = loaded.job.settings;
+  CheckpointedJob& kept = *loaded.kept;
   kept.keep_picture(rendered.picture);
-  const Aovs needed = needs_of(outputs.finishing);
-  const bool needs_scene =
-      !outputs.aovs.empty() || !needed.empty() || job.settings.replicates || outputs.transparent;
-  add_channels(rendered.picture, extra_channels(outputs.aovs, job.settings,
-                                                needs_scene ? kept.scene_again() : nullptr,
-                                                rendered.threads, outputs.transparent, needed));
-  const int status = deliver(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
+  auto scene = needs_scene(outputs, settings) ? kept.scene_again() : nullptr;
+  add_channels(rendered.picture,
+               extra_channels(outputs, settings, std::move(scene), rendered.threads));
+  const int status =
+      write_outputs(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
   kept.forget();
   return status;
 }
 
 /// Rank 0.
 int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
-  std::unique_ptr<CheckpointedJob> kept;
-  OutputPaths outputs = options.output.paths(options.following);
-  MpiJob job;
+  LoadedJob loaded;
   try {
-    job = load_job(options, world, kept, outputs, started);
+    loaded = load_job(options, world, started);
   } catch (...) {
     broadcast_job(world, nullptr);
     throw;
   }
   const DeferredInterrupts deferred;
-  Rendered rendered = or_abort_all([&] { return render_job(options, world, *kept, job); });
-  const int status =
-      run_action(program, [&] { return finish(outputs, *kept, job, rendered, started); });
+  Rendered rendered =
+      or_abort_all([&] { return render_job(options, world, *loaded.kept, loaded.job); });
+  const int status = run_action(program, [&] { return finish(loaded, rendered, started); });
   if (!rendered.all_answer || !world.barrier(last_patience)) {
     fail(program, status, "the work is done, but not all ranks answer: ending them");
     end_all(status);

@@ -18,10 +18,15 @@ void Transport::begin_pass(const WindowLayout& layout) {
   if (!alone_ && !by_messages_) {
     open_window(layout);
   }
-  if (world_.first() && !mpi_window_) {
+  if (mpi_window_) {
+    return;
+  }
+  if (world_.first()) {
     local_memory_ = {};  // before there is more: two may not fit
     local_memory_.resize((bytes_ + 7) / 8);
-    local_window_ = std::make_unique<LocalWindow>(memory());
+    own_window_ = std::make_unique<LocalWindow>(memory());
+  } else {
+    own_window_ = std::make_unique<RequestWindow>(ask_first_rank(world_.comm()));
   }
 }
 
@@ -56,11 +61,11 @@ const char* Transport::name() const {
   return mpi_window_ ? "window" : by_messages_ ? "messages" : "memory";
 }
 
-Window* Transport::window() { return mpi_window_ ? &mpi_window_->of(0) : local_window_.get(); }
+Window& Transport::window() { return mpi_window_ ? mpi_window_->of(0) : *own_window_; }
 
 LedgerWindows Transport::ledgers() {
   if (!mpi_window_) {
-    return {Ledgers(world_.ranks(), world_.ranks()), {window()}};
+    return {Ledgers(world_.ranks(), world_.ranks()), {&window()}};
   }
   LedgerWindows reached{Ledgers(world_.ranks(), ledger_ranks_), {}};
   for (std::uint32_t ledger = 0; ledger < reached.ledgers.count(); ++ledger) {
@@ -76,6 +81,8 @@ std::span<std::byte> Transport::memory() {
 void Transport::progress() {
   if (mpi_window_) {
     mpi_window_->progress();
+  } else if (by_messages_ && world_.first()) {
+    answer_requests(world_.comm(), memory());
   }
 }
 

@@ -35,13 +35,13 @@ class Transport {
   /// Why there is no window although one was asked for; empty otherwise.
   [[nodiscard]] const std::string& fallback_reason() const { return fallback_reason_; }
   [[nodiscard]] bool by_messages() const { return by_messages_; }
-  /// The window as this rank reaches it; null in a rank that sends messages.
-  [[nodiscard]] Window* window();
-  /// The ledgers as this rank reaches them; one, rank 0's, where there is no MPI window.
+  /// Rank 0's window as this rank reaches it.
+  [[nodiscard]] Window& window();
+  /// The ledgers as this rank reaches them. Without an MPI window rank 0 has the only one.
   [[nodiscard]] LedgerWindows ledgers();
   /// Rank 0's memory.
   [[nodiscard]] std::span<std::byte> memory();
-  /// Lets operations of others come in.
+  /// Lets operations of other ranks come in.
   void progress();
   /// Closes the window. Collective; not called when something has gone wrong and somebody may not
   /// answer: what is not closed stays open until the process ends.
@@ -59,7 +59,7 @@ class Transport {
   std::string fallback_reason_;
   std::unique_ptr<MpiWindow> mpi_window_;
   std::vector<std::uint64_t> local_memory_;  // words, for their alignment
-  std::unique_ptr<LocalWindow> local_window_;
+  std::unique_ptr<Window> own_window_;       ///< without an MPI window
 };
 
 }  // namespace parray::mpi

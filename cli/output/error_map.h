@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "cli/farm/client.h"
+#include "cli/output/picture/picture.h"
 #include "common/image/image.h"
 
 /// Where a picture's error is: half-widths of its pixels as colours, for people to look at.

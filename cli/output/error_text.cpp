@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/farm/client.h"
 #include "cli/output/text.h"
 #include "coordinator/jobs/report.h"
 

@@ -3,10 +3,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "cli/farm/client.h"
+#include "common/adaptive/error_estimate.h"
 
 /// A picture's error as people read it.
 namespace parray::output {
+
+struct JobStatus;
 
 /// "0.0094 (0.0092 to 0.0096)": RMSE and its interval, three digits; empty where unknown.
 std::string figures_text(const ErrorFigures& error);

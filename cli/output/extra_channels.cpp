@@ -9,6 +9,7 @@
 #include "cli/output/denoising.h"
 #include "cli/output/picture/transparency.h"
 #include "cli/output/recipe.h"
+#include "cli/output/write_outputs.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/largest_radiance.h"
@@ -17,19 +18,20 @@
 
 namespace parray::output {
 
-ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads, bool transparent,
-                             const Aovs& for_finishing) {
-  const bool denoise = settings.replicates;
-  const bool statistics = std::all_of(aovs.begin(), aovs.end(), is_statistic);
-  if (!denoise && !transparent && for_finishing.empty() && statistics) scene = nullptr;
-  return {.aovs = aovs,
+bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings) {
+  return settings.replicates || outputs.transparent || !needs_of(outputs.finishing).empty() ||
+         !std::ranges::all_of(outputs.aovs, is_statistic);
+}
+
+ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
+                             std::shared_ptr<const Scene> scene, int threads) {
+  return {.aovs = outputs.aovs,
           .settings = settings,
-          .scene = std::move(scene),
+          .scene = needs_scene(outputs, settings) ? std::move(scene) : nullptr,
           .threads = threads,
-          .for_finishing = for_finishing,
-          .denoise = denoise,
-          .transparent = transparent};
+          .for_finishing = needs_of(outputs.finishing),
+          .denoise = settings.replicates,
+          .transparent = outputs.transparent};
 }
 
 bool wants_statistics(const Aovs& aovs) {

@@ -3,14 +3,14 @@
 #include <memory>
 #include <string>
 
-#include "cli/farm/client.h"
-#include "cli/output/picture/channels.h"
+#include "cli/output/picture/picture.h"
 #include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
 
 namespace parray::output {
 
 struct DenoisedSoFar;
+struct OutputPaths;
 
 /// Extra channels of a picture. Most are traced from the scene, by whoever writes the picture: no
 /// farm knows of them. Without any of these, nothing of the scene is kept.
@@ -32,11 +32,13 @@ struct ExtraChannels {
 /// By the accelerator that is there, or one that is built. Needs the scene, of that identity.
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id);
 
-/// Those of a job of `settings` and `scene`, to be traced by `threads` threads here; with settings
-/// that keep the replicates, the picture is denoised.
-ExtraChannels extra_channels(const Aovs& aovs, const RenderSettings& settings,
-                             std::shared_ptr<const Scene> scene, int threads,
-                             bool transparent = false, const Aovs& for_finishing = {});
+/// Whether the outputs of a job contain anything that this process traces from the scene.
+bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings);
+
+/// The extra channels of a job. `scene` may be null unless needs_scene(). Settings with replicates
+/// ask for denoising. `threads`: of this process.
+ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
+                             std::shared_ptr<const Scene> scene, int threads);
 
 /// Whether the picture has to come with its statistics.
 bool wants_statistics(const Aovs& aovs);

@@ -23,7 +23,7 @@ void PreviewPace::wrote(double elapsed, bool whole, double cost) {
   shown_whole_ = shown_whole_ || whole;
 }
 
-Preview::Preview(const Following& following, std::function<void()> while_writing)
+Preview::Preview(const ProgressOptions& following, std::function<void()> while_writing)
     : file_(following.preview), while_writing_(std::move(while_writing)) {
   if (!following.display.empty()) display_ = std::make_unique<Display>(following.display);
 }

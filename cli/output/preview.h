@@ -14,7 +14,7 @@
 namespace parray::output {
 
 /// What is shown of a job until it is done.
-struct Following {
+struct ProgressOptions {
   bool quiet = false;    ///< no progress
   std::string progress;  ///< its style, see progress_style()
   std::string preview;   ///< picture file; empty: none
@@ -45,13 +45,13 @@ class PreviewPace {
 };
 
 /// A picture that follows a job, in a file that is written anew every now and then, always a whole
-/// one, and on a display. Pixels without a sample are filled. What the file ends with, deliver()
-/// writes.
+/// one, and on a display. Pixels without a sample are filled. What the file ends with,
+/// write_outputs() writes.
 class Preview {
  public:
   /// Of `following` preview, which may be written (check_image_path()), and display; throws
   /// InputError where that is no address. `while_writing` is called time and again, and may throw.
-  explicit Preview(const Following& following,
+  explicit Preview(const ProgressOptions& following,
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }

@@ -14,6 +14,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/scene/settings_fields.h"
+#include "proto/messages.h"
 
 namespace parray::output {
 namespace {

@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "cli/farm/client.h"
 #include "cli/output/picture/image_file.h"
+#include "cli/output/picture/picture.h"
 #include "common/scene/settings.h"
 
 /// Everything that decides the bits of a picture, kept inside its file: whoever has the scene can

@@ -17,10 +17,8 @@
 #include <vector>
 
 #include "cli/commands/options.h"
-#include "cli/commands/rendering.h"
-#include "cli/output/delivery.h"
+#include "cli/commands/prepare.h"
 #include "cli/output/error_map.h"
-#include "cli/output/extra_channels.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/scene_sandbox/confinement.h"
 #include "common/base/error.h"
@@ -91,9 +89,8 @@ std::string bytes_of(const std::filesystem::path& file) {
 /// Of the scene in the current directory: ../control and ../bulk, the frames of its `submit`.
 int submit(const Arguments& a) {
   confine(a, a.memory);
-  Submission submission = load_submission(a.scene, a.render, a.priority, {}, NamedFiles::beside);
-  refuse_transparency(submission,
-                      "pictures by HTTP keep their background: leave it out of the scene");
+  Submission submission =
+      load_submission(RenderMode::http, a.scene, a.render, a.priority).submission;
   submission.max_failures = a.max_failures;
   submission.settings.progressive = a.progressive;
   if (!a.name.empty()) submission.name = a.name;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "cli/mpi/mpi_world.h"
-#include "cli/mpi/rank_messages.h"
 #include "coordinator/leases/window_collector.h"
 #include "proto/mpi_window.h"
 #include "tests/bench/bench.h"
@@ -90,7 +89,7 @@ void measure_window(Window& window, std::size_t data) {
 WindowOptions one_cell_leases(std::uint32_t rank) { return {.rank = rank, .all_threads = 1000000}; }
 
 /// What a rank asks for and hands in.
-void measure_leases(RankSource& source, const char* by, const WorkPlan& plan) {
+void measure_leases(WindowSource& source, const char* by, const WorkPlan& plan) {
   const std::vector<std::byte> records(10 * record_bytes(plan.grid()->shape().cell_pixels));
   const std::string name = by;
   print((name + ": take of a lease").c_str(),
@@ -176,15 +175,10 @@ int main() {
       serve(world, [] {});
     }
     if (world.first()) {
-      std::vector<std::unique_ptr<WindowSource>> sources;
-      for (std::uint32_t rank = 0; rank < world.ranks(); ++rank) {
-        sources.push_back(std::make_unique<WindowSource>(report.job, report.pass, layout,
-                                                         window.of(0), one_cell_leases(rank)));
-      }
-      MessageServer server(world.comm(), layout, window.memory(), sources);
-      serve(world, [&] { server.poll(); });
+      serve(world, [&] { answer_requests(world.comm(), window.memory()); });
     } else {
-      RankMessages source(report.job, report.pass, world.comm());
+      RequestWindow requests(ask_first_rank(world.comm()));
+      WindowSource source(report.job, report.pass, layout, requests, one_cell_leases(world.rank()));
       if (measures) {
         measure_leases(source, "messages", report.plan());
       }

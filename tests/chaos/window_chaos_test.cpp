@@ -19,6 +19,7 @@ struct Storm {
   std::uint64_t seed = 0;
   std::uint32_t ranks = 1;
   std::uint32_t ledger_ranks = 1;  ///< as Ledgers has it
+  bool by_requests = false;        ///< ranks reach the window by requests to rank 0
   WindowFaults faults;
   RenderSettings settings;
   std::vector<CellRange> done;  ///< by an earlier life
@@ -32,6 +33,7 @@ class Job {
       : storm_(storm),
         dice_(storm.seed),
         rig_(storm.settings, storm.ranks, storm.tile, storm.done),
+        requests_(request_window(rig_.memory.bytes())),
         ledgers_(storm.ranks, storm.ledger_ranks) {
     for (std::uint32_t ledger = 0; ledgers_.count() > 1 && ledger < ledgers_.count(); ++ledger) {
       ledger_memory_.emplace_back(WindowLayout::shared_words * sizeof(std::uint64_t));
@@ -120,7 +122,8 @@ class Job {
 
   void follow(std::size_t self) {
     const double speed = 1e4 * dice_.ten_to(-1, 1);
-    FaultyWindow window(rig_.window, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
+    Window& reached = storm_.by_requests ? static_cast<Window&>(requests_) : rig_.window;
+    FaultyWindow window(reached, turns_, mail_, self, storm_.faults, dice_.bits(), faults_);
     const Reached ledgers(*this, window, self, storm_.faults);
     WindowSource leases = source(self, window, ledgers.all);
     MadeTeam team(turns_, speed);
@@ -138,6 +141,7 @@ class Job {
   const Storm storm_;
   Dice dice_;
   WindowRig rig_;
+  RequestWindow requests_;
   Turns turns_{std::chrono::hours(1)};
   Mail mail_;
   FaultyWindow::Tally faults_;
@@ -155,6 +159,10 @@ Storm storm_of(std::uint64_t seed) {
   storm.settings.schedule = static_cast<SchedulePolicy>(seed % 4);
   storm.settings.row_order = dice.one_in(2) ? RowOrder::sequential : RowOrder::interleaved;
   storm.ledger_ranks = 1 + dice.below32(storm.ranks);
+  storm.by_requests = seed / 4 % 2 == 1;
+  if (storm.by_requests) {
+    storm.ledger_ranks = storm.ranks;
+  }
   storm.tile = dice.one_in(3) ? 8 : 0;
   const std::uint64_t cells = whole_plan(storm.settings, storm.tile)->cells();
   if (dice.one_in(2)) {

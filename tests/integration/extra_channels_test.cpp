@@ -4,7 +4,9 @@
 
 #include <memory>
 
+#include "cli/farm/client.h"
 #include "cli/farm/embedded.h"
+#include "cli/output/write_outputs.h"
 #include "common/scene/scene_bytes.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
@@ -20,7 +22,7 @@ TEST_CASE("extra channels are traced by the accelerator that rendered the pictur
   submission.scene = scene;
   const std::string id = scene_identity(scene_to_bytes(*scene));
   const RenderSettings settings = submission.settings;
-  ExtraChannels extra = extra_channels({Aov::depth}, settings, scene, 1);
+  ExtraChannels extra = extra_channels({.aovs = {Aov::depth}}, settings, scene, 1);
 
   EmbeddedFarm farm(1);
   extra.accelerators = farm.accelerators();
@@ -38,7 +40,7 @@ TEST_CASE("extra channels are traced by the accelerator that rendered the pictur
   CHECK(farm.accelerators()->find(id, settings) == rendered);
 
   Picture alone = client.fetch(job);
-  add_channels(alone, extra_channels({Aov::depth}, settings, scene, 1));
+  add_channels(alone, extra_channels({.aovs = {Aov::depth}}, settings, scene, 1));
   CHECK_UNARY(picture.channels == alone.channels);
   CHECK(picture.channels.size() == 1);
 }

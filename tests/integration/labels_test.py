@@ -117,7 +117,7 @@ class Labels(CliTest):
         self.refused("render", self.path("bare.json"), *out, "--legend", mentions="--legend: nothing")
         self.refused("render", self.path("bare.json"), *out, "--time-stamp", mentions="--time-stamp: ")
         self.refused("submit", self.path("bare.json"), "--frames", "1-2", "--wait", "-o",
-                     self.path("a-####.png"), "--text", "a", mentions="--text: labels are for one")
+                     self.path("a-####.png"), "--text", "a", mentions="--text: not possible for a series of frames")
 
     def test_a_farm_s_picture_has_the_same_labels(self):
         self.render("--legend", "--text", "water")

@@ -160,7 +160,7 @@ class Who(TransparentTest):
         self.refused("submit", self.scene, "--transparent", "on", mentions="add --wait -o IMAGE, or --transparent off")
         self.refused("submit", self.scene, "--transparent", "on", "--wait", mentions="--transparent off")
         self.refused("submit", self.scene, "--transparent", "on", "--frames", "1-2",
-                     mentions="--transparent is for one picture")
+                     mentions="--transparent: not possible for a series of frames")
         self.refused("fetch", "1", "-o", self.path("a.png"), "--transparent", "on", mentions="--transparent")
 
 

@@ -63,14 +63,14 @@ class Refusals(ViewsTest):
                 (["--depth-cue", "2"], "a share from 0 to 1"),
                 (["--views", "front,front"], "'front' stands there twice"),
                 (["--views", "front,"], "unknown view ''"),
-                (["--views", "front", "--view", "top"], "--view is one of them")):
+                (["--views", "front", "--view", "top"], "--view: not possible for a sheet of views")):
             self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)
 
     def test_what_is_for_png_pictures_is_refused_of_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
                      mentions="--outline: finishing is for PNG pictures")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
-                     mentions="write a PNG file (.png), or an EXR file of each with --view")
+                     mentions="write a PNG file (.png), or an EXR file of each")
 
     def test_views_and_styles_are_for_files_of_particles(self):
         self.scene.write_text(json.dumps(SCENE))

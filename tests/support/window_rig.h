@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "coordinator/leases/window_collector.h"
+#include "proto/request_window.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
@@ -157,6 +158,14 @@ class WindowMemory {
   std::vector<std::uint64_t> words_;
   std::size_t bytes_;
 };
+
+/// A window whose owner has `memory` and performs every request at once.
+inline RequestWindow request_window(std::span<std::byte> memory) {
+  return RequestWindow([memory](const WindowRequest& request, std::span<const std::byte> bytes) {
+    return perform(request, memory,
+                   [&](std::span<std::byte> target) { std::ranges::copy(bytes, target.begin()); });
+  });
+}
 
 /// Traced cells in an earlier mpirun.
 inline TracerKey earlier_tracer() { return tracer_key("an earlier mpirun", ""); }

@@ -340,7 +340,7 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("cli/output/labels/a.h", "#include \"cli/output/text.h\""));
   CHECK(refuses("common/scene/a.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK(refuses("worker/a.cpp", "#include \"cli/input/particles/particles.h\""));
-  CHECK(refuses("coordinator/a.cpp", "#include \"cli/input/particles/expand.h\""));
+  CHECK(refuses("coordinator/a.cpp", "#include \"cli/input/particles/selected_particles.h\""));
   CHECK(refuses("common/scene/a.cpp", "#include \"cli/input/particles/particles.h\""));
   CHECK(refuses("common/trace/ray.h", "#include \"common/trace/bvh/bvh_view.h\""));
   CHECK(refuses("common/trace/bvh/a.h", "#include \"common/trace/integrator/path.h\""));
@@ -372,7 +372,7 @@ TEST_CASE("the check of includes lets through what the architecture allows") {
   CHECK_FALSE(
       refuses("cli/input/particles/a.cpp", "#include \"cli/input/scene_file/json_value.h\""));
   CHECK_FALSE(refuses("cli/check/compare/a.h", "#include \"common/image/image.h\""));
-  CHECK_FALSE(refuses("cli/a.cpp", "#include \"cli/input/particles/expand.h\""));
+  CHECK_FALSE(refuses("cli/a.cpp", "#include \"cli/input/particles/selected_particles.h\""));
   CHECK_FALSE(refuses("cli/input/formats/gemmi_seam.cpp", "#include <gemmi/pdb.hpp>"));
   CHECK_FALSE(refuses("common/a.h", "// the text #include \"proto/link.h\" in a comment"));
   CHECK_FALSE(refuses("cli/a.cpp", std::string(499, '\n')));

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/farm/client.h"
-#include "cli/output/picture/channels.h"
+#include "cli/output/picture/picture.h"
 #include "common/image/image.h"
 
 /// What is done to a picture after it was traced, in files that are looked at (PNG). EXR files keep

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/error.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
@@ -48,11 +49,7 @@ std::vector<Region> regions_of(const WindowLayout& layout) {
   return regions;
 }
 
-}  // namespace
-
-TEST_CASE("a local window adds, loads and stores words, and puts bytes where they belong") {
-  WindowMemory memory(64);
-  LocalWindow window(memory.bytes());
+void check_operations(Window& window, WindowMemory& memory) {
   CHECK(window.fetch_add(3, 5) == 0);
   CHECK(window.fetch_add(3, 7) == 5);
   CHECK(window.load(3) == 12);
@@ -67,6 +64,40 @@ TEST_CASE("a local window adds, loads and stores words, and puts bytes where the
   CHECK(window.load(6) == 78);
   CHECK(window.load(7) == 0);
   CHECK(LocalWindow(memory.bytes()).load(3) == UINT64_MAX);  // another view of the same memory
+}
+
+}  // namespace
+
+TEST_CASE("windows add, load and store words, and put bytes where they belong") {
+  WindowMemory memory(64);
+  SUBCASE("in the memory of this process") {
+    LocalWindow window(memory.bytes());
+    check_operations(window, memory);
+  }
+  SUBCASE("by requests to the owner") {
+    RequestWindow window = test::request_window(memory.bytes());
+    check_operations(window, memory);
+  }
+}
+
+TEST_CASE("a request outside a window's memory is refused and changes nothing") {
+  using Operation = WindowRequest::Operation;
+  WindowMemory memory(64);
+  const std::vector<WindowRequest> requests = {
+      {Operation::fetch_add, 8, 1},    {Operation::load, UINT64_MAX, 0},
+      {Operation::store, 1U << 31, 1}, {Operation::put, 64, 1},
+      {Operation::put, 0, 65},         {Operation::put, 8, UINT64_MAX},
+      {Operation::put, UINT64_MAX, 8}, {static_cast<Operation>(4), 0, 1}};
+  for (const WindowRequest& request : requests) {
+    CAPTURE(request.place);
+    CHECK_THROWS_AS(
+        perform(request, memory.bytes(), [](std::span<std::byte>) { FAIL("received"); }), RunError);
+  }
+  for (std::size_t word = 0; word < 8; ++word) {
+    CHECK(LocalWindow(memory.bytes()).load(word) == 0);
+  }
+  CHECK(perform({Operation::put, 64, 0}, memory.bytes(),
+                [](std::span<std::byte> bytes) { CHECK(bytes.empty()); }) == 0);
 }
 
 TEST_CASE("additions of many threads to a local window lose nothing and hand out nothing twice") {

@@ -71,7 +71,7 @@ TEST_CASE("beyond the first two, previews take a fiftieth of the time, ten a sec
 TEST_CASE("a preview of a picture that has gaps opens, has every pixel and says what it is") {
   const TemporaryDirectory directory;
   const auto file = directory.path() / "preview.png";
-  Following following;
+  ProgressOptions following;
   following.preview = file.string();
   Preview preview(following, [] {});
   ManualClock clock;

@@ -1,4 +1,4 @@
-#include "cli/output/delivery.h"
+#include "cli/output/write_outputs.h"
 
 #include <algorithm>
 #include <iostream>
@@ -101,7 +101,8 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   }
 }
 
-/// Adds what deliver() promises; writing took `write` seconds, until `end`. Returns the total.
+/// Adds what write_outputs() promises; writing took `write` seconds, until `end`. Returns the
+/// total.
 static double complete_seconds(json& parts, double write, Time end,
                                const std::optional<CommandTimes>& times) {
   parts["write"] = write;
@@ -207,7 +208,7 @@ static bool all_finite(const json& report) {
   return false;
 }
 
-int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
+int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times) {
   const SteadyClock clock;
   json& report = picture.report;
   const Time begin = clock.now();

@@ -3,8 +3,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "cli/farm/client.h"
+#include "cli/output/picture/picture.h"
 #include "cli/output/postprocess/postprocessing.h"
+#include "proto/clock.h"
 
 namespace parray::output {
 
@@ -54,7 +55,7 @@ struct CommandTimes {
 };
 
 /// Writes a picture with its recipe and, if it is an EXR file, its channels; else with the
-/// finishing steps of `outputs` applied. Waits for the disk. Throws as deliver() does.
+/// finishing steps of `outputs` applied. Waits for the disk. Throws as write_outputs() does.
 void write_picture(const std::filesystem::path& file, const Picture& picture,
                    const OutputPaths& outputs = {}, bool fast = false);
 
@@ -68,6 +69,6 @@ void write_picture(const std::filesystem::path& file, const Picture& picture,
 /// of the original, which it says on stderr. Throws RunError, and Interrupted (see
 /// common/process/stop_signal.h) between two strips of the image; nothing half-written stays. An
 /// image that cannot be written is kept in another folder, which the error names.
-int deliver(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
+int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
 }  // namespace parray::output

@@ -1,0 +1,160 @@
+#include "cli/commands/prepare.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "cli/commands/finish_options.h"
+#include "cli/commands/label_options.h"
+#include "cli/commands/printing.h"
+#include "cli/commands/time_reserve.h"
+#include "cli/input/particles/packed_file.h"
+#include "cli/output/display.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/recipe.h"
+#include "common/adaptive/rounding_limit.h"
+#include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/largest_radiance.h"
+#include "common/scene/requirements.h"
+#include "common/scene/scene_bytes.h"
+#include "common/trace/isa.h"
+
+namespace parray::commands {
+namespace {
+
+/// Loads the scene, by the recipe of --like if there is one: `original_sha256` becomes that of its
+/// picture.
+SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
+                    NamedFiles named, std::string& original_sha256) {
+  if (options.like().empty()) return load_scene(scene_file, options, change, named);
+  options.check_like();
+  const std::string picture = printable(options.like(), 4096);
+  const Recipe recipe = recipe_in(read_image(options.like()).metadata, picture);
+  options.follow(recipe.settings, !recipe.transparent_sha256.empty());
+  SceneFile file = load_scene(scene_file, options, {}, named);
+  check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
+  original_sha256 = recipe.image_sha256;
+  return file;
+}
+
+/// Asks for the samples that the denoiser needs, and lets a target error count for the denoised
+/// picture.
+void ask_for_denoising(RenderSettings& settings, RenderMode mode) {
+  settings.replicates = true;
+  settings.target_denoised = settings.target_error > 0 && settings.passes.empty();
+  if (!settings.target_denoised) return;
+  require(mode, Feature::denoised_target, "--target-error with --denoise");
+  if (settings.target_half_width > 0) {
+    throw InputError(
+        "--target-error with --denoise and --target-half-width: a denoised picture has no "
+        "half-widths: leave one of the three out");
+  }
+}
+
+/// Completes the outputs of a request by what its scene asks for.
+OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
+  const Submission& submission = loaded.submission;
+  OutputPaths outputs = request.output.paths(request.following);
+  outputs.notes = notes_json(loaded.rest.particle_files);
+  outputs.transparent = loaded.rest.transparent;
+  outputs.original = {printable(request.render.like(), 4096), loaded.original_sha256};
+  if (outputs.transparent && !outputs.image.empty() && !can_hold_alpha(outputs.image)) {
+    throw InputError(outputs.image.string() +
+                     ": JPEG has no transparency: write .png, .tif, .jp2 or .exr");
+  }
+  add_labels(outputs, request.output.labels(), loaded.rest, submission.settings);
+  add_finishing(outputs, request.output.finish(), loaded.rest, submission.scene,
+                submission.settings);
+  return outputs;
+}
+
+bool traces_here(RenderMode mode) {
+  return mode == RenderMode::render || mode == RenderMode::mpi || mode == RenderMode::sheet;
+}
+
+}  // namespace
+
+LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
+                                 const RenderOptions& options, std::uint32_t priority,
+                                 const FrameChange& change) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  LoadedSubmission loaded;
+  Submission& submission = loaded.submission;
+  SceneFile& file = loaded.rest;
+  file = load_like(scene_file, options, change,
+                   mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere,
+                   loaded.original_sha256);
+  const ResolvedSettings resolved =
+      resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
+  submission.scene = std::make_shared<const Scene>(std::exchange(file.scene, {}));
+  file.scene.camera = submission.scene->camera;
+  check_targets(resolved.settings, largest_radiance(*submission.scene));
+  submission.name = scene_file == standard_input_argument
+                        ? "standard input"
+                        : printable(std::filesystem::path(scene_file).filename().string(), 100);
+  if (file.transparent) require(mode, Feature::transparency, submission.name + ": transparent");
+  submission.priority = priority;
+  submission.settings = resolved.settings;
+  submission.precision_reason = resolved.precision_reason;
+  submission.duplicates_removed = file.duplicates.count;
+  submission.load_seconds = to_seconds(clock.now() - begin);
+  return loaded;
+}
+
+void check_request(const RenderRequest& request) {
+  const OutputPaths outputs = request.output.paths(request.following);
+  const auto check = [&](bool asked, Feature feature, const std::string& name) {
+    if (asked) require(request.mode, feature, name);
+  };
+  const auto check_given = [&](const std::string& option, Feature feature) {
+    check(!option.empty(), feature, option);
+  };
+  Aovs traced = outputs.aovs;
+  std::erase_if(traced, is_statistic);
+  check(can_hold_channels(outputs.image), Feature::exr_file, outputs.image.string());
+  check(!traced.empty(), Feature::traced_channels, "--aov " + text_of(traced));
+  check(!outputs.error_map.empty(), Feature::error_map, "--error-map");
+  check(outputs.denoise, Feature::denoising, "--denoise");
+  check(request.render.view().transparent(false), Feature::transparency, "--transparent");
+  check_given(request.output.labels().first_given(), Feature::labels);
+  check_given(request.output.finish().first_given(), Feature::postprocessing);
+  check(!outputs.preview.empty(), Feature::preview, "--preview");
+  check(!request.following.display.empty(), Feature::preview, "--display");
+  check(!request.following.on_end.empty(), Feature::end_command, "--on-end");
+  check(!request.render.like().empty(), Feature::like, "--like");
+  check(request.render.auto_scene().has_view(), Feature::view, "--view");
+  check(request.scene == standard_input_argument, Feature::standard_input, "-");
+}
+
+PreparedRender prepare(const RenderRequest& request) {
+  check_request(request);
+  check_outputs(request.output.paths(request.following), request.scene);
+  Display::check(request.following.display);
+  RenderOptions options = request.render;
+  if (request.view) options.auto_scene().look_from(*request.view);
+  LoadedSubmission loaded = load_submission(request.mode, request.scene, options, request.priority);
+  OutputPaths outputs = outputs_of(request, loaded);
+  Submission& submission = loaded.submission;
+  RenderSettings& settings = submission.settings;
+  if (!can_have(request.mode, Feature::postprocessing)) {
+    say_unfinished(loaded.rest.finish, submission.name, "add --wait -o IMAGE.png to have them");
+  }
+  if (traces_here(request.mode)) check_isa(settings.isa);
+  settings.progressive = request.following.shows_picture();
+  if (outputs.denoise) ask_for_denoising(settings, request.mode);
+  ExtraChannels extra =
+      extra_channels(outputs, settings, submission.scene, static_cast<int>(request.threads));
+  return {std::move(submission), std::move(outputs), std::move(extra)};
+}
+
+void check_isa(Isa isa) {
+  if (!runs_on_this_machine(isa)) {
+    throw InputError("--isa " + std::string(name_of(isa)) +
+                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
+                     ", its best, or auto");
+  }
+}
+
+}  // namespace parray::commands

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "cli/commands/loading.h"
+#include "cli/commands/options.h"
+#include "cli/commands/render_modes.h"
+#include "cli/farm/client.h"
+#include "cli/output/extra_channels.h"
+#include "cli/output/write_outputs.h"
+
+/// The steps of a render before its submission.
+namespace parray::commands {
+
+/// A scene that is ready to be submitted.
+struct LoadedSubmission {
+  Submission submission;
+  SceneFile rest;               ///< what the reader returned; of its scene only the camera
+  std::string original_sha256;  ///< image_sha256 of the picture of --like; empty: no --like
+};
+
+/// Loads a scene, lays the options over its settings and resolves automatic settings. By HTTP the
+/// scene may only name files in its own folder. Throws InputError.
+LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
+                                 const RenderOptions& options, std::uint32_t priority,
+                                 const FrameChange& change = {});
+
+/// What a command line asks for. The references outlive the request.
+struct RenderRequest {
+  RenderMode mode;
+  const std::string& scene;
+  const RenderOptions& render;
+  const OutputOptions& output;
+  const ProgressOptions& following;
+  std::uint32_t threads;  ///< of this process, for extra channels and postprocessing
+  std::uint32_t priority = 50;
+  std::optional<View> view{};  ///< of a sheet of views, the one to render; instead of --view
+};
+
+/// Throws InputError if the mode cannot have something that the request asks for.
+void check_request(const RenderRequest& request);
+
+/// A render of one picture that is ready to be submitted.
+struct PreparedRender {
+  Submission submission;
+  OutputPaths outputs;  ///< with what the scene asks for beside the options
+  ExtraChannels extra;
+};
+
+/// Checks the request, its output files and its viewer, then loads the scene. Throws InputError.
+PreparedRender prepare(const RenderRequest& request);
+
+/// Reserves, of a time limit, what the command needs beside the coordinator's part. `elapsed`:
+/// seconds of the limit that have passed. Leaves out denoising, and then extra channels, that do
+/// not fit. Lines on stderr say so. Does nothing without a limit.
+void reserve_time(PreparedRender& render, std::function<double()> elapsed);
+
+/// Throws InputError unless this machine has the instruction set.
+void check_isa(Isa isa);
+
+}  // namespace parray::commands
