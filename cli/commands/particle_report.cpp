@@ -97,7 +97,7 @@ std::string format_text(const json& report) {
   return report["format"].get<std::string>() + (packing.empty() ? "" : ", packed by " + packing);
 }
 
-std::string frames_text(const json& report) {
+std::string frames_note(const json& report) {
   const std::string shown = "frame " + std::to_string(report["frame"].get<std::uint64_t>());
   const std::string time = report.contains("time") ? " at time " + number(report["time"]) : "";
   if (report["frames"].is_null()) return shown + time;
@@ -164,7 +164,7 @@ Lines particle_lines(const json& report) {
                std::to_string(report["particles"].get<std::uint64_t>()) + composition_of(report)}};
   add_molecules(report, lines);
   if (!report["frames"].is_null() || report["frame"] > 0) {
-    lines.emplace_back("frames", frames_text(report));
+    lines.emplace_back("frames", frames_note(report));
   }
   add_space(report, lines);
   for (const auto& [name, range] : report["properties"].items()) {

@@ -6,9 +6,11 @@
 #include "common/adaptive/error_estimate.h"
 
 /// A picture's error as people read it.
-namespace parray::output {
-
+namespace parray::farm {
 struct JobStatus;
+}
+
+namespace parray::output {
 
 /// "0.0094 (0.0092 to 0.0096)": RMSE and its interval, three digits; empty where unknown.
 std::string figures_text(const ErrorFigures& error);
