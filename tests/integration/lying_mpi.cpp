@@ -101,9 +101,9 @@ class ScriptedTracer final : public PathTracer {
 
 }  // namespace
 
-#define PARRAY_TRACER_SYMBOL                                                 \
-  "_ZN6parray16make_path_tracerESt10shared_ptrIKNS_11AcceleratorEERKNS_6Cam" \
-  "eraERKNS_15PictureSettingsE"
+#define PARRAY_TRACER_SYMBOL                                 \
+  "_ZN6parray5trace16make_path_tracerESt10shared_ptrIKNS0_1" \
+  "1AcceleratorEERKNS_5scene6CameraERKNS5_15PictureSettingsE"
 
 std::unique_ptr<PathTracer> honest_tracer(
     std::shared_ptr<const Accelerator> accelerator, const Camera& camera,

@@ -78,8 +78,8 @@ TEST_CASE("random numbers are the top 24 bits of Philox at their address") {
 }
 
 TEST_CASE("lanes of addresses draw what each address draws alone") {
-  using Uint = scalar::DoubleLanes::Uint;
-  using Double = scalar::DoubleLanes;
+  using Uint = math::scalar::DoubleLanes::Uint;
+  using Double = math::scalar::DoubleLanes;
   Uint pixel;
   Uint sample;
   for (std::uint32_t i = 0; i < 4; ++i) {

@@ -97,7 +97,7 @@ void check_like_linear(Dice& dice, double scale, double offset) {
 /// Whether a ray from `origin` that runs along planes at `low` and `high` may come between them.
 template <typename Store>
 bool comes_between(double origin, double low, double high, double reach, double direction) {
-  using B = scalar::Reals<Store>;
+  using B = math::scalar::Reals<Store>;
   const B margin(Store(32) * RealTraits<Store>::unit_roundoff * static_cast<Store>(reach));
   const Slab<B> slab(B(static_cast<Store>(origin)), B(static_cast<Store>(direction)), margin,
                      Slab<B>::steepest(B(static_cast<Store>(reach))));

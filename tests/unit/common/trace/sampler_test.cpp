@@ -273,7 +273,7 @@ TEST_CASE("the Sobol sampler leaves fuzz and later bounces to independent number
 }
 
 TEST_CASE("the Sobol sampler's numbers are equal in every precision and in lanes") {
-  using Uint = scalar::DoubleLanes::Uint;
+  using Uint = math::scalar::DoubleLanes::Uint;
   for (std::uint32_t first = 0; first < 400; first += 4) {
     Uint pixel;
     Uint sample;
@@ -284,7 +284,7 @@ TEST_CASE("the Sobol sampler's numbers are equal in every precision and in lanes
     const RandomAddress<Uint> lanes(~5ULL, pixel, sample, Sampler::sobol);
     for (const Purpose purpose : {Purpose::camera, Purpose::scatter}) {
       const std::uint32_t bounce = purpose == Purpose::scatter ? first % 5 : 0;
-      const auto u = lanes.at<scalar::DoubleLanes>(bounce, purpose);
+      const auto u = lanes.at<math::scalar::DoubleLanes>(bounce, purpose);
       double a[4];
       double b[4];
       double c[4];
