@@ -17,7 +17,7 @@
 namespace parray::test {
 namespace {
 
-using B = scalar::FloatLanes;
+using B = math::scalar::FloatLanes;
 using Block = SphereBlock<float, B::count>;
 
 Block random_block(Dice& dice, double scale, double offset) {
