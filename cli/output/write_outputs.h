@@ -17,8 +17,8 @@ struct OriginalPicture {
 
 /// Where a picture and its report go; empty: not wanted.
 struct OutputPaths {
-  std::filesystem::path image;
-  std::filesystem::path report;
+  std::filesystem::path image{};
+  std::filesystem::path report{};
   Aovs aovs{};                        ///< wanted as extra channels of the image
   bool denoise = false;               ///< the image is to be a denoised one
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
