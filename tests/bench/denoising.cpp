@@ -40,7 +40,7 @@ int run(int count, char** words) {
     const Features features =
         trace_features(*tracer, scene, settings, settings.samples_per_pixel, 1);
     const double traced = bench::cpu_seconds();
-    denoised = denoise(replicates, features, 1, settings.isa);
+    denoised = denoise::denoise(replicates, features, 1, settings.isa);
     features_seconds.push_back(traced - began);
     filter_seconds.push_back(bench::cpu_seconds() - traced);
   }

@@ -50,7 +50,7 @@ Trial trial_of(const NoisyScene& scene, std::uint32_t samples, std::uint64_t see
   GrowingPicture picture(settings, largest_radiance(scene.scene));
   picture.trace(*tracer, std::vector<std::uint32_t>(picture.counts.size(), samples));
   const Features features = trace_features(*tracer, scene.scene, settings, samples, 1);
-  return {picture.means(), denoise(replicates_of(picture.state()), features, 1)};
+  return {picture.means(), denoise::denoise(replicates_of(picture.state()), features, 1)};
 }
 
 /// Mean square error of a value of the picture, the reference's own taken off.
