@@ -83,7 +83,8 @@ json document() {
   }
   json keywords = json::object();
   settings_fields([&](const Setting& setting, const auto& rule) {
-    if (setting.help != nullptr) keywords[keyword_of(setting)] = python_type(rule);
+    if (setting.help == nullptr) return;
+    keywords[keyword_of(setting)] = {{"python", python_type(rule)}, {"schema", leaf(rule)}};
   });
   return {{"sections", sections}, {"materials", materials}, {"keywords", keywords}};
 }
