@@ -17,7 +17,7 @@ inline constexpr unsigned ieee = 0x1F80;               ///< the value after a pr
 inline constexpr unsigned denormal_results = 0x8000;   ///< denormal results become 0
 inline constexpr unsigned denormal_operands = 0x0040;  ///< denormal operands count as 0
 inline constexpr unsigned rounding = 0x6000;           ///< rounding other than to nearest
-/// Masked exceptions; an unmasked one stops the program.
+/// Bits that control whether exceptions stop the program.
 inline constexpr unsigned exceptions = 0x1F80;
 inline unsigned read() { return _mm_getcsr(); }
 inline void write(unsigned control) { _mm_setcsr(control); }

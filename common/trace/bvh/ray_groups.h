@@ -5,11 +5,11 @@
 
 #include "common/math/lanes.h"
 
-/// Rays that go through a tree side by side, taking their steps by turns, and their distances to
-/// the planes of its boxes.
+/// Groups of rays that traverse a tree together, each taking its steps in turn, and their distances
+/// to the planes of its boxes.
 namespace parray::trace {
 
-/// Rays of a group that wait for a step of one kind, each with the child that it is to enter.
+/// Rays of a group that wait for the same kind of step, each with the child that it enters next.
 struct Waiting {
   static constexpr std::uint32_t most = 64;
 
@@ -17,7 +17,7 @@ struct Waiting {
   std::uint32_t child[most];
   std::uint32_t count = 0;
 
-  /// `waits`: 1, or 0 for one that does not.
+  /// Adds a ray if `waits` is 1; 0 leaves it out.
   PARRAY_INLINE void add(std::uint32_t k, std::uint32_t next, std::uint32_t waits) {
     ray[count] = k;
     child[count] = next;
@@ -25,13 +25,13 @@ struct Waiting {
   }
 };
 
-/// Rays whose directions have the same signs, and what follows from these: places in a node.
+/// Rays with directions of the same signs, and the places in a node that follow from the signs.
 template <std::uint32_t Width>
 struct RayGroup {
-  const std::uint32_t* ray;  ///< numbers in the columns
+  const std::uint32_t* ray;  ///< numbers of the rays in the columns
   std::uint32_t count;
   std::uint32_t octant;
-  std::uint32_t near_x, near_y, near_z;  ///< of the planes on their near side
+  std::uint32_t near_x, near_y, near_z;  ///< places of the planes on the near side
 
   PARRAY_INLINE RayGroup(const std::uint32_t* rays, std::uint32_t size, std::uint32_t signs)
       : ray(rays),
@@ -69,11 +69,12 @@ struct Slab {
     far = -(origin - shift) * inverse;
   }
 
-  /// What |inverse| is at most, for rays with this largest coordinate of their origins: finite.
+  /// Returns the largest |inverse|, which is finite, for rays with this largest coordinate of their
+  /// origins.
   static PARRAY_INLINE B steepest(const B& reach) {
     constexpr Store roundoff = RealTraits<Store>::unit_roundoff;
     constexpr Store most = roundoff / std::numeric_limits<Store>::min();
-    return B(most) / max_of(reach, B(roundoff));  // reach may be -0 or no number
+    return B(most) / max_of(reach, B(roundoff));  // reach may be -0 or NaN
   }
 };
 
