@@ -372,8 +372,8 @@ class Traversal {
     blocks.add(k, number, child >> 31);
   }
 
-  /// Returns where ray `i` enters boxes, from their planes on its near side. A NaN (from the plane
-  /// of an absent child) does not constrain the result: see max_of.
+  /// Returns where ray `i` enters boxes, from their planes on its near side. A NaN (of an absent
+  /// plane) does not constrain the result: see max_of.
   PARRAY_INLINE B enters_at(const Vec3<B>& planes, std::uint32_t i) const {
     const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.near_shift.x[i]));
     const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.near_shift.y[i]));
