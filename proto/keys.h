@@ -82,7 +82,7 @@ KeyPair read_coordinator_key(const std::filesystem::path& directory);
 MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
 
 /// Throws InputError with the remedy if group or others can write the file or directory `path`.
-/// Nobody can write a path that is mounted read-only or does not exist.
+/// Accepts a path that is mounted read-only or does not exist.
 void refuse_if_others_can_write(const std::filesystem::path& path);
 
 /// The content of DIR/allowed. A lookup reads the file again if the last reading is a second old.

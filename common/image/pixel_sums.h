@@ -55,8 +55,8 @@ struct TraceCounts {
   std::uint64_t samples = 0;
   std::uint64_t rays = 0;       ///< path segments traced
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
-  /// Light that max_depth may have cut off. The sum covers the paths that had not ended by then: the
-  /// largest channel of each throughput, in units of lost_unit, rounded up.
+  /// Light that max_depth may have cut off. The sum covers the paths that had not ended by then:
+  /// the largest channel of each throughput, in units of lost_unit, rounded up.
   std::uint64_t lost = 0;
 
   static constexpr double lost_unit = 0x1p-24;
