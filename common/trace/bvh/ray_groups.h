@@ -42,18 +42,18 @@ struct RayGroup {
         near_z(4 * Width + (signs >> 2 & 1) * Width) {}
 };
 
-/// A ray's distance to a plane across an axis is plane x inverse + shift. `near` and `far` are
-/// the shifts for planes on its near and far side, moved by `margin` so that the first appear
-/// nearer and the second farther (see wide_bvh.h). Rounding, of products that are fused or not,
-/// moves a plane by 4 roundoffs of its coordinate and the origin's at most: a part of what boxes
-/// and margins are grown by.
+/// A ray's distances to planes: for a plane across an axis, plane x inverse + shift. `near` and
+/// `far` are the shifts for planes on the ray's near and far side. `margin` moves them so that near
+/// planes appear nearer and far planes farther (see wide_bvh.h). Rounding, of fused products or of
+/// others, moves a plane by at most 4 roundoffs of its coordinate and the origin's. That is a part
+/// of the amount by which boxes and margins grow.
 ///
-/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. With R for
-/// the largest coordinate of its origin and M for that of a box, in single precision, its new slope
-/// is 2^-102 max(R, 2^-24). A direction is about as long as 1, so the box is at a distance of
-/// 4 (R + M) at most, and the ray is off by 2^-100 max(R, 2^-24) (R + M) there: no part of a
-/// roundoff of R + M, R being far below 2^76. Shifts stay below 2^103. Where plane x inverse
-/// overflows, the plane is so far from the origin that the sign of infinity says on which side.
+/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. Let R be the
+/// largest coordinate of its origin and M that of a box. In single precision the new slope is
+/// 2^-102 max(R, 2^-24). A direction has a length of about 1, so the distance of the box is at most
+/// 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a roundoff of
+/// R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse overflows, the
+/// plane is so far from the origin that the sign of infinity tells its side.
 template <typename B>
 struct Slab {
   using Store = typename B::Scalar;
